@@ -1,0 +1,1 @@
+"""tactfix: where a fixture stands, from a handful of touches."""

@@ -1,0 +1,73 @@
+"""Everything that tactfix raises on purpose.
+
+One base, few leaves. An error carries its facts as attributes and says in its text what to do. Only `tactfix.cli`
+knows exit codes; nothing else catches more than these.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class TactfixError(Exception):
+    """Base of every error that tactfix raises on purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing wrong in a file: where, what, and what to do instead.
+
+    line and column count from 1; row counts the data rows of a contact file from 1. None where it does not apply.
+    """
+
+    what: str
+    remedy: str
+    line: int | None = None
+    column: int | None = None
+    row: int | None = None
+
+    def __str__(self) -> str:
+        place = [f"{word} {n}" for word, n in (("row", self.row), ("line", self.line), ("column", self.column)) if n]
+        return f"{', '.join(place)}: {self.what}; {self.remedy}" if place else f"{self.what}; {self.remedy}"
+
+
+class FileError(TactfixError):
+    """A file cannot be read or says something impossible. Holds all problems of that file at once."""
+
+    def __init__(self, path: str, problems: Sequence[Problem]) -> None:
+        self.path = path
+        self.problems = tuple(problems)
+        super().__init__("\n".join(f"{path}: {problem}" for problem in self.problems))
+
+
+class UsageError(TactfixError):
+    """Arguments that do not go together."""
+
+
+class DegenerateContactsError(TactfixError):
+    """The contacts lie so that no finite number of surfaces passes through them.
+
+    ratio is the measured, dimensionless quantity that fell below (or rose above) limit.
+    """
+
+    def __init__(self, kind: str, reason: str, ratio: float, limit: float, remedy: str) -> None:
+        self.kind, self.reason, self.ratio, self.limit, self.remedy = kind, reason, ratio, limit, remedy
+        super().__init__(f"{kind}: {reason} (ratio {ratio:.2g}, limit {limit:.2g}); {remedy}")
+
+
+class TipDoesNotFitError(TactfixError):
+    """The tip is not smaller than the bore that it should have touched."""
+
+    def __init__(self, feature: str, radius: float, tip_radius: float) -> None:
+        self.feature, self.radius, self.tip_radius = feature, radius, tip_radius
+        super().__init__(
+            f"{feature}: a tip of radius {tip_radius:g} does not fit into an inner surface of radius {radius:g}; "
+            f"check tip_radius, the radius and the side of {feature}"
+        )
+
+
+class MissingExtraError(TactfixError):
+    """An optional extra is needed for this and not installed."""
+
+    def __init__(self, extra: str, purpose: str) -> None:
+        self.extra, self.purpose = extra, purpose
+        super().__init__(f"{purpose} needs an optional extra; install it with: pip install 'tactfix[{extra}]'")

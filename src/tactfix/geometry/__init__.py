@@ -1,0 +1,1 @@
+"""Rigid motions and surfaces: the geometry that everything above is written in."""

@@ -1,0 +1,33 @@
+"""Read-only arrays for frozen values, and the type names that say what is in them."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
+"""Any array of doubles; the docstring gives its shape, unit and frame."""
+Bools: TypeAlias = NDArray[np.bool_]
+Ints: TypeAlias = NDArray[np.intp]
+
+
+def frozen(values: ArrayLike) -> Floats:
+    """A read-only copy of values as doubles, for the fields of frozen dataclasses."""
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def unit(vectors: ArrayLike) -> Floats:
+    """vectors (..., 3) divided by their lengths."""
+    array = np.asarray(vectors, dtype=np.float64)
+    return np.asarray(array / np.linalg.norm(array, axis=-1, keepdims=True))
+
+
+def perpendicular(direction: Floats) -> Floats:
+    """One unit vector (..., 3) square to the unit vector direction (..., 3); no coordinate axis is preferred for long.
+
+    The axis least aligned with direction is crossed with it, so the result is well conditioned for every direction.
+    """
+    least = np.eye(3)[np.argmin(np.abs(direction), axis=-1)]
+    return unit(np.cross(direction, least))

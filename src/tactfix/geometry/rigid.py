@@ -1,0 +1,66 @@
+"""Rigid motions as 4x4 homogeneous matrices: x_base = R x_fixture + t, column vectors, det R = +1.
+
+Frames live in names: base_from_fixture takes fixture coordinates to base coordinates.
+A twist is (rotation (3,), translation (3,)); as perturbation of a pose it acts as R_true = exp([d_rot]) R,
+t_true = t + d_t: base axes, rotation about the fixture's origin. The covariance of a pose is in this order.
+"""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+
+
+def skew(vectors: Floats) -> Floats:
+    """The matrices (..., 3, 3) with skew(v) @ u == cross(v, u), for v (..., 3)."""
+    matrices = np.zeros((*vectors.shape[:-1], 3, 3))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    matrices[..., 0, 1], matrices[..., 0, 2], matrices[..., 1, 2] = -z, y, -x
+    matrices[..., 1, 0], matrices[..., 2, 0], matrices[..., 2, 1] = z, -y, x
+    return matrices
+
+
+def rotation_from_vector(vectors: Floats) -> Floats:
+    """exp([v]): rotation matrices (..., 3, 3) from rotation vectors (..., 3) in rad (Rodrigues)."""
+    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
+    k = skew(vectors)
+    # np.sinc(x) = sin(pi x) / (pi x): both coefficients stay exact through zero.
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (k @ k))
+
+
+def rotation_from_quaternion(quaternions: Floats) -> Floats:
+    """Rotation matrices (..., 3, 3) from unit quaternions (..., 4), scalar first."""
+    w, v = quaternions[..., 0, None, None], quaternions[..., 1:]
+    k = skew(v)
+    return np.asarray(np.eye(3) + 2 * w * k + 2 * (k @ k))
+
+
+def homogeneous(rotation: Floats, translation: Floats) -> Floats:
+    """The matrices (..., 4, 4) of x -> rotation x + translation."""
+    matrix = np.zeros((*rotation.shape[:-2], 4, 4))
+    matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = rotation, translation, 1.0
+    return matrix
+
+
+def inverse(a_from_b: Floats) -> Floats:
+    """b_from_a of rigid motions a_from_b (..., 4, 4)."""
+    b_from_a_rotation = np.swapaxes(a_from_b[..., :3, :3], -1, -2)
+    return homogeneous(b_from_a_rotation, -(b_from_a_rotation @ a_from_b[..., :3, 3:])[..., 0])
+
+
+def transform_points(a_from_b: Floats, points_b: Floats) -> Floats:
+    """points (..., n, 3) of frame b in frame a, for a_from_b (..., 4, 4)."""
+    return np.asarray(points_b @ np.swapaxes(a_from_b[..., :3, :3], -1, -2) + a_from_b[..., None, :3, 3])
+
+
+def orthonormalized(rotation: Floats) -> Floats:
+    """The nearest rotation matrix (3, 3): rounding of long products is removed (polar decomposition by SVD)."""
+    u, _, vt = np.linalg.svd(rotation)
+    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
+
+
+def rotation_angle(rotation: Floats) -> float:
+    """The angle in rad, 0 to pi, of a rotation matrix (3, 3); accurate near 0 and near pi."""
+    sine = np.linalg.norm(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
+    return float(np.arctan2(sine, np.trace(rotation) - 1))

@@ -1,0 +1,114 @@
+"""Planes, spheres and cylinders in some frame, and where the centre of a probe tip can be when it touches them.
+
+The outward normal of a surface points out of the material: away from the centre or axis of an outer surface (a boss),
+towards it on an inner one (a bore). A tip of radius t touches where its centre is t away from the surface along the
+outward normal, so its centre lies on an offset surface: at r + t outside, at r - t inside, at t off a plane. A contact is
+never moved along its approach: that would cost 46 um for a 3 mm tip at 10 degrees off the normal.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.errors import TipDoesNotFitError
+from tactfix.geometry.arrays import Floats, frozen, unit
+
+Side: TypeAlias = Literal["outer", "inner"]
+FeatureType: TypeAlias = Literal["plane", "sphere", "cylinder"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """All points x with (x - point) . normal = 0; normal (3,) is unit and points out of the material."""
+
+    point: Floats
+    normal: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "normal", frozen(unit(self.normal)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere:
+    """All points x with |x - center| = radius."""
+
+    center: Floats
+    radius: float
+    side: Side = "outer"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", frozen(self.center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cylinder:
+    """All points x at distance radius from the axis point + s direction; direction (3,) is unit, its sign is open."""
+
+    point: Floats
+    direction: Floats
+    radius: float
+    side: Side = "outer"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "direction", frozen(unit(self.direction)))
+
+
+Surface: TypeAlias = Plane | Sphere | Cylinder
+
+
+def moved(a_from_b: Floats, surface: Surface) -> Surface:
+    """The surface of frame b in frame a, for a_from_b (4, 4)."""
+    rotation, translation = a_from_b[:3, :3], a_from_b[:3, 3]
+    match surface:
+        case Plane():
+            return Plane(rotation @ surface.point + translation, rotation @ surface.normal)
+        case Sphere():
+            return replace(surface, center=rotation @ surface.center + translation)
+        case Cylinder():
+            return replace(
+                surface, point=rotation @ surface.point + translation, direction=rotation @ surface.direction
+            )
+
+
+def offset_radius(name: str, radius: float, side: Side, tip_radius: float) -> float:
+    """The distance of the tip's centre from the centre or axis: r + t outside, r - t inside.
+
+    Raises TipDoesNotFitError when the tip is not smaller than the bore; name is the feature, for that message.
+    """
+    offset = radius + tip_radius if side == "outer" else radius - tip_radius
+    if offset <= 0:
+        raise TipDoesNotFitError(name, radius, tip_radius)
+    return offset
+
+
+def radial(surface: Sphere | Cylinder, points: Floats) -> Floats:
+    """Vectors (..., 3) from the centre, or square from the axis, to points (..., 3)."""
+    if isinstance(surface, Sphere):
+        return np.asarray(points - surface.center)
+    arm = points - surface.point
+    return np.asarray(arm - (arm @ surface.direction)[..., None] * surface.direction)
+
+
+def outward_normals(surface: Surface, points: Floats) -> Floats:
+    """Unit outward normals (..., 3) of the surface below points (..., 3)."""
+    if isinstance(surface, Plane):
+        return np.broadcast_to(surface.normal, points.shape)
+    sign = 1.0 if surface.side == "outer" else -1.0
+    return sign * unit(radial(surface, points))
+
+
+def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
+    """How far (...,) tip centres (..., 3) are from touching: along the outward normal, positive out of the material."""
+    if isinstance(surface, Plane):
+        return np.asarray((points - surface.point) @ surface.normal - tip_radius)
+    distance = np.linalg.norm(radial(surface, points), axis=-1)
+    sign = 1.0 if surface.side == "outer" else -1.0
+    return np.asarray(sign * (distance - surface.radius) - tip_radius)
+
+
+def feet(surface: Surface, points: Floats) -> Floats:
+    """The nearest points (..., 3) of the surface to points (..., 3): where a tip with its centre there touches."""
+    return np.asarray(points - residuals(surface, points, 0.0)[..., None] * outward_normals(surface, points))
