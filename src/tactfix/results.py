@@ -1,0 +1,110 @@
+"""What tactfix answers: plain frozen values, in base coordinates and the fixture's units unless a name says otherwise.
+
+The report layer turns these into text and JSON; the names here are the names there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.surfaces import Surface
+
+Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
+ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path"]
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a candidate fell: which test, at which feature and which contact (row counts data rows from 1)."""
+
+    code: ReasonCode
+    feature: str | None
+    row: int | None
+    message: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A pose that explains the contacts, or did until one of reasons; surfaces are the features in base."""
+
+    base_from_fixture: Floats
+    surfaces: Mapping[str, Surface]
+    chi2: float
+    rms: float
+    reasons: tuple[Reason, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
+
+    @property
+    def accepted(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.reasons
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeMotion:
+    """A motion that the contacts do not see: twist at the origin of its frame, rotation (3,) rad, translation (3,)."""
+
+    rotation: Floats
+    translation: Floats
+    message: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation", frozen(self.rotation))
+        object.__setattr__(self, "translation", frozen(self.translation))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NextContact:
+    """The contact that would tell the remaining poses apart best: point (3,) on the surface, approach (3,) unit."""
+
+    feature: str
+    point: Floats
+    approach: Floats
+    message: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "approach", frozen(self.approach))
+
+
+@dataclass(frozen=True, slots=True)
+class ContactResidual:
+    """How one contact fits: residual along the outward normal, positive out of the material (fixture units).
+
+    approach_angle_deg: angle between the approach and the inward normal, 0 when the probe came square to the surface,
+    90 at grazing; None without an approach.
+    """
+
+    row: int
+    feature: str
+    residual: float
+    approach_angle_deg: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocateResult:
+    """The answer of locate; see the contract of each field in the README ("JSON of locate").
+
+    base_from_fixture (4, 4) and covariance (6, 6: d_rot in rad, d_t in units) are None unless status is "located".
+    sigmas of the frame are the square roots of the covariance's diagonal. surfaces holds the features in base whenever
+    they are known. chi2_limit is what chi2 was held against.
+    """
+
+    fixture: str
+    units: str
+    status: Status
+    base_from_fixture: Floats | None
+    covariance: Floats | None
+    dof: int
+    chi2: float | None
+    chi2_limit: float | None
+    rms: float | None
+    candidates: tuple[Candidate, ...]
+    surfaces: Mapping[str, Surface]
+    contacts: tuple[ContactResidual, ...]
+    free_motions: tuple[FreeMotion, ...] = ()
+    next_contact: NextContact | None = None
+    warnings: tuple[str, ...] = ()
