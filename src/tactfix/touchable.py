@@ -1,0 +1,244 @@
+"""Which part of each surface can be touched: its box, how far the fixture reaches, and well spread points on it.
+
+All in one frame, the one that the boxes are written in (the fixture frame). Boxes may be open; what is open is closed
+around the middle of the fixture where a finite piece is needed, because a fixture file does not say where an unbounded
+surface ends.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from tactfix.fixture import TouchBox
+from tactfix.geometry.arrays import Bools, Floats, perpendicular, unit
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, outward_normals
+
+# Boxes are typed by people: a plane at z = 0 in a box z: [0, 0] must not be lost to rounding.
+_EDGE = 1e-9
+# Steps of the additive recurrence that spreads points evenly over the unit square (Roberts' R2, plastic number).
+_PLASTIC = 1.32471795724474602596
+_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
+# A box may leave a small part of a sphere or cylinder; trials per point wanted before fewer are given.
+_TRIALS = 256
+
+
+def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.0) -> Bools:
+    """Which points (..., 3) lie in the box, allowing margin (scalar or (...,)) outside its faces; all where None."""
+    if box is None:
+        return np.ones(points.shape[:-1], dtype=bool)
+    slack = np.asarray(margin, dtype=np.float64)[..., None]
+    return np.asarray(((points >= box.low - slack) & (points <= box.high + slack)).all(axis=-1))
+
+
+def axial_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
+    """Where along the axis (s of point + s direction) some of the surface can lie in the box; infinite where open."""
+    low, high = -np.inf, np.inf
+    if box is None:
+        return low, high
+    rim = cylinder.radius * np.sqrt(np.clip(1 - cylinder.direction**2, 0.0, 1.0))
+    for k in np.flatnonzero(np.abs(cylinder.direction) > _EDGE):
+        ends = np.array([box.low[k] - rim[k], box.high[k] + rim[k]]) - cylinder.point[k]
+        first, last = np.sort(ends / cylinder.direction[k])
+        low, high = max(low, float(first)), min(high, float(last))
+    return low, high
+
+
+def solid_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
+    """Where along the axis the box says that the whole bar exists; infinite where it does not limit it.
+
+    Only faces that the axis meets at more than 30 degrees end a bar: a box that takes one half of its side does not.
+    """
+    low, high = -np.inf, np.inf
+    if box is None:
+        return low, high
+    rim = cylinder.radius * np.sqrt(np.clip(1 - cylinder.direction**2, 0.0, 1.0))
+    for k in np.flatnonzero(np.abs(cylinder.direction) > 0.5):
+        ends = np.array([box.low[k] + rim[k], box.high[k] - rim[k]]) - cylinder.point[k]
+        first, last = np.sort(ends / cylinder.direction[k])
+        low, high = max(low, float(first)), min(high, float(last))
+    return low, high
+
+
+def face(plane: Plane, box: TouchBox) -> Floats:
+    """Corners (k, 3), in order, of the part of the plane in a bounded box; (0, 3) where they do not meet."""
+    middle, size = (box.low + box.high) / 2, float(np.linalg.norm(box.high - box.low))
+    foot = middle - ((middle - plane.point) @ plane.normal) * plane.normal
+    u = perpendicular(plane.normal)
+    v = np.cross(plane.normal, u)
+    corners = foot + size * np.array([u + v, v - u, -u - v, u - v])
+    for k in range(3):
+        for sign, limit in ((1.0, box.high[k]), (-1.0, -box.low[k])):
+            corners = _clipped(corners, sign * corners[:, k] - limit - _EDGE * size)
+    return corners
+
+
+def _clipped(corners: Floats, excess: Floats) -> Floats:
+    """The polygon (k, 3) without the part where excess (k,), linear over it, is positive."""
+    kept: list[Floats] = []
+    for i in range(len(corners)):
+        j = (i + 1) % len(corners)
+        if excess[i] <= 0:
+            kept.append(corners[i])
+        if (excess[i] <= 0) != (excess[j] <= 0):
+            share = excess[i] / (excess[i] - excess[j])
+            kept.append(corners[i] + share * (corners[j] - corners[i]))
+    return np.array(kept).reshape(-1, 3)
+
+
+def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: float) -> TouchBox:
+    """The box with its open sides closed: at radius from the point of the plane or axis nearest to centre (3,)."""
+    match surface:
+        case Sphere():
+            anchor, reach = surface.center, surface.radius
+        case Cylinder():
+            anchor = surface.point + ((centre - surface.point) @ surface.direction) * surface.direction
+            reach = radius + surface.radius
+        case Plane():
+            anchor, reach = centre - ((centre - surface.point) @ surface.normal) * surface.normal, radius
+    low = np.full(3, -np.inf) if box is None else box.low
+    high = np.full(3, np.inf) if box is None else box.high
+    # A box that lies wholly beyond the anchor keeps a piece of that size next to its given side.
+    ends_low = np.where(np.isfinite(low), low, np.minimum(anchor - reach, high - 2 * reach))
+    ends_high = np.where(np.isfinite(high), high, np.maximum(anchor + reach, ends_low + 2 * reach))
+    return TouchBox(ends_low, ends_high)
+
+
+def bounds_of(
+    surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0
+) -> tuple[Floats, Floats]:
+    """Corners low (3,) and high (3,) of the axis-parallel box around all touchable parts.
+
+    What is open reaches as far as the bounded features do around their middle; where nothing is bounded, around the
+    point nearest to all surfaces, as far as their radii and distances say, or least where these say nothing.
+    """
+    everywhere = TouchBox(np.full(3, -np.inf), np.full(3, np.inf))
+    boxed = [(surface, boxes.get(name, everywhere)) for name, surface in surfaces.items()]
+    bounded = [_bounds(surface, box) for surface, box in boxed if _is_bounded(surface, box)]
+    low, high = _hull(bounded) if bounded else _hull([(p, p) for p in _middle_points(surfaces.values())])
+    centre = (low + high) / 2
+    radius = float(np.linalg.norm(high - low)) / 2
+    if not bounded:
+        radius = max([radius, *(s.radius for s in surfaces.values() if not isinstance(s, Plane))])
+    radius = radius or least
+    return _hull([_bounds(surface, closed_box(surface, box, centre, radius)) for surface, box in boxed])
+
+
+def extreme_points(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0) -> Floats:
+    """The eight corners (8, 3) of bounds_of: no point of the fixture is known worse than the worst of these.
+
+    The variance of a point along any direction is a convex function of the point, so a corner has the largest.
+    """
+    low, high = bounds_of(surfaces, boxes, least)
+    return np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i, j, k in np.ndindex(2, 2, 2)])
+
+
+def extent_of(
+    surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0
+) -> tuple[Floats, float]:
+    """The middle (3,) of the fixture and the radius around it that holds all its touchable parts (see bounds_of)."""
+    low, high = bounds_of(surfaces, boxes, least)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+
+
+def _is_bounded(surface: Surface, box: TouchBox) -> bool:
+    """Whether the box leaves a finite piece of the surface."""
+    if isinstance(surface, Sphere):
+        return True
+    if isinstance(surface, Cylinder):
+        return bool(np.isfinite(axial_interval(surface, box)).all())
+    # A plane is bounded when no open direction of the box, projected on it, leads to infinity.
+    open_sides = ~(np.isfinite(box.low) & np.isfinite(box.high))
+    return not (open_sides & (np.abs(surface.normal) < 1 - _EDGE)).any()
+
+
+def _bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats]:
+    """Corners of a box around the part of the surface in a box that bounds it."""
+    match surface:
+        case Sphere():
+            low, high = surface.center - surface.radius, surface.center + surface.radius
+        case Cylinder():
+            rim = surface.radius * np.sqrt(np.clip(1 - surface.direction**2, 0.0, 1.0))
+            ends = surface.point + np.outer(axial_interval(surface, box), surface.direction)
+            low, high = ends.min(axis=0) - rim, ends.max(axis=0) + rim
+        case Plane():
+            # An infinite side is square to the plane here, so any finite stand-in cuts nothing off.
+            corners = face(surface, closed_box(surface, box, surface.point, 1.0))
+            low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (surface.point, surface.point)
+    return np.maximum(low, np.minimum(box.low, high)), np.minimum(high, np.maximum(box.high, low))
+
+
+def _hull(bounds: Iterable[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    lows, highs = zip(*bounds, strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _middle_points(surfaces: Iterable[Surface]) -> Floats:
+    """Feet (n, 3), on the planes and axes, of the point nearest to all of them in the least-squares sense."""
+    listed = [s for s in surfaces if not isinstance(s, Sphere)]
+    points = np.array([s.point for s in listed])
+    blocks = [
+        np.outer(s.normal, s.normal) if isinstance(s, Plane) else np.eye(3) - np.outer(s.direction, s.direction)
+        for s in listed
+    ]
+    origin = points.mean(axis=0)
+    right = sum(block @ (p - origin) for block, p in zip(blocks, points, strict=True))
+    middle = origin + np.linalg.lstsq(np.sum(blocks, axis=0), np.asarray(right), rcond=1e-9)[0]
+    return np.array([middle - block @ (middle - p) for block, p in zip(blocks, points, strict=True)])
+
+
+def sample_touches(
+    surface: Surface,
+    box: TouchBox | None,
+    count: int,
+    centre: Floats,
+    radius: float,
+    start: tuple[float, float] = (0.5, 0.5),
+) -> tuple[Floats, Floats]:
+    """Well spread points on the touchable part of a surface: points (m, 3) and outward normals (m, 3), m <= count.
+
+    centre (3,) and radius close what the box leaves open (closed_box); take those of extent_of. The points follow a
+    low-discrepancy sequence, uniform in area; start in [0, 1)^2 shifts it (random starts give random point sets). Fewer
+    than count come back only where the box leaves less than a hundredth of the surface, none where it leaves nothing.
+    """
+    closed = closed_box(surface, box, centre, radius)
+    found: list[Floats] = []
+    have = 0
+    for batch in range(_TRIALS // 4):
+        index = np.arange(4 * count * batch, 4 * count * (batch + 1))[:, None]
+        points = _placed(surface, closed, np.asarray((np.asarray(start) + _STEP * index) % 1.0, dtype=np.float64))
+        size = float(np.linalg.norm(closed.high - closed.low))
+        found.append(points[within_box(closed, points, _EDGE * size)])
+        have += len(found[-1])
+        if have >= count:
+            break
+    points = np.concatenate(found)[:count]
+    return points, np.array(outward_normals(surface, points))
+
+
+def _placed(surface: Surface, closed: TouchBox, square: Floats) -> Floats:
+    """Points (n, 3) of the surface at parameters (n, 2) in the unit square, equal areas for equal areas."""
+    if isinstance(surface, Plane):
+        corners = face(surface, closed)
+        if not len(corners):
+            return np.zeros((0, 3))
+        edges = np.roll(corners, -1, axis=0) - corners
+        u = unit(edges[np.argmax(np.linalg.norm(edges, axis=1))])
+        axes = np.array([u, np.cross(surface.normal, u)])
+        flat = (corners - corners[0]) @ axes.T
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        return np.asarray(corners[0] + (low + square * (high - low)) @ axes)
+    angle = 2 * np.pi * square[:, 1]
+    if isinstance(surface, Sphere):
+        height = 2 * square[:, 0] - 1
+        ring = np.sqrt(1 - height**2)
+        return np.asarray(
+            surface.center + surface.radius * np.stack([ring * np.cos(angle), ring * np.sin(angle), height], axis=1)
+        )
+    low, high = axial_interval(surface, closed)
+    if not low <= high:
+        return np.zeros((0, 3))
+    u = perpendicular(surface.direction)
+    v = np.cross(surface.direction, u)
+    along = (low + square[:, 0] * (high - low))[:, None] * surface.direction
+    around = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v
+    return np.asarray(surface.point + along + surface.radius * around)
