@@ -1,0 +1,37 @@
+"""Fixture files: YAML in, a fixture out, or every problem of the file at once with its line and column."""
+
+from pathlib import Path
+
+from tactfix.errors import FileError, Problem
+from tactfix.files.reading import decode, read_bytes
+from tactfix.files.yaml_tree import Tree, read_tree
+from tactfix.fixture import Fixture
+from tactfix.models.findings import Finding
+from tactfix.models.parse import parse_fixture
+
+
+def load_fixture(path: str | Path) -> Fixture:
+    """The fixture that a YAML file of format 1 describes, in the file's units, angles in rad.
+
+    Raises FileError with all that is wrong with the file: what, where, and what to write instead.
+    """
+    text = decode(str(path), read_bytes(path))
+    tree = read_tree(text)
+    if tree.problems:
+        raise FileError(str(path), tree.problems)
+    fixture = parse_fixture(tree.value, Path(path).stem)
+    if isinstance(fixture, list):
+        problems = sorted((_placed(finding, tree) for finding in fixture), key=lambda p: (p.line or 0, p.column or 0))
+        raise FileError(str(path), problems)
+    return fixture
+
+
+def _placed(finding: Finding, tree: Tree) -> Problem:
+    """The finding with the line and column of its key or value, or of the nearest that the file has."""
+    path = finding.path
+    while path and path not in tree.values:
+        path = path[:-1]
+    mark = tree.values.get(path)
+    if path and (finding.at_key or path != finding.path):
+        mark = tree.keys.get(path, mark)
+    return Problem(finding.what, finding.remedy, *((mark.line, mark.column) if mark else ()))

@@ -1,0 +1,53 @@
+"""Bytes of a file as text, with every way in which that can fail named."""
+
+import sys
+from pathlib import Path
+from typing import BinaryIO, TextIO, TypeAlias
+
+from tactfix.errors import FileError, Problem
+
+Source: TypeAlias = str | Path | bytes | TextIO | BinaryIO
+"""A path, "-" for standard input, the bytes themselves, or an open file."""
+
+_BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """What is in the file; FileError where it is not there, a directory, or not to be read."""
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise FileError(str(path), [Problem("there is no such file", "check the path")]) from None
+    except IsADirectoryError:
+        raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
+    except PermissionError:
+        raise FileError(str(path), [Problem("no permission to read it", "check the owner and mode of the file")]) from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        raise FileError(str(path), [Problem(f"cannot be read: {error}", "check the path and the disk")]) from None
+
+
+def read_source(source: Source) -> tuple[str, str]:
+    """The name of a source for messages, and its text."""
+    if isinstance(source, bytes):
+        return "contacts", decode("contacts", source)
+    if isinstance(source, str | Path):
+        if str(source) == "-":
+            return "standard input", decode("standard input", sys.stdin.buffer.read())
+        return str(source), decode(str(source), read_bytes(source))
+    name = str(getattr(source, "name", "contacts"))
+    content = source.read()
+    return name, decode(name, content) if isinstance(content, bytes) else content.removeprefix("\ufeff")
+
+
+def decode(name: str, content: bytes) -> str:
+    """UTF-8 with or without byte order mark as text; FileError names the first byte that is not UTF-8."""
+    encoding = _BYTE_ORDER_MARKS.get(content[:2])
+    if encoding is not None:
+        raise FileError(name, [Problem(f"this is {encoding}", "save it as UTF-8")])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = error.object[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        what = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
+        raise FileError(name, [Problem(what, "save the file as UTF-8", line=line, column=column)]) from None

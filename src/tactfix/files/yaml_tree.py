@@ -1,0 +1,148 @@
+"""YAML as this project reads it: plain values, and the place of each key and value.
+
+PyYAML's own constructors follow YAML 1.1: 1e-3 is text to them, yes is true, 1:30 is ninety, a date is an object, and
+the last of two equal keys wins in silence. None of that may reach a user, so only its parser is used. The scalars are
+those of YAML 1.2: null, true, false, decimal numbers, and text for all else. Anchors, aliases, tags and several
+documents are refused: a fixture file needs none of them.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import yaml
+
+from tactfix.errors import Problem
+
+Path: TypeAlias = tuple[str | int, ...]
+"""Keys and indices from the root to a value."""
+
+# The parser of libyaml is ten times as fast and marks lines and columns just as well.
+_LOADER: Final[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_MOST_DEPTH: Final = 20
+_INTEGER: Final = re.compile(r"[-+]?[0-9]+")
+_NUMBER: Final = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS: Final[dict[str, bool | None]] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place in the file; line and column count from 1."""
+
+    line: int
+    column: int
+
+
+@dataclass(slots=True)
+class Tree:
+    """What a YAML file says: its value, where each key and value stands, and what is wrong with it as YAML."""
+
+    value: Any = None
+    keys: dict[Path, Mark] = field(default_factory=dict)
+    values: dict[Path, Mark] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def refuse(self, event: Any, what: str, remedy: str) -> None:
+        """Note a problem at the place of a parser event."""
+        mark = _mark(event.start_mark)
+        self.problems.append(Problem(what, remedy, line=mark.line, column=mark.column))
+
+
+def read_tree(text: str) -> Tree:
+    """The tree of the one document in text; what is not YAML at all is its only problem."""
+    tree = Tree()
+    try:
+        events = yaml.parse(text, Loader=_LOADER)
+        _read_stream(events, tree)
+    except yaml.YAMLError as error:
+        tree.problems = [_syntax_problem(error, text)]
+    return tree
+
+
+def _read_stream(events: Iterator[Any], tree: Tree) -> None:
+    documents = 0
+    for event in events:
+        if isinstance(event, yaml.DocumentStartEvent):
+            documents += 1
+            if documents > 1:
+                tree.refuse(event, "a second document starts here", "keep one fixture in a file, remove the line '---'")
+                return
+        elif not isinstance(event, yaml.StreamStartEvent | yaml.StreamEndEvent | yaml.DocumentEndEvent):
+            tree.value = _read_value(event, events, (), tree)
+
+
+def _read_value(event: Any, events: Iterator[Any], path: Path, tree: Tree) -> Any:
+    tree.values[path] = _mark(event.start_mark)
+    if isinstance(event, yaml.AliasEvent):
+        tree.refuse(event, f"*{event.anchor} is an alias", "write the value itself")
+        return None
+    if event.anchor is not None:
+        tree.refuse(event, f"&{event.anchor} is an anchor", "write the value without it")
+    if event.tag is not None:
+        tree.refuse(event, f"{event.tag} is a tag", "write the value without it")
+    if len(path) > _MOST_DEPTH:
+        # The parser would go on; nobody else should have to.
+        raise yaml.MarkedYAMLError(None, None, f"more than {_MOST_DEPTH} levels, one in another", event.start_mark)
+    if isinstance(event, yaml.MappingStartEvent):
+        return _read_mapping(events, path, tree)
+    if isinstance(event, yaml.SequenceStartEvent):
+        return _read_sequence(events, path, tree)
+    return scalar(event.value) if event.implicit[0] and not event.style else event.value
+
+
+def _read_sequence(events: Iterator[Any], path: Path, tree: Tree) -> list[Any]:
+    values: list[Any] = []
+    while not isinstance(event := next(events), yaml.SequenceEndEvent):
+        values.append(_read_value(event, events, (*path, len(values)), tree))
+    return values
+
+
+def _read_mapping(events: Iterator[Any], path: Path, tree: Tree) -> dict[str, Any]:
+    mapping: dict[str, Any] = {}
+    while not isinstance(event := next(events), yaml.MappingEndEvent):
+        key = event.value if isinstance(event, yaml.ScalarEvent) else None
+        if key is None:
+            tree.refuse(event, "a key must be plain text", "write 'name: value'")
+            _read_value(event, events, (*path, ""), tree)
+        elif key in mapping:
+            first = tree.keys[(*path, key)]
+            tree.refuse(event, f"{key!r} stands here a second time, first in line {first.line}", "remove one of the two")
+        else:
+            tree.keys[(*path, key)] = _mark(event.start_mark)
+        where = (*path, f"{key} again" if key in mapping else key or "")
+        value = _read_value(next(events), events, where, tree)
+        if key is not None:
+            mapping.setdefault(key, value)
+    return mapping
+
+
+def scalar(text: str) -> Any:
+    """The value of an unquoted scalar, by YAML 1.2: 1e-3 is a number; yes, 1_000 and 0x10 are text."""
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text) and len(text) < 300:
+        return int(text)
+    if _NUMBER.fullmatch(text):
+        return float(text.replace(".i", "i").replace(".I", "I").replace(".n", "n").replace(".N", "N"))
+    return text
+
+
+def _mark(mark: Any) -> Mark:
+    return Mark(mark.line + 1, mark.column + 1)
+
+
+def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    what = getattr(error, "problem", None) or getattr(error, "reason", None) or "not readable"
+    if mark is not None:
+        line, column = mark.line + 1, mark.column + 1
+    else:
+        before = text[: getattr(error, "position", 0) or 0]
+        line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
+    remedy = "check indentation (blanks, no tabs), brackets, quotes and colons from here on upwards"
+    return Problem(f"this is not YAML: {what}", remedy, line=line, column=column)
