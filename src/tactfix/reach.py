@@ -24,6 +24,7 @@ def path_blocked(
     approaches: Floats,
     approach_distance: float | None = None,
     margin: float | Floats = 0.0,
+    strict: bool = False,
 ) -> list[str | None]:
     """For each contact on feature, the other feature that its straight approach runs through, or None.
 
@@ -36,10 +37,14 @@ def path_blocked(
     without one (but a bar without an end is not believed to cover the contact itself); planes by their touch box where
     it bounds them on all sides, for an approach that comes out of their material. A hole that lies in such a face as an
     inner feature is open. Inner surfaces never block. The feature itself is left to the approach test (eq. 11).
+
+    strict is for choosing a path instead of judging one: what may be there counts as well. A bar without an end covers
+    what lies in it, and a bounded face stands in the way of balls and bars behind it too.
     """
     margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), len(points))
     length = np.inf if approach_distance is None else approach_distance
     names: list[str | None] = [None] * len(points)
+    own = surfaces[feature]
     for name, surface in surfaces.items():
         if name == feature:
             continue
@@ -47,10 +52,14 @@ def path_blocked(
             case Sphere(side="outer"):
                 blocked = _through_ball(surface, points, approaches, length, margins)
             case Cylinder(side="outer"):
-                blocked = _through_bar(surface, boxes.get(name), points, approaches, length, margins)
+                blocked = _through_bar(surface, boxes.get(name), points, approaches, length, margins, strict)
             case Plane() if name in boxes:
-                blocked = _through_face(surface, boxes[name], points, approaches, length, margins)
-                blocked &= ~_in_opening(surfaces, surface, points, approaches)
+                sides = (surface, Plane(surface.point, -surface.normal))
+                both = strict and not isinstance(own, Plane) and own.side == "outer"
+                blocked = np.zeros(len(points), dtype=bool)
+                for side in sides[: 1 + both]:
+                    crossed = _through_face(side, boxes[name], points, approaches, length, margins)
+                    blocked |= crossed & ~_in_opening(surfaces, side, points, approaches)
             case _:
                 continue
         for i in np.flatnonzero(blocked):
@@ -76,7 +85,13 @@ def _through_ball(ball: Sphere, points: Floats, approaches: Floats, length: floa
 
 
 def _through_bar(
-    bar: Cylinder, box: TouchBox | None, points: Floats, approaches: Floats, length: float, margins: Floats
+    bar: Cylinder,
+    box: TouchBox | None,
+    points: Floats,
+    approaches: Floats,
+    length: float,
+    margins: Floats,
+    strict: bool,
 ) -> Bools:
     """Which approaches pass the axis nearer than radius - margin, between the ends of the bar."""
     low, high = solid_interval(bar, box)
@@ -86,7 +101,7 @@ def _through_bar(
     radial_arms = arms - along[:, None] * bar.direction
     radial_steps = approaches - rate[:, None] * bar.direction
     blocked = _least_distance(radial_arms, radial_steps, first, last) < bar.radius - margins
-    if np.isinf([low, high]).any():
+    if not strict and np.isinf([low, high]).any():
         blocked &= np.linalg.norm(radial_arms, axis=1) >= bar.radius - np.maximum(margins, 0.0)
     return np.asarray(blocked)
 
