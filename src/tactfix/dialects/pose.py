@@ -1,0 +1,103 @@
+"""A pose as it goes into a file and comes out of one, and the errors of that trip."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tactfix.errors import Problem, TactfixError
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.rigid import homogeneous, orthonormalized
+from tactfix.units import factor
+
+# A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
+MOST_SKEW = 1e-5
+# What double arithmetic leaves; a matrix this good is taken as it is, to the last bit.
+LEAST_SKEW = 1e-12
+
+
+class PoseSyntaxError(TactfixError):
+    """A text is not a pose in the dialect it should be in; whoever knows the file's name makes a FileError of it."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+class PoseRefusedError(TactfixError):
+    """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
+
+    def __init__(self, dialect: str, reason: str, remedy: str) -> None:
+        self.dialect, self.reason, self.remedy = dialect, reason, remedy
+        super().__init__(f"{dialect}: {reason}; {remedy}")
+
+
+def syntax_error(what: str, remedy: str, line: int | None = None) -> PoseSyntaxError:
+    """A PoseSyntaxError of one problem."""
+    return PoseSyntaxError([Problem(what, remedy, line=line)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """base_from_fixture (4, 4) with lengths in units, and what else its file tells.
+
+    units: None where the file does not say. covariance (6, 6): of (d_rot in rad, d_t in units), base axes, rotation
+    about the fixture's origin, as in the JSON of locate; None where unknown. fixture: its name, "" where unknown.
+    """
+
+    base_from_fixture: Floats
+    units: str | None
+    covariance: Floats | None = None
+    fixture: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
+        if self.covariance is not None:
+            object.__setattr__(self, "covariance", frozen(self.covariance))
+
+    @property
+    def rotation(self) -> Floats:
+        """R (3, 3) of x_base = R x_fixture + t."""
+        return self.base_from_fixture[:3, :3]
+
+    @property
+    def translation(self) -> Floats:
+        """The fixture's origin t (3,) in base."""
+        return self.base_from_fixture[:3, 3]
+
+    def in_units(self, units: str) -> "Pose":
+        """The same pose with lengths in units; self.units must be known."""
+        if self.units is None:
+            raise ValueError("the units of this pose are not known")
+        if units == self.units:
+            return self
+        ratio = factor(self.units, units)
+        scale = np.r_[np.ones(3), np.full(3, ratio)]
+        covariance = None if self.covariance is None else self.covariance * np.outer(scale, scale)
+        moved = homogeneous(self.rotation, self.translation * ratio)
+        return replace(self, base_from_fixture=moved, units=units, covariance=covariance)
+
+
+def rigid_matrix(values: ArrayLike, place: str = "the matrix") -> Floats:
+    """The rigid motion (4, 4) that values say, or a PoseSyntaxError that tells why they are none.
+
+    A rotation that is orthonormal to double precision is kept bit for bit; one that was printed with few digits (off
+    by up to 1e-5) is replaced by the nearest rotation.
+    """
+    matrix = np.asarray(values, dtype=np.float64)
+    if matrix.shape != (4, 4):
+        raise syntax_error(f"{place} is {' x '.join(map(str, matrix.shape)) or 'a number'}", "a pose is 4 x 4 numbers")
+    if not np.isfinite(matrix).all():
+        raise syntax_error(f"{place} holds a value that is not a finite number", "write numbers")
+    if np.abs(matrix[3] - [0, 0, 0, 1]).max() > LEAST_SKEW:
+        raise syntax_error(f"the last row of {place} is not 0 0 0 1", "transpose it if the translation is in that row")
+    rotation = matrix[:3, :3]
+    skew = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    if skew > MOST_SKEW:
+        raise syntax_error(
+            f"{place} does not rotate: R R^T is off by {skew:.2g}", "no scale or shear, and six digits or more"
+        )
+    if np.linalg.det(rotation) < 0:
+        raise syntax_error(f"{place} mirrors (det R = -1)", "both frames must be right-handed")
+    return matrix if skew <= LEAST_SKEW else homogeneous(orthonormalized(rotation), matrix[:3, 3])
