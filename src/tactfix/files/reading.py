@@ -21,7 +21,9 @@ def read_bytes(path: str | Path) -> bytes:
     except IsADirectoryError:
         raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
     except PermissionError:
-        raise FileError(str(path), [Problem("no permission to read it", "check the owner and mode of the file")]) from None
+        raise FileError(
+            str(path), [Problem("no permission to read it", "check the owner and mode of the file")]
+        ) from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise FileError(str(path), [Problem(f"cannot be read: {error}", "check the path and the disk")]) from None
 

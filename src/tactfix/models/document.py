@@ -61,7 +61,9 @@ class FixtureDocument(Strict):
     """A tactfix fixture file: the features that a probe touches, and where they are."""
 
     tactfix: Literal[1] = Field(description="Version of this file format.")
-    name: str | None = Field(default=None, min_length=1, description="Name of the fixture; without it, the file's name.")
+    name: str | None = Field(
+        default=None, min_length=1, description="Name of the fixture; without it, the file's name."
+    )
     units: Unit = Field(description="The unit of every length in this file. Angles are degrees.")
     probe: ProbeModel = Field(default=ProbeModel(), description="Defaults for a contact file that does not say.")
     features: dict[Name, FeatureModel] = Field(min_length=1, description="What the probe touches, by name.")

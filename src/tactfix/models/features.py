@@ -1,15 +1,15 @@
 """The features of a fixture file: planes, spheres, cylinders, with or without their place in the fixture frame."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
 from tactfix.models.strict import Length, Sigma, Strict, Vector
 
-_SIGMA = Field(
+_SIGMA: Any = Field(
     default=0.0, description="Form and calibration error of this feature along its normal, added to the probe's."
 )
-_SIDE = Field(default="outer", description="outer: a boss or ball, touched from outside; inner: a bore or socket.")
+_SIDE: Any = Field(default="outer", description="outer: a boss or ball, touched from outside; inner: a bore or socket.")
 
 
 class PlaneModel(Strict):
@@ -17,7 +17,9 @@ class PlaneModel(Strict):
 
     type: Literal["plane"] = Field(description="A flat face; its normal points out of the material.")
     point: Vector | None = Field(default=None, description="Any point of the face, in the fixture frame.")
-    normal: Vector | None = Field(default=None, description="Outward normal, any length but zero, in the fixture frame.")
+    normal: Vector | None = Field(
+        default=None, description="Outward normal, any length but zero, in the fixture frame."
+    )
     sigma: Sigma = _SIGMA
 
 

@@ -103,7 +103,7 @@ def _untagged(path: Path, value: Any) -> Finding:
         remedy = did_you_mean(str(value["type"]), _FEATURES)
         return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
     if len(path) > 1 and path[1] == "origin":
-        remedy = "write {center_of: sphere}, {foot_of: A, on: B}, {meet_of: [plane, plane, plane]} or {meet_of: [cylinder, plane]}"
+        remedy = "write {center_of: sphere}, {foot_of: A, on: B} or {meet_of: [plane, plane, plane]}"
     else:
         remedy = "write {along: cylinder or plane}, {from: A, to: B} or {opposite: one of these}"
     return Finding(path, f"{place} is {_shown(value)}", remedy)

@@ -1,0 +1,216 @@
+"""Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import FileError, Problem
+from tactfix.files.contact_header import Header, key_of, read_header
+from tactfix.files.contact_options import ContactOptions, Settings, settle
+from tactfix.files.contact_table import Table, decimal_mark, numbers
+from tactfix.files.reading import Source, read_source
+from tactfix.fixture import Fixture, Probe
+from tactfix.geometry.arrays import Floats
+from tactfix.suggestions import did_you_mean
+
+SURFACE: Final = "surface"
+"""What the one feature is called where no fixture names it."""
+_MOST_PROBLEMS: Final = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactFile:
+    """What a contact file says: its name for messages, its contacts, and the units they are in."""
+
+    name: str
+    contacts: Contacts
+    units: str
+
+
+def load_contacts(source: Source, fixture: Fixture | None = None, options: ContactOptions | None = None) -> Contacts:
+    """The contacts of a CSV file in the units of the fixture; see read_contact_file."""
+    return read_contact_file(source, fixture, options).contacts
+
+
+def read_contact_file(
+    source: Source, fixture: Fixture | None = None, options: ContactOptions | None = None
+) -> ContactFile:
+    """The contacts of a CSV file.
+
+    source: a path, "-" for standard input, bytes, or an open file. fixture: whose features the contacts touch; lengths
+    come out in its units. Without a fixture they stay in the file's own, and a file without a feature column is on one
+    feature called "surface". options beat the header of the file, which beats the fixture's probe.
+
+    Raises FileError with all that is wrong, by row and line; at most 20 problems are listed, and how many more.
+    """
+    name, text = read_source(source)
+    problems: list[Problem] = []
+    file = _read(name, text, fixture, options or ContactOptions(), problems)
+    if file is None or problems:
+        raise FileError(name, _shortened(problems))
+    return file
+
+
+def _read(
+    name: str, text: str, fixture: Fixture | None, options: ContactOptions, problems: list[Problem]
+) -> ContactFile | None:
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    header = read_header(lines, problems, feature_needed=fixture is not None)
+    if header is None:
+        return None
+    table = _read_table(lines, header, problems)
+    if table is None:
+        return None
+    settings = _settle(options, header, fixture, table, problems)
+    features = _features(table, fixture, problems)
+    points = numbers(table, ("x", "y", "z"), problems)
+    approaches = _approaches(table, problems)
+    sigmas = _own_sigmas(table, problems)
+    if problems or settings is None or settings.tip_radius is None:
+        return None
+    with np.errstate(over="ignore"):
+        points, sigmas = points * settings.scale, sigmas * settings.scale
+    for index in np.flatnonzero(~np.isfinite(points).all(axis=1))[:_MOST_PROBLEMS]:
+        problems.append(table.problem(int(index), "too far away for a number", "check the coordinates and the units"))
+    contacts = Contacts(
+        features=features,
+        points=points,
+        approaches=approaches,
+        sigmas=np.where(np.isnan(sigmas), settings.sigma or np.nan, sigmas),
+        tip_radius=settings.tip_radius,
+        rows=tuple(range(1, len(table) + 1)),
+        ids=tuple(cell or None for cell in table.columns["id"]) if "id" in table.columns else (None,) * len(table),
+    )
+    return ContactFile(name, contacts, settings.target_units)
+
+
+def _read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
+    """The cells below the header, None where there are none or where rows have more or fewer than the header."""
+    body: list[str] = []
+    numbers_: list[int] = []
+    blank = header.separator + " \t"
+    for number, line in enumerate(lines[header.first_line :], header.first_line + 1):
+        if line.lstrip().startswith("#"):
+            key = key_of(line.strip())
+            if key:
+                problems.append(Problem(f"{key} stands below the header row", "move it above", line=number))
+        elif line.strip(blank):
+            body.append(line)
+            numbers_.append(number)
+    if not body:
+        problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
+        return None
+    return _split_rows(body, numbers_, header, problems)
+
+
+def _split_rows(body: list[str], lines: list[int], header: Header, problems: list[Problem]) -> Table | None:
+    try:
+        rows = list(csv.reader(body, delimiter=header.separator, strict=True))
+    except csv.Error:
+        rows = []
+    if len(rows) != len(body):
+        quoted = next(index for index, line in enumerate(body) if line.count('"'))
+        remedy = "close it in the same line, or remove it"
+        problems.append(
+            Problem("a quotation mark is left open or stands inside a cell", remedy, lines[quoted], row=quoted + 1)
+        )
+        return None
+    width = len(header.columns)
+    ragged = [index for index, row in enumerate(rows) if len(row) != width]
+    for index in ragged:
+        what = f"{len(rows[index])} cells where the header has {width}"
+        remedy = f"write {','.join(header.columns)}; leave a cell empty, but keep its separator"
+        problems.append(Problem(what, remedy, line=lines[index], row=index + 1))
+    if ragged:
+        return None
+    columns: dict[str, Sequence[str]] = {
+        name: [cell.strip() for cell in column]
+        for name, column in zip(header.columns, zip(*rows, strict=True), strict=True)
+    }
+    table = Table(columns, lines, header.separator)
+    numeric = [name for name in columns if name not in ("feature", "id")]
+    return replace(table, decimal=decimal_mark(table, numeric, problems))
+
+
+def _settle(
+    options: ContactOptions, header: Header, fixture: Fixture | None, table: Table, problems: list[Problem]
+) -> Settings | None:
+    """Units, tip radius and sigma, a problem for each that nothing says."""
+    probe, units = (fixture.probe, fixture.units) if fixture else (Probe(), None)
+    settings = settle(options, header.settings, probe, units)
+    if settings is None:
+        problems.append(Problem("nothing says the units", "write '# units: mm' above the header, or use --units"))
+        settings = settle(replace(options, units="mm"), header.settings, probe, units)
+    assert settings is not None
+    if settings.tip_radius is None:
+        remedy = (
+            "write '# tip_radius: 0' above the header if these are points of the surface, "
+            "or the radius of the tip if they are its centres, or use --tip-radius"
+        )
+        problems.append(Problem("nothing says the tip radius", remedy))
+    if settings.sigma is None and not ("sigma" in table.columns and all(table.columns["sigma"])):
+        remedy = "write '# sigma: 0.005' above the header (one standard deviation of a contact), or use --sigma"
+        problems.append(Problem("nothing says the sigma of a contact", remedy))
+    return settings
+
+
+def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) -> tuple[str, ...]:
+    """The feature of each contact; a problem for each that the fixture does not have."""
+    if "feature" not in table.columns:
+        return (SURFACE,) * len(table)
+    names = tuple(table.columns["feature"])
+    unknown = {name for name in set(names) if not name or (fixture is not None and name not in fixture.features)}
+    if unknown:
+        for index, name in enumerate(names):
+            if name in unknown:
+                what = f"there is no feature {name!r}" if name else "feature is empty"
+                remedy = did_you_mean(name, fixture.features if fixture else ()) if name else "name the feature touched"
+                problems.append(table.problem(index, what, remedy))
+    return names
+
+
+def _approaches(table: Table, problems: list[Problem]) -> Floats:
+    """Unit approaches (n, 3), nan where a row gives none: ax, ay, az, or the reverse of nx, ny, nz."""
+    sign, names = (-1.0, ("nx", "ny", "nz")) if "nx" in table.columns else (1.0, ("ax", "ay", "az"))
+    if names[0] not in table.columns:
+        return np.full((len(table), 3), np.nan)
+    before = len(problems)
+    vectors = numbers(table, names, problems, may_be_empty=True)
+    given = np.array([[bool(cell) for cell in table.columns[name]] for name in names]).T
+    for index in np.flatnonzero(given.any(axis=1) & ~given.all(axis=1)):
+        missing = ", ".join(name for name, there in zip(names, given[index], strict=True) if not there)
+        problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
+    largest = np.abs(vectors).max(axis=1, initial=0.0)
+    for index in np.flatnonzero(largest == 0):
+        what = f"{', '.join(names)} is zero, which is no direction"
+        problems.append(table.problem(int(index), what, "write the direction, or leave the three cells empty"))
+    if len(problems) > before:
+        return vectors
+    # Scaled to a largest component of one first, so that no square under- or overflows.
+    vectors = vectors / largest[:, None]
+    return np.asarray(sign * vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+def _own_sigmas(table: Table, problems: list[Problem]) -> Floats:
+    """The sigma of each contact (n,), in the file's units, nan where its row gives none."""
+    if "sigma" not in table.columns:
+        return np.full(len(table), np.nan)
+    sigmas = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0]
+    for index in np.flatnonzero(sigmas <= 0):
+        problems.append(
+            table.problem(int(index), f"sigma is {sigmas[index]:g}", "write a number above 0; no touch is exact")
+        )
+    return sigmas
+
+
+def _shortened(problems: list[Problem]) -> list[Problem]:
+    """The problems in the order of the file, no more than a person reads."""
+    ordered = sorted(problems, key=lambda problem: problem.line or 0)
+    more = len(ordered) - _MOST_PROBLEMS
+    if more <= 0:
+        return ordered
+    return [*ordered[:_MOST_PROBLEMS], Problem(f"{more} more problems", "mend the ones above first")]

@@ -1,0 +1,63 @@
+"""What a caller says about a contact file, and what is settled once options, file and fixture have been heard."""
+
+import math
+from dataclasses import dataclass
+
+from tactfix.errors import UsageError
+from tactfix.fixture import Probe
+from tactfix.units import UNITS, factor
+
+
+@dataclass(frozen=True, slots=True)
+class ContactOptions:
+    """What is said from outside about a contact file; it beats the file, which beats the fixture's probe block.
+
+    units: the unit of all lengths in the contact file, and of tip_radius and sigma here (as if they stood in the file).
+    Raises UsageError for a value that no file could have.
+    """
+
+    units: str | None = None
+    tip_radius: float | None = None
+    sigma: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.units is not None and self.units not in UNITS:
+            raise UsageError(f"units {self.units!r} is none of {', '.join(UNITS)}")
+        if self.tip_radius is not None and not 0 <= self.tip_radius < math.inf:
+            raise UsageError(f"tip radius {self.tip_radius:g} is not a length; write 0 for points of the surface")
+        if self.sigma is not None and not 0 < self.sigma < math.inf:
+            raise UsageError(f"sigma {self.sigma:g} is not above zero; no probe is exact")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What holds for a contact file: its own units, and tip radius and sigma in the units of the result."""
+
+    units: str
+    target_units: str
+    tip_radius: float | None
+    sigma: float | None
+
+    @property
+    def scale(self) -> float:
+        """What lengths of the file are multiplied by."""
+        return factor(self.units, self.target_units)
+
+
+def settle(options: ContactOptions, header: ContactOptions, probe: Probe, fixture_units: str | None) -> Settings | None:
+    """Options beat the header of the file, which beats the fixture's probe; None where nothing says the units."""
+    units = options.units or header.units or fixture_units
+    if units is None:
+        return None
+    scale = factor(units, fixture_units or units)
+
+    def first(option: float | None, in_file: float | None, in_fixture: float | None) -> float | None:
+        said = in_file if option is None else option
+        return in_fixture if said is None else said * scale
+
+    return Settings(
+        units,
+        fixture_units or units,
+        first(options.tip_radius, header.tip_radius, probe.tip_radius),
+        first(options.sigma, header.sigma, probe.sigma),
+    )
