@@ -1,0 +1,92 @@
+"""Geometric least squares for cylinders: from a stack of axes to the nearest local minima.
+
+A state is (foot (3,), direction (3,), radius): foot is the point of the axis nearest to the origin, which should be
+near the contacts' mean. Parameters: two shifts of the foot and two tilts in a basis square to the axis, and the radius
+unless it is known.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, Ints, perpendicular, unit
+from tactfix.localizers.least_squares import refined
+
+PARAMETERS = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CylinderProblem:
+    """Contacts (n, 3), or (B, n, 3) with one set per state, their weights (n,) or (B, n), and whether the radius is known.
+
+    Residuals are weight * (distance from the axis - radius - extra), where extra (n,) is what one contact lies farther
+    out than the others, zero for contacts with one tip.
+    """
+
+    points: Floats
+    weights: Floats
+    radius_known: bool
+    extra: Floats = field(default_factory=lambda: np.zeros(1))
+
+    def evaluate(self, states: Floats, index: Ints) -> tuple[Floats, Floats]:
+        """Residuals (B, n) and Jacobians (B, n, 4 or 5) of the states (B, 7)."""
+        foot, direction, radius = states[:, :3], states[:, 3:6], states[:, 6]
+        across = basis_across(direction)
+        points = self.points[index] if self.points.ndim == 3 else self.points
+        weights = self.weights[index] if self.weights.ndim == 2 else self.weights
+        along = points @ direction[..., None]
+        flat = points @ np.swapaxes(across, -1, -2) - (across @ foot[..., None])[:, None, :, 0]
+        distance = np.sqrt(np.einsum("bni,bni->bn", flat, flat))
+        # A contact on the axis itself has no radial direction; any will do to leave the place.
+        normal = flat / np.maximum(distance, 1e-300)[..., None]
+        columns = [-normal, -along * normal]
+        if not self.radius_known:
+            columns.append(np.full((*distance.shape, 1), -1.0))
+        jacobian = np.concatenate(columns, axis=-1) * weights[..., None]
+        return weights * (distance - radius[:, None] - self.extra), jacobian
+
+    def step(self, states: Floats, change: Floats) -> Floats:
+        """The states (B, 7) after shifts, tilts and a change of radius (B, 4 or 5)."""
+        foot, direction, radius = states[:, :3], states[:, 3:6], states[:, 6].copy()
+        across = basis_across(direction)
+        shifted = foot + np.einsum("bi,bij->bj", change[:, :2], across)
+        tilted = unit(direction + np.einsum("bi,bij->bj", change[:, 2:4], across))
+        if not self.radius_known:
+            radius += change[:, 4]
+        feet = shifted - np.sum(shifted * tilted, axis=-1, keepdims=True) * tilted
+        return np.concatenate([feet, tilted, radius[:, None]], axis=-1)
+
+    def refined(self, states: Floats, iterations: int = 60) -> Floats:
+        """The local minima (B, 7) that the states lead to."""
+        return refined(self.evaluate, self.step, states, iterations)
+
+
+def basis_across(directions: Floats) -> Floats:
+    """Two unit vectors (..., 2, 3) square to each other and to the unit vectors directions (..., 3)."""
+    first = perpendicular(directions)
+    return np.stack([first, np.cross(directions, first)], axis=-2)
+
+
+def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats:
+    """For each direction (B, 3) the state of the circle that fits the projected contacts best (fig. 5).
+
+    All contacts are used, not only three: |x x s|^2 - 2 f . x is made as constant as can be (linear least squares).
+    points (n, 3) or (B, n, 3), weights (n,). A direction along which the contacts fall on one line gives nan.
+    """
+    across = basis_across(directions)
+    flat = points @ np.swapaxes(across, -1, -2)
+    share = weights**2 / np.sum(weights**2)
+    middle = np.einsum("n,bni->bi", share, flat)
+    flat = flat - middle[:, None]
+    squared = np.sum(flat**2, axis=-1)
+    mean_square = squared @ share
+    moments = np.einsum("n,bni,bnj->bij", share, flat, flat)
+    right = np.einsum("n,bni,bn->bi", share, flat, squared)
+    det = moments[:, 0, 0] * moments[:, 1, 1] - moments[:, 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = (moments[:, 1, 1] * right[:, 0] - moments[:, 0, 1] * right[:, 1]) / (2 * det)
+        v = (moments[:, 0, 0] * right[:, 1] - moments[:, 0, 1] * right[:, 0]) / (2 * det)
+        radius = np.sqrt(mean_square + u**2 + v**2)
+        centre = middle + np.stack([u, v], axis=-1)
+        foot = np.einsum("bi,bij->bj", centre, across)
+    return np.concatenate([foot, directions, radius[:, None]], axis=-1)

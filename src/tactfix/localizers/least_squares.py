@@ -1,0 +1,67 @@
+"""Many small nonlinear least-squares problems at once: Levenberg and Marquardt's method on stacks."""
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from tactfix.geometry.arrays import Bools, Floats, Ints
+
+Evaluate: TypeAlias = Callable[[Floats, Ints], tuple[Floats, Floats]]
+"""States (B, q) of the problems with these indices (B,) -> residuals (B, n) and Jacobians (B, n, p)."""
+Step: TypeAlias = Callable[[Floats, Floats], Floats]
+"""States (B, q) and parameter changes (B, p) -> new states (B, q)."""
+
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
+_EPS = float(np.finfo(np.float64).eps)
+
+_SETTLED = 1e-20
+"""A step that promises to lower the cost by less than this part of it moves the parameters by 1e-10 residuals."""
+
+
+def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60) -> Floats:
+    """The states (B, q) at a local minimum of the sum of squared residuals, each reached from the one given.
+
+    Problems should be of unit size. A problem that does not settle within the iterations is returned as far as it got.
+    """
+    states = states.copy()
+    active: Ints = np.arange(len(states))
+    damping = np.full(len(states), _FIRST_DAMPING)
+    residuals, jacobians = evaluate(states, active)
+    cost = np.sum(residuals**2, axis=-1)
+    for _ in range(iterations):
+        change, promised = _damped_step(residuals, jacobians, damping)
+        trial = step(states[active], change)
+        new_residuals, new_jacobians = evaluate(trial, active)
+        new_cost = np.sum(new_residuals**2, axis=-1)
+        # Near the minimum rounding hides a gain that the gradient still sees: such steps are taken too.
+        better = new_cost <= cost * (1 + 8 * _EPS)
+        states[active[better]] = trial[better]
+        residuals[better], jacobians[better], cost[better] = new_residuals[better], new_jacobians[better], new_cost[better]
+        damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
+        keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states[active], residuals, cost)
+        if not keep.any():
+            break
+        active, damping = active[keep], damping[keep]
+        residuals, jacobians, cost = residuals[keep], jacobians[keep], cost[keep]
+    return states
+
+
+def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
+    """Where the residuals (B, n) are no more than the rounding of their own computation."""
+    size = np.maximum(1.0, np.abs(states).max(axis=-1))
+    return np.asarray(cost <= residuals.shape[-1] * (_EPS * size) ** 2)
+
+
+def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple[Floats, Floats]:
+    """The changes (B, p) that solve (J^T J + damping diag) change = -J^T r, and the gains (B,) that they promise."""
+    transposed = np.swapaxes(jacobians, -1, -2)
+    normal = transposed @ jacobians
+    gradient = (transposed @ residuals[..., None])[..., 0]
+    diagonal = np.einsum("...ii->...i", normal)
+    # A floor for parameters that the contacts hardly see: the damped matrix is never singular.
+    floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + np.finfo(float).tiny
+    # einsum's view of the diagonal is writable: this damps normal itself.
+    diagonal += damping[:, None] * np.maximum(diagonal, floor)
+    change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
+    return change, -np.sum(change * gradient, axis=-1)

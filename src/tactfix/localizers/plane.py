@@ -1,0 +1,42 @@
+"""A plane from three contacts or more (eqs. 1-2)."""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Plane
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear
+from tactfix.localizers.scaling import unit_contacts
+
+CONTACTS = 3
+
+
+def localize_plane(
+    points: Floats, sigmas: Floats | float | None = None, tip_radius: float = 0.0
+) -> tuple[SurfaceCandidate, ...]:
+    """The plane nearest to contacts, once with each of its sides as the outward one.
+
+    Minimises the weighted sum of ((x_i - p) . n - tip_radius)^2; through three contacts n = v1 x v2 (eq. 1).
+
+    points (n, 3): n >= 3 tip centres or surface points; sigmas (n,) or one number, along the normal, or None for exact
+    contacts: same unit; tip_radius: the tip's centres lie this far off the plane on its outward side.
+    Returns two candidates with opposite normals, 2 * tip_radius apart; which one it is the approach says.
+    Raises DegenerateContactsError when fewer than three contacts differ, or all lie on one line.
+    Source: eqs. 1-2; orthogonal least squares by singular values beyond three contacts.
+    """
+    contacts = unit_contacts(points, sigmas)
+    refuse_coincident("plane", contacts, CONTACTS)
+    refuse_collinear("plane", contacts)
+    share = contacts.weights**2 / np.sum(contacts.weights**2)
+    middle = share @ contacts.points
+    arms = (contacts.points - middle) * contacts.weights[:, None]
+    _, spread, vh = np.linalg.svd(arms, full_matrices=False)
+    normal = vh[-1]
+    residuals = (contacts.points - middle) @ normal
+    center = contacts.origin + contacts.scale * middle
+    chi2 = float(np.sum((contacts.weights * residuals / contacts.sigma) ** 2))
+    rms = float(np.sqrt(np.mean(residuals**2)) * contacts.scale)
+    return tuple(
+        SurfaceCandidate(Plane(center - tip_radius * n, n), chi2, rms, float(1.0 / spread[1]), poorly_determined=False)
+        for n in (normal, -normal)
+    )

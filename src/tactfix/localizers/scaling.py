@@ -1,0 +1,38 @@
+"""Contacts brought to unit size about their mean, so that one set of tolerances holds in m, mm and um, near and far."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.localizers.significance import effective_sigmas
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnitContacts:
+    """points (n, 3) = (contacts - origin) / scale, of unit rms size about their mean.
+
+    weights (n,): 1 on average, larger for surer contacts. sigma: one standard deviation of a weighted residual, in
+    units of scale.
+    """
+
+    points: Floats
+    weights: Floats
+    sigma: float
+    origin: Floats
+    scale: float
+
+    def __post_init__(self) -> None:
+        for name in ("points", "weights", "origin"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def unit_contacts(points: Floats, sigmas: Floats | float | None) -> UnitContacts:
+    """The contacts (n, 3) with sigmas (n,), one number or None, at unit size."""
+    deviations = effective_sigmas(points, sigmas)
+    origin = points.mean(axis=0)
+    centred = points - origin
+    scale = float(np.sqrt(np.mean(np.sum(centred**2, axis=1)))) or 1.0
+    # The sigma that all contacts would need to carry the same information together.
+    common = float(1.0 / np.sqrt(np.mean(deviations**-2)))
+    return UnitContacts(centred / scale, common / deviations, common / scale, origin, scale)

@@ -1,0 +1,129 @@
+"""Spheres through contacts: three with a known radius (eqs. 3-10), four without, or any number more."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.surfaces import Sphere
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
+from tactfix.localizers.determination import determination
+from tactfix.localizers.least_squares import refined
+from tactfix.localizers.scaling import UnitContacts, unit_contacts
+from tactfix.localizers.significance import chi_square_limit
+
+CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 3, 4
+
+_SAME = 1e-6
+"""Centres nearer than this, in units of the contacts' extent, are one root reached twice."""
+
+
+def localize_sphere(
+    points: Floats, radius: float | None = None, sigmas: Floats | float | None = None
+) -> tuple[SurfaceCandidate, ...]:
+    """Every sphere that explains the contacts.
+
+    Local minima of the weighted sum of (|x_i - c| - radius)^2 over c, and over the radius too where it is not given.
+
+    points (n, 3): tip centres or surface points, n >= 3 with radius, n >= 4 without; radius: offset radius, of the
+    tip's centres; sigmas (n,) or one number, along the normal, or None for exact contacts: all in one unit.
+    Returns the minima whose chi-square noise can explain, best first, and beyond the minimal number of contacts the
+    global minimum always. Three contacts: two centres, mirror images in their plane; one, marked poorly determined,
+    where they lie on a great circle within noise; none where they lie farther apart.
+    Raises DegenerateContactsError when too few contacts differ, all lie on one line, or all in one plane without a
+    known radius.
+    Source: eqs. 3-10 for three contacts; Duffie and others 1984 for four.
+    """
+    contacts = unit_contacts(points, sigmas)
+    if radius is None:
+        refuse_coincident("sphere", contacts, CONTACTS_FREE_RADIUS)
+        refuse_coplanar("sphere", contacts)
+        problem, states = SphereProblem(contacts.points, contacts.weights, radius_known=False), _free_states(contacts)
+    else:
+        refuse_coincident("sphere", contacts, CONTACTS_KNOWN_RADIUS)
+        refuse_collinear("sphere", contacts)
+        problem = SphereProblem(contacts.points, contacts.weights, radius_known=True)
+        states = _known_states(contacts, radius / contacts.scale)
+    states = refined(problem.evaluate, problem.step, states)
+    return _candidates(problem, contacts, states)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SphereProblem:
+    """Contacts (n, 3) of unit size and weights (n,); a state is (centre (3,), radius)."""
+
+    points: Floats
+    weights: Floats
+    radius_known: bool
+
+    def evaluate(self, states: Floats, index: Ints) -> tuple[Floats, Floats]:
+        """Residuals (B, n), weight * (distance from the centre - radius), and Jacobians (B, n, 3 or 4)."""
+        del index
+        arms = self.points - states[:, None, :3]
+        distance = np.linalg.norm(arms, axis=-1)
+        normal = arms / np.maximum(distance, np.finfo(float).tiny)[..., None]
+        columns = [-normal] if self.radius_known else [-normal, np.full((*distance.shape, 1), -1.0)]
+        jacobian = np.concatenate(columns, axis=-1) * self.weights[:, None]
+        return self.weights * (distance - states[:, 3:]), jacobian
+
+    def step(self, states: Floats, change: Floats) -> Floats:
+        """The states after a change (B, 3 or 4) of centre and radius."""
+        moved = states.copy()
+        moved[:, : change.shape[1]] += change
+        return moved
+
+
+def _free_states(contacts: UnitContacts) -> Floats:
+    """The sphere that makes |x|^2 - 2 c . x as constant as can be, and its mirror image in the contacts' plane."""
+    points, weights = contacts.points, contacts.weights
+    design = np.column_stack([2 * points, np.ones(len(points))])
+    solution, *_ = np.linalg.lstsq(design * weights[:, None], weights * np.sum(points**2, axis=1), rcond=None)
+    center = solution[:3]
+    normal = np.linalg.svd(points, full_matrices=False)[2][-1]
+    centers = np.array([center, center - 2 * (center @ normal) * normal])
+    radii = np.mean(np.linalg.norm(points - centers[:, None], axis=-1), axis=1)
+    return np.column_stack([centers, radii])
+
+
+def _known_states(contacts: UnitContacts, radius: float) -> Floats:
+    """Circle in the plane of best fit, then both centres at the known radius above and below it."""
+    points, weights = contacts.points, contacts.weights
+    axes = np.linalg.svd(points, full_matrices=False)[2]
+    flat = points @ axes[:2].T
+    design = np.column_stack([2 * flat, np.ones(len(points))])
+    solution, *_ = np.linalg.lstsq(design * weights[:, None], weights * np.sum(flat**2, axis=1), rcond=None)
+    rho_squared = solution[2] + solution[:2] @ solution[:2]
+    middle, height = solution[:2] @ axes[:2], np.sqrt(max(radius**2 - rho_squared, 0.0))
+    centers = [middle + height * axes[2], middle - height * axes[2]] if height > 0 else [middle]
+    if len(points) > CONTACTS_KNOWN_RADIUS:
+        # Contacts around a whole sphere: the centre is near their mean, whatever their plane of best fit.
+        centers.append(np.zeros(3))
+    return np.column_stack([np.array(centers), np.full(len(centers), radius)])
+
+
+def _candidates(problem: SphereProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:
+    """The distinct states that noise can explain, best first; the best one of a redundant set in any case."""
+    residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
+    chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
+    dof = len(contacts.points) - jacobians.shape[-1]
+    kept: list[int] = []
+    for i in np.argsort(chi2, kind="stable"):
+        explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
+        if explains and all(np.linalg.norm(states[i] - states[k]) > _SAME for k in kept):
+            kept.append(int(i))
+    if not kept:
+        return ()
+    states = states[kept]
+    distances = residuals[kept] / contacts.weights * contacts.scale
+    condition, poor = determination(problem.evaluate, problem.step, states, contacts.sigma)
+    return tuple(
+        SurfaceCandidate(
+            Sphere(contacts.origin + contacts.scale * state[:3], float(state[3] * contacts.scale)),
+            float(chi2[i]),
+            float(np.sqrt(np.mean(distance**2))),
+            float(cond),
+            bool(doubtful),
+        )
+        for state, i, distance, cond, doubtful in zip(states, kept, distances, condition, poor, strict=True)
+    )

@@ -1,0 +1,82 @@
+"""Both centres of spheres of known radius through three contacts (eqs. 3-10), for whole stacks of problems.
+
+The paper solves for a and b in terms of c and divides by the z component of the triangle's normal. Here the
+circumcentre m of the three contacts is written in the triangle's own vectors: the centres are m +- h n with
+h^2 = radius^2 - circumradius^2, and no coordinate axis is preferred.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Bools, Floats
+
+_CHUNK = 8192
+"""Problems worked on at once: their components stay in the processor's cache."""
+
+_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SphereCenters:
+    """centers (..., 2, 3), nan where not valid; valid (...): both centres are real, or a double root within tolerance.
+
+    double (...): the radius falls short of the circumradius, but by no more than the tolerance; both centres are then
+    the circumcentre.
+    """
+
+    centers: Floats
+    valid: Bools
+    double: Bools
+
+
+def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | float = 0.0) -> SphereCenters:
+    """Both centres of the spheres of known radius through three contacts each: |x_i - c| = radius, i = 1..3.
+
+    points (..., 3, 3): three contacts each; radius, tolerance: numbers or (...), same unit: a circumradius that
+    exceeds the radius by up to tolerance is taken for a great circle that noise has moved.
+    Returns invalid entries, not errors, for contacts on a line and for contacts too far apart, so that one bad problem
+    does not stop a stack. Source: eqs. 3-10.
+    """
+    shape = points.shape[:-2]
+    flat = np.asarray(points, dtype=np.float64).reshape(-1, 9)
+    radii = np.broadcast_to(radius, shape).reshape(-1)
+    tolerances = np.broadcast_to(tolerance, shape).reshape(-1)
+    centers = np.empty((len(flat), 2, 3))
+    valid, double = np.empty(len(flat), dtype=bool), np.empty(len(flat), dtype=bool)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            valid[part], double[part] = _solve_chunk(flat[part], radii[part], tolerances[part], centers[part])
+    return SphereCenters(centers.reshape(*shape, 2, 3), valid.reshape(shape), double.reshape(shape))
+
+
+def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Floats) -> tuple[Bools, Bools]:
+    """Fill centers (m, 2, 3) for contacts (m, 9); returns valid (m,) and double (m,)."""
+    x = np.ascontiguousarray(flat.T)
+    v1, v2 = x[3:6] - x[0:3], x[6:9] - x[0:3]
+    nx, ny, nz = v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2], v1[0] * v2[1] - v1[1] * v2[0]
+    a, b, d = _dot(v1, v1), _dot(v2, v2), _dot(v1, v2)
+    area = nx * nx + ny * ny + nz * nz
+    half = 0.5 / area
+    # Circumcentre relative to the first contact: coordinates of the two perpendicular bisectors in v1, v2.
+    alpha, beta = b * (a - d) * half, a * (b - d) * half
+    m = alpha * v1 + beta * v2
+    rho_squared = _dot(m, m)
+    height_squared = radius * radius - rho_squared
+    # What rounding of the coordinates can do to the circumradius of a thin triangle is always granted.
+    granted = tolerance + _ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
+    # circumradius - radius <= granted, squared: no square root of the circumradius is needed.
+    double = (height_squared < 0) & (height_squared >= -granted * (2 * radius + granted))
+    h = np.sqrt(np.where(double, 0.0, height_squared)) / np.sqrt(area)
+    m += x[0:3]
+    for k, component in enumerate((nx, ny, nz)):
+        lift = h * component
+        np.add(m[k], lift, out=centers[:, 0, k])
+        np.subtract(m[k], lift, out=centers[:, 1, k])
+    return np.isfinite(centers[:, 0, 0]), double
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """The dot products (m,) of components-first vectors (3, m)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
