@@ -18,6 +18,7 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, frozen, perpendicular, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface, feet, outward_normals
+from tactfix.probe_settings import probe_settings
 from tactfix.realization import realize
 from tactfix.units import factor
 
@@ -71,7 +72,7 @@ def simulate(
         raise UsageError("a plan says how many contacts there are; leave out the number of contacts")
     pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
     surfaces = nominal_surfaces(fixture)
-    probe_sigma, said_tip = _probe(fixture, plan, sigma, tip_radius)
+    probe_sigma, said_tip = probe_settings(fixture, plan, sigma, tip_radius)
     access = access_of(fixture, surfaces, touching_radius(fault, said_tip))
     touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(surfaces, plan)
     if base_from_fixture is None:
@@ -121,22 +122,6 @@ def random_pose(rng: np.random.Generator, metre: float) -> Floats:
     rotation = rotation_from_quaternion(unit(rng.standard_normal(4)))
     translation = unit(rng.standard_normal(3)) * metre * rng.uniform(1.0, 3.0)
     return homogeneous(rotation, translation)
-
-
-def _probe(
-    fixture: Fixture, plan: Contacts | None, sigma: float | None, tip_radius: float | None
-) -> tuple[float, float]:
-    """Sigma and tip radius: given, else the plan's, else the fixture's."""
-    if sigma is None:
-        sigma = fixture.probe.sigma if plan is None else float(plan.sigmas.max())
-    if tip_radius is None:
-        tip_radius = fixture.probe.tip_radius if plan is None else plan.tip_radius
-    if sigma is None or tip_radius is None:
-        missing = "sigma" if sigma is None else "tip radius"
-        raise UsageError(f"{fixture.name}: nothing says the {missing}; give it, or add it to the fixture's probe block")
-    if not (sigma > 0 and tip_radius >= 0):
-        raise UsageError("sigma must be positive and the tip radius not negative")
-    return sigma, tip_radius
 
 
 Touches = tuple[tuple[str, ...], Floats, Floats, Floats]

@@ -1,0 +1,126 @@
+"""Finding the best set: exchanging single contacts (Fedorov 1972) from many starts, then moving each one smoothly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, Ints, perpendicular
+from tactfix.geometry.surfaces import feet, outward_normals
+from tactfix.planning.information import Objective
+from tactfix.planning.pool import Pool, Touches, joined
+
+# A step must pay by more than rounding, or the exchange could run in circles.
+_PAYS = 1e-6
+_PASSES = 25
+# The polish tries this many directions around each contact, at steps (in radii of the fixture) that shrink.
+_DIRECTIONS = 12
+_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """A set of chosen touches and its score, smaller is better."""
+
+    touches: Touches
+    score: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What a search is over: objective, pool, and touches already made, which count and stay."""
+
+    objective: Objective
+    pool: Pool
+    made: Touches
+
+    def information(self, touches: Touches) -> Floats:
+        """Information (6, 6) of the touches and of those already made."""
+        return np.asarray(touches.rows.T @ touches.rows + self.made.rows.T @ self.made.rows)
+
+    def choice(self, touches: Touches) -> Choice:
+        """The touches with their score."""
+        return Choice(touches, self.objective.score(self.information(touches)))
+
+    def best_in_place(self, chosen: Touches, at: int, offers: Touches) -> tuple[int, float]:
+        """Which of the offers is best in place of chosen[at], and the score with it; inf where all are crowded."""
+        rest = chosen.take(np.delete(np.arange(len(chosen)), at))
+        scores = self.objective.scores(self.information(rest), offers.rows)
+        scores = np.where(self.pool.crowded(offers, joined(self.made, rest)), np.inf, scores)
+        best = int(np.argmin(scores))
+        return best, float(scores[best])
+
+
+def pays(new: float, old: float) -> bool:
+    """Whether a score is better by more than rounding."""
+    return new < old - _PAYS * abs(old)
+
+
+def started(search: Search, count: int, rng: np.random.Generator) -> Touches:
+    """count touches to start from: features in turn, then any touch that is not crowded, where there is one."""
+    touches = search.pool.touches
+    order = np.resize(rng.permutation(np.unique(touches.which)), count)
+    chosen = touches.take(np.zeros(0, dtype=np.intp))
+    for feature in order:
+        offers = touches.take(rng.permutation(np.flatnonzero(touches.which == feature)))
+        free = ~search.pool.crowded(offers, joined(search.made, chosen))
+        chosen = joined(chosen, offers.take(np.array([int(np.argmax(free))])))
+    return chosen
+
+
+def extended(search: Search, smaller: Choice) -> Touches:
+    """The touches of a choice and the one of the pool that is best beside them."""
+    offers = search.pool.touches
+    scores = search.objective.scores(search.information(smaller.touches), offers.rows)
+    scores = np.where(search.pool.crowded(offers, joined(search.made, smaller.touches)), np.inf, scores)
+    return joined(smaller.touches, offers.take(np.array([int(np.argmin(scores))])))
+
+
+def exchanged(search: Search, start: Touches) -> Choice:
+    """The set that no exchange of one touch for another of the pool improves, reached from start."""
+    current = search.choice(start)
+    for _ in range(_PASSES):
+        before = current
+        for at in range(len(start)):
+            best, score = search.best_in_place(current.touches, at, search.pool.touches)
+            if pays(score, current.score):
+                current = Choice(_replaced(current.touches, at, search.pool.touches, best), score)
+        if current is before:
+            break
+    return current
+
+
+def polished(search: Search, choice: Choice) -> Choice:
+    """The choice with each touch moved over its surface as long as that pays, by pattern search."""
+    for step in _STEPS:
+        for _ in range(2):
+            before = choice
+            for at in range(len(choice.touches)):
+                offers = _around(search.pool, choice.touches, at, step)
+                if len(offers):
+                    best, score = search.best_in_place(choice.touches, at, offers)
+                    if pays(score, choice.score):
+                        choice = Choice(_replaced(choice.touches, at, offers, best), score)
+            if choice is before:
+                break
+    return choice
+
+
+def _around(pool: Pool, touches: Touches, at: int, step: float) -> Touches:
+    """Touches near touches[at] on the same feature that the probe can make."""
+    name = pool.names[touches.which[at]]
+    surface = pool.access.surfaces[name]
+    u = perpendicular(touches.normals[at])
+    v = np.cross(touches.normals[at], u)
+    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    moves = np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
+    points = feet(surface, touches.points[at] + step * pool.access.radius * moves)
+    normals = np.array(outward_normals(surface, points))
+    free = pool.access.can_touch(name, points, normals, -normals)
+    return pool.touches_at(np.full(int(free.sum()), touches.which[at]), points[free], normals[free])
+
+
+def _replaced(touches: Touches, at: int, offers: Touches, best: int) -> Touches:
+    """The touches with offers[best] in the place of touches[at]."""
+    pick: Ints = np.arange(len(touches))
+    pick[at] = len(touches)
+    return joined(touches, offers.take(np.array([best]))).take(pick)

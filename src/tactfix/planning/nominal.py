@@ -1,0 +1,49 @@
+"""From touches to contacts and back: nominal contacts are what a perfect probe would report of a plan."""
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.geometry.surfaces import feet, outward_normals
+from tactfix.planning.pool import Pool, Touches
+
+
+def nominal_contacts(pool: Pool, touches: Touches, sigma: float) -> Contacts:
+    """The touches as contacts in the fixture frame: tip centres, approached square to the surface."""
+    n = len(touches)
+    return Contacts(
+        features=tuple(pool.names[i] for i in touches.which),
+        points=touches.points + pool.access.tip_radius * touches.normals,
+        approaches=-touches.normals,
+        sigmas=np.full(n, sigma),
+        tip_radius=pool.access.tip_radius,
+        rows=tuple(range(1, n + 1)),
+        ids=(None,) * n,
+    )
+
+
+def touches_made(pool: Pool, contacts: Contacts | None, fixture: Fixture) -> Touches:
+    """Contacts already made, in the fixture frame, as touches with their own sigmas; none where None."""
+    if contacts is None:
+        return pool.touches.take(np.zeros(0, dtype=np.intp))
+    surfaces = [pool.access.surfaces[name] for name in contacts.features]
+    points = np.array([feet(surface, point) for surface, point in zip(surfaces, contacts.points, strict=True)])
+    normals = np.array([outward_normals(surface, point) for surface, point in zip(surfaces, points, strict=True)])
+    which = np.array([pool.names.index(name) for name in contacts.features], dtype=np.intp)
+    sigmas = np.hypot(contacts.sigmas, [fixture.features[name].sigma for name in contacts.features])
+    return pool.touches_at(which, points, normals, sigmas)
+
+
+def joined_contacts(first: Contacts | None, second: Contacts) -> Contacts:
+    """The contacts of both, in one frame, rows counted anew; the tip is that of the second."""
+    if first is None:
+        return second
+    return Contacts(
+        features=first.features + second.features,
+        points=np.concatenate([first.points, second.points]),
+        approaches=np.concatenate([first.approaches, second.approaches]),
+        sigmas=np.concatenate([first.sigmas, second.sigmas]),
+        tip_radius=second.tip_radius,
+        rows=tuple(range(1, len(first) + len(second) + 1)),
+        ids=first.ids + second.ids,
+    )

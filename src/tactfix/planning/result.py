@@ -1,0 +1,50 @@
+"""What plan answers."""
+
+from dataclasses import dataclass
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.planning.information import Criterion
+
+
+@dataclass(frozen=True, slots=True)
+class PlanStep:
+    """One row of the table: how many contacts, the worst sigma, the share it falls by from the row before, unique."""
+
+    count: int
+    worst_sigma: float
+    gain: float | None
+    unique: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """Contacts to make, and what they are worth together with those already made.
+
+    contacts: nominal, tip centres, in the fixture frame, or in base where contacts already made say where the fixture
+    stands (base_from_fixture is then not None). worst_sigma: largest standard deviation of a point of the fixture's
+    bounding box in any direction, at worst_point (3,) of the fixture frame. covariance (6, 6): of the pose in the order
+    rotation (rad), translation, about the fixture's origin. unique: no second pose is within ten sigma; rivals: how
+    many are. located: the contacts fix a pose at all. steps: the table, where the number of contacts was left open.
+    """
+
+    fixture: str
+    units: str
+    contacts: Contacts
+    base_from_fixture: Floats | None
+    criterion: Criterion
+    worst_sigma: float
+    worst_point: Floats
+    covariance: Floats
+    located: bool
+    rivals: int
+    steps: tuple[PlanStep, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("worst_point", "covariance"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def unique(self) -> bool:
+        """Whether the contacts leave one pose only."""
+        return self.located and not self.rivals

@@ -1,0 +1,195 @@
+"""One planning task from its search to the plan that is judged: the work behind `tactfix.plan`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactfix.access import access_of
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.locate import locate
+from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
+from tactfix.planning.information import Criterion, Objective, rows_of, worst_sigma
+from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
+from tactfix.planning.pool import Touches, joined, pool_of
+from tactfix.planning.result import Plan, PlanStep
+from tactfix.planning.uniqueness import judged, telling_approaches
+from tactfix.probe_settings import probe_settings
+from tactfix.simulate import nominal_surfaces
+from tactfix.touchable import extreme_points
+
+# A rigid body has six degrees of freedom.
+FEWEST = 6
+# Plans of as many contacts or fewer are tried before a fixture is said to have no unique plan: seven to nine are enough
+# wherever approach and touch boxes can tell at all.
+_MOST = 14
+# Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
+_STARTS, _STARTS_IN_TABLE = 8, 3
+# The best few are polished; more are only asked where none of these is unique.
+_POLISHED = 3
+# Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free.
+_RANK = 1e-7
+
+Progress = Callable[[float, str], None]
+"""Told how much of the work is done (0 to 1) and what is being done."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Made:
+    """Contacts already made, in the fixture frame, and where the fixture stands."""
+
+    contacts: Contacts
+    base_from_fixture: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """One planning task: the search, and what its results are judged by."""
+
+    fixture: Fixture
+    search: Search
+    made: _Made | None
+    probe: tuple[float, float]
+    seed: int
+    progress: Progress
+
+    @staticmethod
+    def of(
+        fixture: Fixture,
+        existing: Contacts | None,
+        criterion: Criterion,
+        seed: int,
+        sigma: float | None,
+        tip_radius: float | None,
+        progress: Progress,
+    ) -> "Task":
+        """The task of planning on this fixture; see `tactfix.plan.plan`."""
+        probe = probe_settings(fixture, existing, sigma, tip_radius)
+        surfaces = nominal_surfaces(fixture)
+        access = access_of(fixture, surfaces, probe[1])
+        sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
+        pool = pool_of(access, sigmas)
+        _refuse_free_motion(fixture, pool.touches)
+        corners = extreme_points(surfaces, fixture.touch, least=access.radius)
+        objective = Objective(criterion, (corners - access.centre) / access.radius, min(sigmas.values()))
+        made = None if existing is None else _made(fixture, existing)
+        touches = touches_made(pool, None if made is None else made.contacts, fixture)
+        return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress)
+
+    def single(self, count: int, fewest: int) -> Plan:
+        """The plan of count contacts."""
+        if count < fewest:
+            raise UsageError(f"{count} contacts cannot be planned; ask for {fewest} or more")
+        found = self._found(count, _STARTS, None, (0.0, 1.0))
+        self.progress(1.0, "done")
+        return found[1]
+
+    def table(self) -> Plan:
+        """The plan of the fewest contacts that are unique, with the gain of each further one up to twice as many."""
+        steps: list[PlanStep] = []
+        first: Plan | None = None
+        last: Choice | None = None
+        count, end = FEWEST, _MOST
+        while count <= end:
+            share = (count - FEWEST) / (end - FEWEST + 1), 1 / (end - FEWEST + 1)
+            starts = _STARTS if first is None else _STARTS_IN_TABLE
+            last, found = self._found(count, starts, last, share)
+            gain = 1 - found.worst_sigma / steps[-1].worst_sigma if steps else None
+            steps.append(PlanStep(count, found.worst_sigma, gain, found.unique))
+            if first is None and found.unique:
+                first, end = found, 2 * count
+            count += 1
+        self.progress(1.0, "done")
+        return replace(first or found, steps=tuple(steps))
+
+    def _found(
+        self, count: int, starts: int, smaller: Choice | None, share: tuple[float, float]
+    ) -> tuple[Choice, Plan]:
+        """The best choice of count touches, and the plan that it makes; unique if one of the choices is."""
+        rng = np.random.Generator(np.random.PCG64([self.seed, count]))
+        choices: list[Choice] = []
+        for k in range(starts):
+            self.progress(share[0] + share[1] * k / (starts + 1), f"{count} contacts")
+            grown = k == 0 and smaller is not None
+            start = extended(self.search, smaller) if grown and smaller else started(self.search, count, rng)
+            choices.append(exchanged(self.search, start))
+        choices.sort(key=lambda choice: choice.score)
+        best = sorted(
+            (polished(self.search, choice) for choice in choices[:_POLISHED]), key=lambda choice: choice.score
+        )
+        plans: list[Plan] = []
+        for k, choice in enumerate([*best, *choices[_POLISHED:]]):
+            self.progress(share[0] + share[1] * (starts + k / starts) / (starts + 1), f"{count} contacts: unique?")
+            plans.append(self._plan(choice.touches))
+            if plans[-1].unique:
+                return choice, plans[-1]
+        return best[0], plans[0]
+
+    def _plan(self, touches: Touches) -> Plan:
+        """The plan that these touches make, with approaches turned where that makes it unique."""
+        pool = self.search.pool
+        order = np.argsort(touches.which, kind="stable")
+        touches = touches.take(order)
+        nominal = nominal_contacts(pool, touches, self.probe[0])
+        fixed = None if self.made is None else self.made.contacts
+        verdict = judged(self.fixture, joined_contacts(fixed, nominal))
+        if verdict.rivals:
+            turned = telling_approaches(pool.access, nominal, touches.normals, verdict.rivals)
+            second = judged(self.fixture, joined_contacts(fixed, turned))
+            if second.located and len(second.rivals) < len(verdict.rivals):
+                nominal, verdict = turned, second
+        information = self.search.information(touches)
+        sigma, corner = worst_sigma(information, self.search.objective.corners)
+        base_from_fixture = None if self.made is None else self.made.base_from_fixture
+        return Plan(
+            fixture=self.fixture.name,
+            units=self.fixture.units,
+            contacts=nominal if base_from_fixture is None else _moved(nominal, base_from_fixture),
+            base_from_fixture=base_from_fixture,
+            criterion=self.search.objective.criterion,
+            worst_sigma=sigma,
+            worst_point=pool.access.centre + pool.access.radius * self.search.objective.corners[corner],
+            covariance=self._covariance(touches),
+            located=verdict.located,
+            rivals=len(verdict.rivals),
+        )
+
+    def _covariance(self, touches: Touches) -> Floats:
+        """Covariance (6, 6) of the pose about the fixture's origin, rotation first."""
+        pool = self.search.pool
+        every = joined(touches, self.search.made)
+        sigmas = 1 / np.linalg.norm(every.rows[:, 3:], axis=1)
+        rows = rows_of(every.points, every.normals, sigmas, np.zeros(3), pool.access.radius)
+        scale = np.array([1 / pool.access.radius] * 3 + [1.0] * 3)
+        return np.asarray(scale[:, None] * np.linalg.inv(rows.T @ rows) * scale)
+
+
+def _refuse_free_motion(fixture: Fixture, touches: Touches) -> None:
+    singular = np.linalg.svd(touches.rows, compute_uv=False)
+    if len(singular) < 6 or singular[-1] < _RANK * singular[0]:
+        raise UsageError(
+            f"{fixture.name}: a motion stays free whatever is touched, so no plan can fix the pose; "
+            "design-check names the motion and what to add"
+        )
+
+
+def _made(fixture: Fixture, existing: Contacts) -> _Made:
+    """The contacts already made, carried into the fixture frame by the pose (the best one left) that they give."""
+    result = locate(fixture, existing)
+    accepted = [candidate for candidate in result.candidates if candidate.accepted]
+    if not accepted:
+        raise UsageError(
+            f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
+        )
+    best = min(accepted, key=lambda candidate: candidate.chi2)
+    return _Made(_moved(existing, inverse(best.base_from_fixture)), best.base_from_fixture)
+
+
+def _moved(contacts: Contacts, a_from_b: Floats) -> Contacts:
+    """Contacts of frame b in frame a."""
+    points = transform_points(a_from_b, contacts.points)
+    return replace(contacts, points=points, approaches=contacts.approaches @ a_from_b[:3, :3].T)

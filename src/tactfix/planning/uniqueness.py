@@ -1,0 +1,106 @@
+"""Whether a plan leaves one pose only, by asking locate, and what makes it so: an approach turned off the normal.
+
+The nominal contacts are located as if their sigma were larger: what is then still a candidate is a pose that the real
+contacts would put no more than ten sigma behind the right one.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactfix.access import Access
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.surfaces import outward_normals
+from tactfix.locate import locate
+from tactfix.results import Candidate, LocateResult
+
+# A second pose nearer than this, in the root of its chi-square, is a rival.
+BEHIND = 10.0
+# What locate holds chi-square against where it does not say: the 0.999 quantile for one degree of freedom.
+_LIMIT = 10.8
+# An approach is turned off the normal by no more than this, and beyond a rival's surface by at least that much.
+_MOST_TILT_DEG, _BEYOND_DEG = 45.0, 15.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """What locate says of the nominal contacts: result with their own sigma, rivals: wrong poses not ruled out.
+
+    located: the contacts fix a pose at all; unique: no rival is within BEHIND sigma.
+    """
+
+    result: LocateResult
+    located: bool
+    rivals: tuple[Candidate, ...]
+
+    @property
+    def unique(self) -> bool:
+        """Whether the right pose is the only one left."""
+        return self.located and not self.rivals
+
+
+def judged(fixture: Fixture, contacts: Contacts) -> Verdict:
+    """The verdict on nominal contacts in the fixture frame: the right pose is the identity."""
+    result = locate(fixture, contacts)
+    if result.status not in ("located", "ambiguous"):
+        return Verdict(result, False, ())
+    if result.status == "located":
+        coarse = BEHIND / np.sqrt(result.chi2_limit or _LIMIT)
+        wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas))
+    else:
+        wide = result
+    accepted = [candidate for candidate in wide.candidates if candidate.accepted]
+    if not accepted:
+        return Verdict(result, False, ())
+    offs = [float(np.abs(candidate.base_from_fixture - np.eye(4)).max()) for candidate in accepted]
+    right = int(np.argmin(offs))
+    return Verdict(result, True, tuple(candidate for i, candidate in enumerate(accepted) if i != right))
+
+
+def telling_approaches(access: Access, contacts: Contacts, normals: Floats, rivals: tuple[Candidate, ...]) -> Contacts:
+    """The contacts, in the fixture frame, with as few approaches as possible turned so that no rival passes eq. 11.
+
+    normals (n, 3): outward at the contacts. One contact a rival: the one whose approach has to turn least to come from
+    inside the rival's material. A rival that no approach tells apart is left.
+    """
+    approaches = contacts.approaches.copy()
+    turned: set[int] = set()
+    for rival in rivals:
+        wrong = _rival_normals(rival, contacts)
+        if ((approaches * wrong).sum(axis=1) > np.sin(np.radians(_BEYOND_DEG))).any():
+            continue
+        tilted, tilts = _least_tilts(normals, wrong)
+        for i in np.argsort(tilts):
+            if tilts[i] > np.radians(_MOST_TILT_DEG):
+                break
+            if int(i) not in turned and _reaches(access, contacts, normals, int(i), tilted[i]):
+                approaches[i] = tilted[i]
+                turned.add(int(i))
+                break
+    return replace(contacts, approaches=approaches)
+
+
+def _rival_normals(rival: Candidate, contacts: Contacts) -> Floats:
+    pairs = zip(contacts.features, contacts.points, strict=True)
+    return np.array([outward_normals(rival.surfaces[name], point) for name, point in pairs])
+
+
+def _least_tilts(normals: Floats, wrong: Floats) -> tuple[Floats, Floats]:
+    """Approaches (n, 3) nearest to -normals that come out of wrong by _BEYOND_DEG, and their turns (n,) in rad."""
+    facing = (normals * wrong).sum(axis=1)
+    # In the plane of both normals the approach -n stands at angle(n, wrong) - 90 degrees past the wrong surface.
+    past = np.arccos(np.clip(facing, -1.0, 1.0)) - np.pi / 2
+    tilts = np.maximum(np.radians(_BEYOND_DEG) - past, 0.0)
+    aside = wrong - facing[:, None] * normals
+    flat = np.linalg.norm(aside, axis=1) < 1e-6
+    aside = unit(np.where(flat[:, None], np.roll(normals, 1, axis=1) + 1e-3, aside))
+    turned = -np.cos(tilts)[:, None] * normals + np.sin(tilts)[:, None] * aside
+    # Parallel normals leave no way to turn.
+    return turned, np.where(flat & (tilts > 0), np.pi, tilts)
+
+
+def _reaches(access: Access, contacts: Contacts, normals: Floats, at: int, approach: Floats) -> bool:
+    point = contacts.points[at] - access.tip_radius * normals[at]
+    return bool(access.can_touch(contacts.features[at], point[None], normals[at][None], approach[None])[0])

@@ -1,0 +1,27 @@
+"""Which tip and which sigma hold for contacts that are still to be made."""
+
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+
+
+def probe_settings(
+    fixture: Fixture, contacts: Contacts | None, sigma: float | None, tip_radius: float | None
+) -> tuple[float, float]:
+    """Sigma and tip radius: as given, else those of the contacts, else those of the fixture's probe block.
+
+    Raises UsageError where nothing says them, or where they are no lengths: nothing is guessed.
+    """
+    if sigma is None:
+        sigma = fixture.probe.sigma if contacts is None else float(contacts.sigmas.max())
+    if tip_radius is None:
+        tip_radius = fixture.probe.tip_radius if contacts is None else contacts.tip_radius
+    if sigma is None or tip_radius is None:
+        option = "sigma" if sigma is None else "tip-radius"
+        raise UsageError(
+            f"{fixture.name}: nothing says the {option.replace('-', ' ')}; "
+            f"use --{option}, or add it to the probe block of the fixture file"
+        )
+    if not (sigma > 0 and tip_radius >= 0):
+        raise UsageError("sigma must be above zero and the tip radius not below")
+    return sigma, tip_radius
