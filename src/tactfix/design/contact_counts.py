@@ -1,0 +1,145 @@
+"""How many contacts a fixture needs: in all, on each feature alone, feature by feature, and how they may be shared out.
+
+n_i contacts on feature i are independent in general position if and only if, for every subset of the features, the sum
+of n_i is at most the rank of that subset (Rado's theorem on independent transversals, the contacts on a feature being
+general rows of its constraint space). The rank of a subset is 6 less the dimension of its common motions.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations, islice
+from types import MappingProxyType
+from typing import Final, TypeAlias
+
+from tactfix.design.motions import common_motions, dimension
+from tactfix.design.scale import Tolerance
+from tactfix.fixture import Feature, Relation
+from tactfix.geometry.surfaces import FeatureType, Surface
+
+# Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.
+ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 4})
+ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
+# The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth where the radius is unknown.
+PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 5})
+PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 6})
+# Section 6, eqs. 48-51: a sphere at a known distance from a located cylinder's axis.
+PAPER_SPHERE_AT_DISTANCE: Final = 2
+
+MOST_SETS: Final = 500
+"""Minimal sets listed at most; a fixture of many features has millions."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureCounts:
+    """Contacts by feature: alone, the fewest that leave finitely many surfaces; paper, the counts of its localizers.
+
+    any_size: the same where the feature's own radius is not known.
+    """
+
+    alone: Mapping[str, int]
+    alone_any_size: Mapping[str, int]
+    paper: Mapping[str, int]
+    paper_any_size: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ContactCounts:
+    """What design-check says of numbers of contacts.
+
+    minimum_total: the rank of all features together, 6 where nothing is left free. minimal_sets: contacts by feature;
+    complete is False where there are more of them than MOST_SETS.
+    """
+
+    minimum_total: int
+    each: FeatureCounts
+    minimal_sets: tuple[Mapping[str, int], ...]
+    complete: bool = True
+
+
+def contact_counts(
+    features: Mapping[str, Feature],
+    surfaces: Mapping[str, Surface],
+    distances: set[frozenset[str]],
+    tolerance: Tolerance,
+) -> ContactCounts:
+    """The counts of a rigid fixture with its features at surfaces.
+
+    distances: the pairs between which a distance is known; all pairs that have one where the fixture is placed.
+    """
+    sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1)
+    return ContactCounts(
+        minimum_total=6 - dimension(common_motions(surfaces.values(), tolerance)),
+        each=_each(features, distances),
+        minimal_sets=sets[:MOST_SETS],
+        complete=len(sets) <= MOST_SETS,
+    )
+
+
+def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
+    """The counts where relations leave something free: each feature has to be located alone."""
+    distances = {frozenset(r.between) for r in relations if r.kind == "distance"}
+    each = _each(features, distances)
+    return ContactCounts(sum(each.alone.values()), each, minimal_sets=(each.alone,))
+
+
+def _each(features: Mapping[str, Feature], distances: set[frozenset[str]]) -> FeatureCounts:
+    near = {n for n, f in features.items() if f.type == "sphere" and _has_cylinder(n, features, distances)}
+    paper = {name: PAPER[f.type] for name, f in features.items()}
+    return FeatureCounts(
+        alone={name: ALONE[f.type] for name, f in features.items()},
+        alone_any_size={name: ALONE_ANY_SIZE[f.type] for name, f in features.items()},
+        paper={name: PAPER_SPHERE_AT_DISTANCE if name in near else n for name, n in paper.items()},
+        paper_any_size={name: PAPER_ANY_SIZE[f.type] for name, f in features.items()},
+    )
+
+
+def _has_cylinder(sphere: str, features: Mapping[str, Feature], distances: set[frozenset[str]]) -> bool:
+    """Whether the distance from the sphere to some cylinder is known."""
+    return any(f.type == "cylinder" and frozenset((sphere, name)) in distances for name, f in features.items())
+
+
+Rank: TypeAlias = Callable[[frozenset[str]], int]
+
+
+def minimal_sets(surfaces: Mapping[str, Surface], tolerance: Tolerance, most: int) -> tuple[Mapping[str, int], ...]:
+    """Every way to share the fewest contacts out so that they are independent in general position, up to most of them.
+
+    Each set names every feature, with 0 where it needs none.
+    """
+
+    @cache
+    def rank(subset: frozenset[str]) -> int:
+        chosen = [surface for name, surface in surfaces.items() if name in subset]
+        return 6 - dimension(common_motions(chosen, tolerance))
+
+    names = tuple(surfaces)
+    distributions = _distributions({}, names, rank(frozenset(names)), rank)
+    return tuple({name: chosen.get(name, 0) for name in names} for chosen in islice(distributions, most))
+
+
+def _distributions(
+    chosen: dict[str, int], names: tuple[str, ...], left: int, rank: Rank
+) -> Iterator[Mapping[str, int]]:
+    """Every independent way to place left more contacts on the features names, after those chosen already."""
+    if left == 0:
+        yield chosen
+        return
+    # What is still to be placed has to fit on the features that remain.
+    if not names or rank(frozenset((*chosen, *names))) < left + sum(chosen.values()):
+        return
+    first, *others = names
+    for count in range(min(left, rank(frozenset((first,)))), 0, -1):
+        if _is_independent(more := {**chosen, first: count}, rank):
+            yield from _distributions(more, tuple(others), left - count, rank)
+    yield from _distributions(chosen, tuple(others), left, rank)
+
+
+def _is_independent(chosen: Mapping[str, int], rank: Rank) -> bool:
+    """Rado's condition for the subsets that hold the feature chosen last; the others were asked before."""
+    *others, last = chosen
+    return all(
+        sum(chosen[name] for name in subset) + chosen[last] <= rank(frozenset((*subset, last)))
+        for size in range(len(others) + 1)
+        for subset in combinations(others, size)
+    )

@@ -1,0 +1,247 @@
+"""The motions that no contact on a set of features can remove, by reasoning with groups; nothing numeric is ranked.
+
+A surface without ends is laid on itself by a connected group of rigid motions: a sphere by the three rotations about
+its centre, a plane by its planar motions, a cylinder by rotation about and translation along its axis. What a set of
+features leaves free is the intersection of their groups, and that is again one of the six kinds below.
+
+Source: the enumeration idea is that of Nederbragt and Ravani (1996, 1997); the intersection table is derived here.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from tactfix.design.scale import Tolerance, anchored, middle_of
+from tactfix.geometry.arrays import Floats, frozen, perpendicular
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """Nothing but the identity."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prismatic:
+    """Translations along direction (3,)."""
+
+    direction: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "direction", frozen(self.direction))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A line: point (3,), direction (3,) unit, its sign open."""
+
+    point: Floats
+    direction: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "direction", frozen(self.direction))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Revolute:
+    """Rotations about a line."""
+
+    line: Line
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cylindrical:
+    """Rotations about a line and translations along it."""
+
+    line: Line
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spherical:
+    """All rotations about center (3,)."""
+
+    center: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", frozen(self.center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planar:
+    """Translations square to normal (3,) and rotations about every line along it."""
+
+    normal: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", frozen(self.normal))
+
+
+Motions: TypeAlias = Fixed | Prismatic | Revolute | Cylindrical | Spherical | Planar
+
+
+def motions_of(surface: Surface) -> Motions:
+    """The connected group that lays one unbounded surface on itself."""
+    match surface:
+        case Plane():
+            return Planar(surface.normal)
+        case Sphere():
+            return Spherical(surface.center)
+        case Cylinder():
+            return Cylindrical(Line(surface.point, surface.direction))
+
+
+def common_motions(surfaces: Iterable[Surface], tolerance: Tolerance) -> Motions:
+    """The motions common to all surfaces: the intersection of their groups. Raises ValueError where there is none."""
+    listed = list(surfaces)
+    if not listed:
+        raise ValueError("a fixture has at least one feature")
+    # Lines are compared at their points: these are taken near the fixture, wherever the file put them on the axis.
+    middle = middle_of(listed)
+    groups = [motions_of(anchored(surface, middle)) for surface in listed]
+    common = groups[0]
+    for group in groups[1:]:
+        common = intersection(common, group, tolerance)
+    return common
+
+
+def dimension(motions: Motions) -> int:
+    """How many independent motions the group holds, 0 to 3."""
+    match motions:
+        case Fixed():
+            return 0
+        case Prismatic() | Revolute():
+            return 1
+        case Cylindrical():
+            return 2
+        case Spherical() | Planar():
+            return 3
+
+
+def twists(motions: Motions) -> Floats:
+    """A basis (k, 6) of the group's Lie algebra: rotation (3,) unit, translation (3,) of the point at the origin.
+
+    Translations come first, with rotation exactly zero and unit length.
+    """
+    match motions:
+        case Fixed():
+            rows: list[Floats] = []
+        case Prismatic():
+            rows = [_translation(motions.direction)]
+        case Revolute():
+            rows = [_rotation(motions.line.point, motions.line.direction)]
+        case Cylindrical():
+            line = motions.line
+            rows = [_translation(line.direction), _rotation(line.point, line.direction)]
+        case Spherical():
+            rows = [_rotation(motions.center, axis) for axis in np.eye(3)]
+        case Planar():
+            first = perpendicular(motions.normal)
+            second = np.cross(motions.normal, first)
+            rows = [_translation(first), _translation(second), _rotation(np.zeros(3), motions.normal)]
+    return np.array(rows).reshape(-1, 6)
+
+
+def _translation(direction: Floats) -> Floats:
+    return np.concatenate([np.zeros(3), direction])
+
+
+def _rotation(point: Floats, direction: Floats) -> Floats:
+    """The twist of the rotation about a line: the origin moves by direction x (0 - point)."""
+    return np.concatenate([direction, np.cross(point, direction)])
+
+
+# The simpler group is asked which of its motions the other one holds too, so each pair stands here once.
+_ORDER = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
+
+
+def intersection(a: Motions, b: Motions, tolerance: Tolerance) -> Motions:
+    """The motions that both groups hold."""
+    first, second = sorted((a, b), key=lambda motions: _ORDER.index(type(motions)))
+    match first:
+        case Fixed():
+            return first
+        case Prismatic():
+            return first if _holds_translation(second, first.direction, tolerance) else Fixed()
+        case Revolute():
+            return first if _holds_rotation(second, first.line, tolerance) else Fixed()
+        case Cylindrical():
+            # A screw about the line lies in another group only when its rotation and translation both do.
+            return _of_line(
+                first.line,
+                _holds_rotation(second, first.line, tolerance),
+                _holds_translation(second, first.line.direction, tolerance),
+            )
+        case Spherical():
+            return _with_sphere(first, second, tolerance)
+        case Planar():
+            return _planes(first, second, tolerance)
+
+
+def _of_line(line: Line, rotates: bool, slides: bool) -> Motions:
+    """The group of a line's rotations, translations, both or neither."""
+    if rotates and slides:
+        return Cylindrical(line)
+    if rotates:
+        return Revolute(line)
+    return Prismatic(line.direction) if slides else Fixed()
+
+
+def _with_sphere(sphere: Spherical, other: Motions, tolerance: Tolerance) -> Motions:
+    """Rotations about a centre that lie in a further spherical or planar group too."""
+    match other:
+        case Planar():
+            return Revolute(Line(sphere.center, other.normal))
+        case Spherical():
+            between = other.center - sphere.center
+            distance = float(np.linalg.norm(between))
+            return sphere if distance <= tolerance.length else Revolute(Line(sphere.center, between / distance))
+        case _:  # pragma: no cover - intersection() sorts the simpler groups to the front
+            raise AssertionError(other)
+
+
+def _planes(first: Planar, second: Motions, tolerance: Tolerance) -> Motions:
+    """Two planes: the same motions where parallel, else the translation along their common line."""
+    assert isinstance(second, Planar)
+    edge = np.cross(first.normal, second.normal)
+    sine = float(np.linalg.norm(edge))
+    return first if sine <= tolerance.angle else Prismatic(edge / sine)
+
+
+def _holds_translation(group: Motions, direction: Floats, tolerance: Tolerance) -> bool:
+    """Whether translations along direction belong to the group."""
+    match group:
+        case Prismatic():
+            return are_parallel(group.direction, direction, tolerance)
+        case Cylindrical():
+            return are_parallel(group.line.direction, direction, tolerance)
+        case Planar():
+            return bool(abs(group.normal @ direction) <= tolerance.angle)
+        case _:
+            return False
+
+
+def _holds_rotation(group: Motions, line: Line, tolerance: Tolerance) -> bool:
+    """Whether rotations about the line belong to the group."""
+    match group:
+        case Revolute() | Cylindrical():
+            parallel = are_parallel(group.line.direction, line.direction, tolerance)
+            return parallel and is_on(group.line.point, line, tolerance)
+        case Spherical():
+            return is_on(group.center, line, tolerance)
+        case Planar():
+            return are_parallel(group.normal, line.direction, tolerance)
+        case _:
+            return False
+
+
+def are_parallel(a: Floats, b: Floats, tolerance: Tolerance) -> bool:
+    """Whether two unit vectors (3,) lie along one line."""
+    return bool(np.linalg.norm(np.cross(a, b)) <= tolerance.angle)
+
+
+def is_on(point: Floats, line: Line, tolerance: Tolerance) -> bool:
+    """Whether point (3,) lies on the line."""
+    return bool(np.linalg.norm(np.cross(point - line.point, line.direction)) <= tolerance.length)

@@ -1,0 +1,265 @@
+"""The finite group of proper motions that lay a fixture's unbounded surfaces on themselves, and what breaks each.
+
+Where no free motion is left the group is finite, so its elements share a fixed point: the point nearest to all
+surfaces, which is unique. Each element is therefore a rotation about that point, and is known once it is known where
+two independent arrows go: arrows are the normals, axes, and vectors from the middle to centres and axes, that the
+surfaces carry with them. Every pair of like arrows is tried, and every surface is held against its image.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.design.motions import Fixed, Line, are_parallel, common_motions
+from tactfix.design.scale import Tolerance, anchored, middle_of, size_of, tolerance_for
+from tactfix.design.touch_regions import regions_meet
+from tactfix.design.words import line_in_words, listed
+from tactfix.fixture import TouchBox
+from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.rigid import homogeneous, rotation_angle
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+
+BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
+
+# Both the surface and its image are typed to scale.EXACT, and each through a direction and a length.
+_LAID_ON = 4e-6
+_SQUARED_COSINE = 1e-12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Symmetry:
+    """A motion other than the identity that lays the surfaces on themselves, in the fixture frame.
+
+    image_from_fixture (4, 4); images: the feature on which each feature comes to lie; broken_by: what settles it in
+    practice, None where nothing does. partly: features whose touch box keeps some touchable points but not all, so that
+    contacts outside the overlap settle it and contacts in it do not. confusable: contacts with features exchanged like
+    this would pass every test (sides, outward normals and touch boxes agree).
+    """
+
+    image_from_fixture: Floats
+    images: Mapping[str, str]
+    broken_by: BrokenBy | None
+    partly: tuple[str, ...]
+    confusable: bool
+    message: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "image_from_fixture", frozen(self.image_from_fixture))
+
+
+def symmetries(
+    surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float = _LAID_ON
+) -> tuple[Symmetry, ...]:
+    """Every element of the group but the identity, by angle; empty where a motion is free (the group is infinite).
+
+    ratio: how far, against the fixture's size, a surface may miss its image.
+    """
+    tolerance = tolerance_for(surfaces, ratio)
+    if not isinstance(common_motions(surfaces.values(), tolerance), Fixed):
+        return ()
+    middle = middle_of(surfaces.values(), cutoff=_SQUARED_COSINE)
+    centred = {name: _about(anchored(surface, middle), middle) for name, surface in surfaces.items()}
+    found: list[tuple[Floats, dict[str, str]]] = []
+    for rotation in _candidate_rotations(list(centred.values()), tolerance):
+        images = _images(rotation, centred, tolerance)
+        if images is not None and not any(rotation_angle(rotation.T @ r) < _SAME_ROTATION for r, _ in found):
+            found.append((rotation, images))
+    found.sort(key=lambda element: round(rotation_angle(element[0]), 6))
+    return tuple(_symmetry(r, images, middle, surfaces, boxes) for r, images in found)
+
+
+# Elements of a finite group of N features differ by far more than this; candidates by rounding only.
+_SAME_ROTATION = 1e-3
+
+
+def _about(surface: Surface, middle: Floats) -> Surface:
+    return moved(homogeneous(np.eye(3), -middle), surface)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arrows:
+    """Directions (n, 3) that surfaces carry about the middle; of the same kind and length (n,) they may be images."""
+
+    directions: Floats
+    lengths: Floats
+    kinds: tuple[str, ...]
+
+
+def _arrows(surfaces: list[Surface], tolerance: Tolerance) -> _Arrows:
+    """The arrows of surfaces given about their middle; one without a sense stands there both ways round."""
+    directions: list[Floats] = []
+    lengths: list[float] = []
+    kinds: list[str] = []
+
+    def add(kind: str, direction: Floats, length: float, both_ways: bool) -> None:
+        for sign in (1.0, -1.0) if both_ways else (1.0,):
+            directions.append(sign * direction)
+            lengths.append(length)
+            kinds.append(kind)
+
+    for surface in surfaces:
+        point = surface.center if isinstance(surface, Sphere) else surface.point
+        distance = float(np.linalg.norm(point))
+        is_off = distance > tolerance.length
+        match surface:
+            case Plane():
+                add("plane", point / distance if is_off else surface.normal, distance, both_ways=not is_off)
+            case Sphere():
+                if is_off:
+                    add("sphere", point / distance, distance, both_ways=False)
+            case Cylinder():
+                add("axis", surface.direction, distance, both_ways=True)
+                if is_off:
+                    add("foot", point / distance, distance, both_ways=False)
+    return _Arrows(np.array(directions).reshape(-1, 3), np.array(lengths), tuple(kinds))
+
+
+def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[Floats]:
+    """Rotations (3, 3), the identity left out, that take the two best arrows to like arrows at the same angle."""
+    arrows = _arrows(surfaces, tolerance)
+    size = tolerance.length / tolerance.angle
+    # A short arrow knows its direction badly; a normal or axis knows it well whatever its offset.
+    firmness = np.array(
+        [
+            1.0 if k in {"plane", "axis"} else min(1.0, n / size)
+            for k, n in zip(arrows.kinds, arrows.lengths, strict=True)
+        ]
+    )
+    spread = np.linalg.norm(np.cross(arrows.directions[:, None], arrows.directions[None]), axis=2)
+    first, second = np.unravel_index(np.argmax(spread * np.minimum.outer(firmness, firmness)), spread.shape)
+    loose = max(_LOOSE, 10 * tolerance.angle / float(spread[first, second] * min(firmness[first], firmness[second])))
+    cosines = arrows.directions @ arrows.directions.T
+    own = _triad(arrows.directions[first], arrows.directions[second])
+    rotations = []
+    for i in np.flatnonzero(_like(arrows, int(first), tolerance)):
+        for j in np.flatnonzero(_like(arrows, int(second), tolerance)):
+            if abs(cosines[i, j] - cosines[first, second]) <= loose and spread[i, j] > 0.5 * spread[first, second]:
+                rotation = _triad(arrows.directions[i], arrows.directions[j]) @ own.T
+                if rotation_angle(rotation) > _SAME_ROTATION:
+                    rotations.append(rotation)
+    return rotations
+
+
+# Only a sieve before the surfaces themselves are held against their images.
+_LOOSE = 1e-3
+
+
+def _like(arrows: _Arrows, index: int, tolerance: Tolerance) -> Bools:
+    """Which arrows (n,) the one at index can be taken to."""
+    same_kind = np.array([kind == arrows.kinds[index] for kind in arrows.kinds])
+    return np.asarray(same_kind & (np.abs(arrows.lengths - arrows.lengths[index]) <= 2 * tolerance.length))
+
+
+def _triad(first: Floats, second: Floats) -> Floats:
+    """The right-handed orthonormal matrix (3, 3) of first, the part of second square to it, and the rest."""
+    normal = np.cross(first, second)
+    normal = normal / np.linalg.norm(normal)
+    return np.column_stack([first, np.cross(normal, first), normal])
+
+
+def _images(rotation: Floats, centred: Mapping[str, Surface], tolerance: Tolerance) -> dict[str, str] | None:
+    """On which feature each one comes to lie, itself where it does; None where one comes to lie on none."""
+    images: dict[str, str] = {}
+    turn = homogeneous(rotation, np.zeros(3))
+    for name, surface in centred.items():
+        image = moved(turn, surface)
+        on = next((n for n in (name, *centred) if _coincide(image, centred[n], tolerance)), None)
+        if on is None:
+            return None
+        images[name] = on
+    return images
+
+
+def _coincide(a: Surface, b: Surface, tolerance: Tolerance) -> bool:
+    """Whether two surfaces, their points taken next to the origin, are one and the same set of points."""
+    match a, b:
+        case Plane(), Plane():
+            return are_parallel(a.normal, b.normal, tolerance) and _near(a.point, b.point, tolerance)
+        case Sphere(), Sphere():
+            return abs(a.radius - b.radius) <= tolerance.length and _near(a.center, b.center, tolerance)
+        case Cylinder(), Cylinder():
+            same_size = abs(a.radius - b.radius) <= tolerance.length
+            return (
+                same_size and are_parallel(a.direction, b.direction, tolerance) and _near(a.point, b.point, tolerance)
+            )
+        case _:
+            return False
+
+
+def _near(a: Floats, b: Floats, tolerance: Tolerance) -> bool:
+    return bool(np.linalg.norm(a - b) <= tolerance.length)
+
+
+def _symmetry(
+    rotation: Floats,
+    images: dict[str, str],
+    middle: Floats,
+    surfaces: Mapping[str, Surface],
+    boxes: Mapping[str, TouchBox],
+) -> Symmetry:
+    """One element with what breaks it."""
+    motion = homogeneous(rotation, middle - rotation @ middle)
+    exchanged = [name for name, image in images.items() if image != name]
+    turned = [
+        n for n, s in surfaces.items() if isinstance(s, Plane) and not _keeps_side(motion, s, surfaces[images[n]])
+    ]
+    sides_kept = all(_keeps_side(motion, s, surfaces[images[n]]) for n, s in surfaces.items())
+    length = _reach(surfaces, boxes, middle)
+    apart = [n for n, s in surfaces.items() if not regions_meet(s, boxes.get(n), boxes.get(images[n]), motion, length)]
+    broken_by: BrokenBy | None = "labels" if exchanged else "approach" if turned else "touch" if apart else None
+    return Symmetry(
+        image_from_fixture=motion,
+        images=images,
+        broken_by=broken_by,
+        partly=tuple(
+            n for n in images if broken_by is None and not _keeps_box(motion, boxes.get(n), surfaces[n], length)
+        ),
+        confusable=bool(exchanged) and sides_kept and not apart,
+        message=_in_words(rotation, middle, exchanged, images, surfaces),
+    )
+
+
+def _keeps_side(motion: Floats, surface: Surface, image: Surface) -> bool:
+    """Whether the outward side of the moved surface is that of the surface it comes to lie on."""
+    if isinstance(surface, Plane):
+        assert isinstance(image, Plane)
+        return bool((motion[:3, :3] @ surface.normal) @ image.normal > 0)
+    return not isinstance(image, Plane) and surface.side == image.side
+
+
+def _keeps_box(motion: Floats, box: TouchBox | None, surface: Surface, length: float) -> bool:
+    """Whether the motion, which lays the surface on itself, takes its whole touchable region into itself."""
+    if box is None:
+        return True
+    for k in range(3):
+        for low, high in ((box.high[k], np.inf), (-np.inf, box.low[k])):
+            beyond_low, beyond_high = np.full(3, -np.inf), np.full(3, np.inf)
+            beyond_low[k], beyond_high[k] = low, high
+            is_closed = np.isfinite(low) or np.isfinite(high)
+            if is_closed and regions_meet(surface, box, TouchBox(beyond_low, beyond_high), motion, length):
+                return False
+    return True
+
+
+def _reach(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], middle: Floats) -> float:
+    """A length that holds the surfaces' distances and the closed sides of the boxes; 1 where there is no length."""
+    sides = [np.abs(side - middle) for box in boxes.values() for side in (box.low, box.high)]
+    closed = [float(side[np.isfinite(side)].max(initial=0.0)) for side in sides]
+    return max(size_of(surfaces.values()), *closed, 0.0) or 1.0
+
+
+def _in_words(
+    rotation: Floats, middle: Floats, exchanged: list[str], images: Mapping[str, str], surfaces: Mapping[str, Surface]
+) -> str:
+    """half-turn about ..., exchanging ball_1 and ball_2."""
+    angle = rotation_angle(rotation)
+    values, vectors = np.linalg.eigh(rotation + rotation.T)
+    line = Line(middle, vectors[:, np.argmax(values)])
+    parts = 2 * np.pi / angle
+    turns = {2: "half-turn", 3: "third of a turn", 4: "quarter-turn"}
+    turn = turns.get(round(parts), "") if abs(parts - round(parts)) < _SAME_ROTATION else ""
+    axis = line_in_words(line, surfaces, tolerance_for(surfaces, _LAID_ON))
+    words = f"{turn or f'turn by {np.degrees(angle):.4g} deg'} about {axis}"
+    return f"{words}, exchanging {listed(exchanged)}" if exchanged else words

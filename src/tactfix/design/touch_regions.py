@@ -1,0 +1,88 @@
+"""Whether a motion can lay one touchable region on another: exact, without sampling.
+
+A touchable region is a surface within a box. The points x of one box that a motion takes into another box form a convex
+polytope of at most twelve faces. It is connected, so the distance from a centre, an axis or a plane takes every value
+between its least and its greatest there: the surface has a point in it when its radius lies between the two.
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from tactfix.design.scale import block_of
+from tactfix.fixture import TouchBox
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Plane, Sphere, Surface
+
+# Open sides of a box are closed this many lengths away: beyond that no contact on the fixture is made.
+_FAR = 1e3
+
+
+def regions_meet(
+    surface: Surface, box: TouchBox | None, image_box: TouchBox | None, image_from_surface: Floats, length: float
+) -> bool:
+    """Whether some point of surface within box is taken by image_from_surface (4, 4) into image_box.
+
+    length is the fixture's size (fixture units); boxes that only touch each other do not meet. A box without thickness
+    (a face typed as z: [0, 0]) keeps the face.
+    """
+    if box is None and image_box is None:
+        return True
+    point = surface.center if isinstance(surface, Sphere) else surface.point
+    normals, offsets = _faces(box, image_box, image_from_surface, point, length)
+    block = block_of(surface)
+    corners = _stationary(np.zeros((3, 3)), normals, offsets, (3,))
+    if not len(corners):
+        return False
+    nearest = _stationary(block, normals, offsets, (0, 1, 2, 3))
+    radius = 0.0 if isinstance(surface, Plane) else surface.radius / length
+    least = np.linalg.norm(nearest @ block, axis=1).min()
+    greatest = np.linalg.norm(corners @ block, axis=1).max()
+    return bool(least <= radius + _SLACK and greatest >= radius - _SLACK)
+
+
+# Rounding of the small systems below, in fixture sizes: far below what shrinking by _SHRINK takes off each face.
+_SLACK = 1e-7
+_SHRINK = 1e-6
+
+
+def _faces(
+    box: TouchBox | None, image_box: TouchBox | None, image_from_surface: Floats, point: Floats, length: float
+) -> tuple[Floats, Floats]:
+    """Normals (12, 3) and offsets (12,) of {x: normals x <= offsets}, x from point in units of length."""
+    rotation, translation = image_from_surface[:3, :3], image_from_surface[:3, 3]
+    low, high = _closed(box, point, length)
+    image_low, image_high = _closed(image_box, rotation @ point + translation, length)
+    normals = np.vstack([np.eye(3), -np.eye(3), rotation, -rotation])
+    return normals, np.concatenate([high, -low, image_high, -image_low])
+
+
+def _closed(box: TouchBox | None, point: Floats, length: float) -> tuple[Floats, Floats]:
+    """The box about point in units of length, closed far away and a hair smaller (a face without thickness larger)."""
+    low = np.full(3, -np.inf) if box is None else (box.low - point) / length
+    high = np.full(3, np.inf) if box is None else (box.high - point) / length
+    low, high = np.maximum(low, np.minimum(-_FAR, high - _FAR)), np.minimum(high, np.maximum(_FAR, low + _FAR))
+    middle, half = (low + high) / 2, (high - low) / 2
+    half = np.maximum(half - _SHRINK, _SHRINK)
+    return middle - half, middle + half
+
+
+def _stationary(block: Floats, normals: Floats, offsets: Floats, sizes: tuple[int, ...]) -> Floats:
+    """Feasible points (k, 3) that minimize |block x| on each intersection of that many of the faces.
+
+    Solves [[block, N^T], [N, 0]] [x, multipliers] = [0, offsets] for every subset N of the faces; the least of a convex
+    quadratic over a polytope is among them. With block = 0 and three faces these are the corners.
+    """
+    found = [np.zeros((0, 3))]
+    for size in sizes:
+        chosen = list(combinations(range(len(normals)), size))
+        subsets = np.array(chosen, dtype=np.intp).reshape(len(chosen), size)
+        system = np.zeros((len(subsets), 3 + size, 3 + size))
+        system[:, :3, :3] = block
+        system[:, :3, 3:] = np.swapaxes(normals[subsets], 1, 2)
+        system[:, 3:, :3] = normals[subsets]
+        right = np.concatenate([np.zeros((len(subsets), 3)), offsets[subsets]], axis=1)
+        points = (np.linalg.pinv(system, rcond=1e-9, hermitian=True) @ right[..., None])[:, :3, 0]
+        reach = _SLACK * (1 + np.abs(points).max(axis=1, initial=0.0))
+        found.append(points[(points @ normals.T <= offsets + reach[:, None]).all(axis=1)])
+    return np.concatenate(found)
