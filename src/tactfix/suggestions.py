@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 
 def did_you_mean(wrong: str, known: Iterable[str]) -> str:
-    """ "did you mean 'ball'?" where one is near, else "use one of: ball, bar"."""
+    """The advice "did you mean 'ball'?" where a name is near, else "use one of: ball, bar"."""
     # difflib is imported where something has gone wrong, so that a good file does not pay for it.
     from difflib import get_close_matches
 

@@ -1,0 +1,38 @@
+"""Exit status: the one place that knows which number means what."""
+
+from enum import IntEnum
+
+from tactfix.errors import TactfixError, UsageError
+
+
+class Exit(IntEnum):
+    """What the exit status of a command says."""
+
+    DONE = 0
+    NOT_ACCEPTABLE = 1
+    USAGE = 2
+    FILE = 3
+    UNDERDETERMINED = 4
+    AMBIGUOUS = 5
+    INCONSISTENT = 6
+    BUG = 70
+    INTERRUPTED = 130
+    PIPE_CLOSED = 141
+
+
+_OF_STATUS = {
+    "located": Exit.DONE,
+    "underdetermined": Exit.UNDERDETERMINED,
+    "ambiguous": Exit.AMBIGUOUS,
+    "inconsistent": Exit.INCONSISTENT,
+}
+
+
+def exit_of_status(status: str) -> Exit:
+    """The exit status of a result's status."""
+    return _OF_STATUS[status]
+
+
+def exit_of_error(error: TactfixError) -> Exit:
+    """The exit status of an error: usage, or an input that says something impossible."""
+    return Exit.USAGE if isinstance(error, UsageError) else Exit.FILE

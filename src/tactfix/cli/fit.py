@@ -1,0 +1,88 @@
+"""tactfix fit."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from tactfix.cli.exits import exit_of_status
+from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units
+from tactfix.cli.output import emit, tell
+from tactfix.contacts import Contacts
+from tactfix.errors import DegenerateContactsError, UsageError
+from tactfix.files.contact_file import read_contact_file
+from tactfix.files.contact_options import ContactOptions
+from tactfix.fit import FitResult, fit
+from tactfix.report.json_report import fit_json, text_of
+from tactfix.report.text_report import fit_verdict_lines, surface_text
+
+
+class Kind(StrEnum):
+    """What is fitted."""
+
+    PLANE = "plane"
+    SPHERE = "sphere"
+    CYLINDER = "cylinder"
+
+
+class Side(StrEnum):
+    """Where the material is."""
+
+    OUTER = "outer"
+    INNER = "inner"
+
+
+def command(
+    kind: Annotated[Kind, typer.Argument(help="The kind of surface.", show_default=False)],
+    contacts: ContactsPath,
+    radius: Annotated[
+        float | None, typer.Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
+    ] = None,
+    side: Annotated[Side, typer.Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
+    feature: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    units: Units = None,
+    tip_radius: TipRadius = None,
+    sigma: Sigma = None,
+    quiet: Quiet = False,
+) -> int:
+    """Find one plane, sphere or cylinder from contacts, without a fixture.
+
+    All lengths are in the contact file's unit. Exit status as for locate.
+    """
+    if radius is not None and (kind is Kind.PLANE or not 0 < radius < float("inf")):
+        raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
+    read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
+    chosen = _one_feature(read.contacts, feature)
+    result = _fit(kind, chosen, radius, side)
+    as_json = as_json or (output is not None and output.suffix.lower() == ".json")
+    if as_json:
+        emit(text_of(fit_json(result, read.units)), output)
+    elif result.surface is not None:
+        emit(surface_text(result.surface), output)
+    tell(fit_verdict_lines(result))
+    tell(result.warnings, quiet=quiet)
+    return exit_of_status(result.status)
+
+
+def _fit(kind: Kind, contacts: Contacts, radius: float | None, side: Side) -> FitResult:
+    """What fit finds; contacts that leave the surface free are an answer too."""
+    try:
+        return fit(kind.value, contacts, radius, side.value)
+    except DegenerateContactsError as error:
+        return FitResult(kind.value, "underdetermined", None, (), 0, None, None, None, warnings=(str(error),))
+
+
+def _one_feature(contacts: Contacts, feature: str | None) -> Contacts:
+    """The contacts on one feature; a file that names several needs to be told which."""
+    names = list(dict.fromkeys(contacts.features))
+    if feature is None and len(names) == 1:
+        return contacts
+    if feature not in names:
+        given = "several features" if feature is None else f"no feature {feature!r}"
+        raise UsageError(f"the contact file has {given}; choose one with --feature: {', '.join(names)}")
+    return contacts.on(feature)

@@ -1,0 +1,30 @@
+"""tactfix init."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactfix.cli.output import emit
+from tactfix.errors import UsageError
+from tactfix.templates import TEMPLATES, template_text
+
+
+def command(
+    output: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
+    ] = None,
+    like: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=lambda: list(TEMPLATES)
+        ),
+    ] = "cylinder-sphere",
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE where it exists.")] = False,
+) -> int:
+    """Write a commented fixture file to start from."""
+    if output is not None and output.exists() and not force:
+        raise UsageError(f"{output} exists; choose another name, or replace it with --force")
+    emit(template_text(like), output)
+    return 0

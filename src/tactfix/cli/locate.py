@@ -1,0 +1,101 @@
+"""tactfix locate."""
+
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from tactfix.cli.arguments import vector
+from tactfix.cli.contacts_input import read_contacts
+from tactfix.cli.exits import Exit, exit_of_status
+from tactfix.cli.options import (
+    AsJson,
+    ContactsFormat,
+    ContactsPath,
+    Features,
+    FixturePath,
+    Output,
+    Quiet,
+    Sigma,
+    TipOffset,
+    TipRadius,
+    Units,
+    Verbose,
+)
+from tactfix.cli.output import emit, tell, wants_summary
+from tactfix.cli.pose_output import chosen_format, render_pose
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.fixture_file import load_fixture
+from tactfix.gates import exceeded_gates
+from tactfix.geometry.arrays import Floats
+from tactfix.locate import locate
+from tactfix.report.summary import print_summary
+from tactfix.report.text_report import verdict_lines
+from tactfix.results import LocateResult
+
+
+def command(
+    fixture: FixturePath,
+    contacts: ContactsPath,
+    format: Annotated[  # noqa: A002 - the name of the option
+        str | None,
+        typer.Option(
+            "--format", "-f", metavar="F", help="How the pose is written: matrix, json, or a dialect (see README)."
+        ),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    units: Units = None,
+    tip_radius: TipRadius = None,
+    sigma: Sigma = None,
+    max_sigma: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
+    ] = None,
+    max_rms: Annotated[
+        float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
+    ] = None,
+    contacts_format: ContactsFormat = "csv",
+    features: Features = None,
+    tip_offset: TipOffset = None,
+    scale_sigma: Annotated[
+        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
+    ] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> int:
+    """Find where a fixture stands: base_from_fixture, with x_base = R x_fixture + t.
+
+    Prints the 4x4 matrix, or what --format says. All results are in the fixture's units.
+
+    Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined, 5 ambiguous, 6 inconsistent.
+    """
+    point = None if at is None else np.array(vector(at, "--at"))
+    style = chosen_format(format, as_json, output)
+    there = load_fixture(fixture)
+    options = ContactOptions(units, tip_radius, sigma)
+    read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
+    result = locate(there, read.contacts, scale_sigma=scale_sigma)
+    text = render_pose(result, style, force=force, quiet=quiet)
+    if text is not None:
+        emit(text, output)
+    tell(verdict_lines(result))
+    tell(result.warnings, quiet=quiet)
+    if wants_summary(quiet=quiet, verbose=verbose):
+        print_summary(result, point)
+    return _judge(result, point, max_sigma, max_rms)
+
+
+def _judge(result: LocateResult, at: Floats | None, max_sigma: float | None, max_rms: float | None) -> Exit:
+    """The exit status: that of the result's status, or of a gate that it exceeds."""
+    if result.status != "located":
+        return exit_of_status(result.status)
+    exceeded = exceeded_gates(result, at, max_sigma, max_rms)
+    tell(exceeded)
+    return Exit.NOT_ACCEPTABLE if exceeded else Exit.DONE

@@ -1,0 +1,41 @@
+"""Arguments and options that several commands share, said the same way everywhere."""
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+FixturePath: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
+]
+ContactsPath: TypeAlias = Annotated[
+    str, typer.Argument(metavar="CONTACTS", help="Contact file (CSV); - is standard input.", show_default=False)
+]
+Output: TypeAlias = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all.")
+]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything that is known, as JSON.")]
+Units: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="U", help="Unit of the contact file and of the lengths below: mm, m, um or in.")
+]
+TipRadius: TypeAlias = Annotated[
+    float | None,
+    typer.Option(metavar="R", help="Radius of the probe tip, in the contact file's unit; 0: points of the surface."),
+]
+Sigma: TypeAlias = Annotated[
+    float | None,
+    typer.Option(metavar="S", help="One standard deviation of a contact along the normal, in the contact file's unit."),
+]
+Quiet: TypeAlias = Annotated[bool, typer.Option("--quiet", "-q", help="No warnings and no summary.")]
+Verbose: TypeAlias = Annotated[bool, typer.Option("--verbose", "-v", help="A summary on standard error in any case.")]
+ContactsFormat: TypeAlias = Annotated[
+    str,
+    typer.Option("--contacts-format", metavar="NAME", help="csv, or the machine log that CONTACTS is (see README)."),
+]
+Features: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="NAME:N,...", help="Which contacts of a machine log are on which feature, in order."),
+]
+TipOffset: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for a log of flange poses.")
+]

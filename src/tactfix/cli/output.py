@@ -1,0 +1,44 @@
+"""Where results go: standard output, or a file that is written whole or not at all. All else goes to standard error."""
+
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from tactfix.cli.exits import Exit
+from tactfix.files.writing import write_whole
+
+
+def emit(result: str | bytes, output: Path | None = None) -> None:
+    """Write a result to standard output, or to the file output."""
+    if output is not None:
+        write_whole(output, result)
+        return
+    try:
+        if isinstance(result, bytes):
+            sys.stdout.flush()
+            sys.stdout.buffer.write(result)
+        else:
+            sys.stdout.write(result)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read has enough. Python would complain once more when it closes standard output.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(Exit.PIPE_CLOSED) from None
+
+
+def note(message: str, *, quiet: bool = False) -> None:
+    """Tell something on standard error, unless quiet."""
+    if not quiet:
+        sys.stderr.write(f"tactfix: {message}\n")
+
+
+def tell(messages: Iterable[str], *, quiet: bool = False) -> None:
+    """Tell each of the messages on standard error, unless quiet."""
+    for message in messages:
+        note(message, quiet=quiet)
+
+
+def wants_summary(*, quiet: bool, verbose: bool) -> bool:
+    """Whether a summary for people is wanted: on a terminal, or when asked for."""
+    return verbose or (not quiet and sys.stderr.isatty())

@@ -1,0 +1,52 @@
+"""The located pose as the text that a command line asks for."""
+
+from pathlib import Path
+
+from tactfix.cli.output import note
+from tactfix.errors import UsageError
+from tactfix.report.json_report import locate_json, text_of
+from tactfix.report.text_report import matrix_text
+from tactfix.results import LocateResult
+
+# The endings of the two formats that need no dialect, so that the common cases do not import all of them.
+_PLAIN_SUFFIXES = {"": "matrix", ".txt": "matrix", ".json": "json"}
+
+
+def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -> str:
+    """matrix, json or the name of a dialect: as said, or by the suffix of the output, or matrix.
+
+    Raises UsageError for a name or a contradiction before anything has been computed.
+    """
+    if as_json and format_name not in (None, "json"):
+        raise UsageError(f"--json and --format {format_name} do not go together; leave one of them out")
+    if as_json:
+        return "json"
+    suffix = "" if output is None else output.suffix.lower()
+    name = format_name or _PLAIN_SUFFIXES.get(suffix)
+    if name in ("matrix", "json"):
+        return name
+    from tactfix.convert import find_dialect
+    from tactfix.dialects import SUFFIXES
+
+    if name is None and suffix not in SUFFIXES:
+        known = ", ".join(SUFFIXES)
+        raise UsageError(f"{output}: no format is known for the suffix {suffix!r}; use --format, or one of {known}")
+    return find_dialect(name or SUFFIXES[suffix]).name
+
+
+def render_pose(result: LocateResult, format_name: str, *, force: bool, quiet: bool) -> str | bytes | None:
+    """The result in that format; None where there is no pose to write. JSON is written in any case."""
+    if format_name == "json":
+        return text_of(locate_json(result))
+    if result.base_from_fixture is None:
+        return None
+    if format_name == "matrix":
+        return matrix_text(result.base_from_fixture)
+    from tactfix.convert import write_pose
+    from tactfix.dialects.pose import Pose
+
+    pose = Pose(result.base_from_fixture, result.units, result.covariance, result.fixture)
+    written = write_pose(format_name, pose, force=force)
+    for line in written.notes:
+        note(line, quiet=quiet)
+    return written.text

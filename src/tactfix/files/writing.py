@@ -1,0 +1,51 @@
+"""Files written whole or not at all."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from tactfix.errors import FileError, Problem
+
+
+def write_whole(path: str | Path, content: str | bytes) -> None:
+    """Write content (text as UTF-8, LF) to path: whoever looks sees the old file or the new one, nothing between.
+
+    An existing file keeps its permissions, a link keeps pointing where it did, and what is no regular file (/dev/null,
+    a pipe) is written to as it is. Raises FileError where that is not possible; then the old file is untouched.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    target = Path(os.path.realpath(path))
+    try:
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
+        else:
+            _replace(target, data)
+    except IsADirectoryError:
+        raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
+    except FileNotFoundError:
+        raise FileError(str(path), [Problem("its directory does not exist", "make the directory first")]) from None
+    except OSError as error:
+        raise FileError(str(path), [Problem(f"cannot be written: {error.strerror}", "check path and disk")]) from None
+
+
+def _replace(target: Path, data: bytes) -> None:
+    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).chmod(_mode(target))
+        Path(temporary).replace(target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _mode(target: Path) -> int:
+    """The permissions of the file that is there, or those that open() would give."""
+    if target.exists():
+        return target.stat().st_mode & 0o7777
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask

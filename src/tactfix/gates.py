@@ -1,0 +1,38 @@
+"""Limits that a located pose must keep to be acceptable."""
+
+import numpy as np
+
+from tactfix.accuracy import point_covariance, worst_sigma
+from tactfix.geometry.arrays import Floats
+from tactfix.results import LocateResult
+
+
+def sigma_at(result: LocateResult, point_fixture: Floats | None = None) -> float | None:
+    """The worst sigma (units) of a point (3,) of the fixture frame, of its origin where None; None where unknown."""
+    if result.base_from_fixture is None or result.covariance is None:
+        return None
+    point = np.zeros(3) if point_fixture is None else point_fixture
+    return float(worst_sigma(point_covariance(result.base_from_fixture, result.covariance, point)))
+
+
+def exceeded_gates(
+    result: LocateResult, point_fixture: Floats | None, max_sigma: float | None, max_rms: float | None
+) -> list[str]:
+    """What a located result exceeds, in words; empty where it keeps to both limits. An unknown value exceeds its limit.
+
+    max_sigma holds for the worst sigma of point_fixture (3,), of the origin where None; both limits in units.
+    """
+    where = "the origin" if point_fixture is None else "--at"
+    checks = (
+        (f"the worst sigma of {where}", sigma_at(result, point_fixture), max_sigma, "--max-sigma"),
+        ("the rms of the residuals", result.rms, max_rms, "--max-rms"),
+    )
+    return [
+        f"not acceptable: {what} is {_shown(value, result.units)}, above {option} {limit:g}"
+        for what, value, limit, option in checks
+        if limit is not None and (value is None or not value <= limit)
+    ]
+
+
+def _shown(value: float | None, units: str) -> str:
+    return "not known" if value is None else f"{value:.3g} {units}"

@@ -1,0 +1,155 @@
+"""Results as JSON, as the README describes it field by field. A number that does not exist is null, never NaN."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from tactfix.fit import FitCandidate, FitResult
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.results import Candidate, LocateResult, NextContact, Reason
+from tactfix.version import VERSION
+
+Json: TypeAlias = dict[str, Any]
+
+LOCATE_SCHEMA: Final = "tactfix/locate/1"
+FIT_SCHEMA: Final = "tactfix/fit/1"
+
+
+def text_of(report: Json) -> str:
+    """A report as text: one key a line, and one line for each element of a list of objects."""
+    lines = [f"  {json.dumps(key)}: {_value(value)}" for key, value in report.items()]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return "[\n" + ",\n".join(f"    {json.dumps(item, allow_nan=False)}" for item in value) + "\n  ]"
+    return json.dumps(value, allow_nan=False)
+
+
+def locate_json(result: LocateResult) -> Json:
+    """The JSON of locate, all in base coordinates and the fixture's units."""
+    return {
+        "schema": LOCATE_SCHEMA,
+        "tactfix_version": VERSION,
+        "fixture": result.fixture,
+        "units": result.units,
+        "status": result.status,
+        "transform": array(result.base_from_fixture),
+        "covariance": array(result.covariance),
+        "dof": result.dof,
+        "chi2": number(result.chi2),
+        "chi2_limit": number(result.chi2_limit),
+        "rms": number(result.rms),
+        "candidates": [_candidate(candidate) for candidate in result.candidates],
+        "features": {name: surface_json(surface) for name, surface in result.surfaces.items()},
+        "contacts": [
+            {
+                "row": contact.row,
+                "feature": contact.feature,
+                "residual": number(contact.residual),
+                "approach_angle_deg": number(contact.approach_angle_deg),
+            }
+            for contact in result.contacts
+        ],
+        "free_motions": [
+            {"rotation": array(motion.rotation), "translation": array(motion.translation), "message": motion.message}
+            for motion in result.free_motions
+        ],
+        "next_contact": _next_contact(result.next_contact),
+        "warnings": list(result.warnings),
+    }
+
+
+def fit_json(result: FitResult, units: str) -> Json:
+    """The JSON of fit, in base coordinates and the contact file's units."""
+    return {
+        "schema": FIT_SCHEMA,
+        "tactfix_version": VERSION,
+        "kind": result.kind,
+        "units": units,
+        "status": result.status,
+        "surface": None if result.surface is None else surface_json(result.surface),
+        "candidates": [_fit_candidate(candidate) for candidate in result.candidates],
+        "dof": result.dof,
+        "chi2": number(result.chi2),
+        "chi2_limit": number(result.chi2_limit),
+        "rms": number(result.rms),
+        "residuals": array(result.residuals),
+        "sigma": sigma_json(result.sigma),
+        "warnings": list(result.warnings),
+    }
+
+
+def surface_json(surface: Surface) -> Json:
+    """A surface by its type, place and size."""
+    match surface:
+        case Plane():
+            return {"type": "plane", "point": array(surface.point), "normal": array(surface.normal)}
+        case Sphere():
+            return {"type": "sphere", "center": array(surface.center), "radius": number(surface.radius)}
+        case Cylinder():
+            place = {"point": array(surface.point), "direction": array(surface.direction)}
+            return {"type": "cylinder", **place, "radius": number(surface.radius)}
+
+
+def sigma_json(sigma: Mapping[str, Floats]) -> Json:
+    """One standard deviation of each number of a surface, under the names that the surface has."""
+    return {name: number(values[0]) if name == "radius" else array(values) for name, values in sigma.items()}
+
+
+def number(value: float | None) -> float | None:
+    """A finite number without the sign of zero, or None."""
+    return float(value) + 0.0 if value is not None and math.isfinite(value) else None
+
+
+def array(values: Floats | None) -> list[Any] | None:
+    """An array as lists of numbers, None for what is not finite."""
+    if values is None:
+        return None
+    if np.isfinite(values).all():
+        return list((np.asarray(values) + 0.0).tolist())
+    return [array(row) if np.ndim(row) else number(row) for row in values]
+
+
+def _candidate(candidate: Candidate) -> Json:
+    return {
+        "transform": array(candidate.base_from_fixture),
+        "chi2": number(candidate.chi2),
+        "rms": number(candidate.rms),
+        "accepted": candidate.accepted,
+        "reasons": _reasons(candidate.reasons),
+    }
+
+
+def _fit_candidate(candidate: FitCandidate) -> Json:
+    return {
+        "surface": surface_json(candidate.surface),
+        "chi2": number(candidate.chi2),
+        "rms": number(candidate.rms),
+        "accepted": candidate.accepted,
+        "poorly_determined": candidate.poorly_determined,
+        "reasons": _reasons(candidate.reasons),
+    }
+
+
+def _reasons(reasons: Iterable[Reason]) -> list[Json]:
+    return [
+        {"code": reason.code, "feature": reason.feature, "row": reason.row, "message": reason.message}
+        for reason in reasons
+    ]
+
+
+def _next_contact(contact: NextContact | None) -> Json | None:
+    if contact is None:
+        return None
+    return {
+        "feature": contact.feature,
+        "point": array(contact.point),
+        "approach": array(contact.approach),
+        "message": contact.message,
+    }
