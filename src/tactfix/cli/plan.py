@@ -1,0 +1,72 @@
+"""tactfix plan."""
+
+from typing import Annotated, Literal
+
+import typer
+
+from tactfix.cli.exits import Exit
+from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Verbose
+from tactfix.cli.output import emit, tell, wants_summary
+from tactfix.cli.progress import progress_bar
+from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.fixture_file import load_fixture
+from tactfix.plan import plan
+from tactfix.report.json_report import text_of
+from tactfix.report.plan_csv import plan_csv, plan_lines
+from tactfix.report.plan_json import plan_json
+
+
+def command(
+    fixture: FixturePath,
+    made: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="CONTACTS", help="Contacts already made (CSV); - is standard input.", show_default=False
+        ),
+    ] = None,
+    add: Annotated[
+        int | None,
+        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given.", show_default=False),
+    ] = None,
+    contacts: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="How many contacts; the fewest that are unique where not given.", show_default=False
+        ),
+    ] = None,
+    criterion: Annotated[
+        Literal["worst", "d", "e"],
+        typer.Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
+    ] = "worst",
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
+    sigma: Annotated[
+        float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.", show_default=False)
+    ] = None,
+    tip_radius: Annotated[
+        float | None,
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit.", show_default=False),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> int:
+    """Choose the contacts to make: reachable, unique, and as sure as their number allows.
+
+    Prints a contact file of nominal contacts in the fixture frame (tip centres), or in base where CONTACTS says where the
+    fixture stands. Without --contacts: the fewest that are unique, and in comments what each further one would gain.
+
+    Exit status: 0 a unique pose, 1 the contacts leave more than one.
+    """
+    there = load_fixture(fixture)
+    existing = None if made is None else load_contacts(made, there, ContactOptions(None, tip_radius, sigma))
+    with progress_bar("planning", quiet=quiet) as progress:
+        found = plan(there, contacts, existing, add, criterion, seed, sigma, tip_radius, progress)
+    emit(text_of(plan_json(found)) if as_json else plan_csv(found), output)
+    if wants_summary(quiet=quiet, verbose=verbose):
+        tell(plan_lines(found))
+    if found.unique:
+        return Exit.DONE
+    tell(["not acceptable: the planned contacts leave more than one pose; plan more, or see design-check"])
+    return Exit.NOT_ACCEPTABLE

@@ -1,0 +1,21 @@
+"""A progress bar on standard error, where that is a terminal."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Told = Callable[[float, str], None]
+
+
+@contextmanager
+def progress_bar(what: str, *, quiet: bool) -> Iterator[Told]:
+    """A function to be told the share that is done (0 to 1) and what is being done; it shows both while it lasts."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda share, doing: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share, doing: bar.update(task, completed=share, description=f"{what}: {doing}")

@@ -1,0 +1,77 @@
+"""tactfix simulate."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactfix.cli.options import AsJson, FixturePath, Output
+from tactfix.cli.output import emit
+from tactfix.faults import FAULT_KINDS, parse_fault
+from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.fixture_file import load_fixture
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.report.json_report import text_of
+from tactfix.report.plan_csv import simulation_csv
+from tactfix.report.plan_json import simulation_json
+from tactfix.simulate import simulate
+
+
+def command(
+    fixture: FixturePath,
+    plan: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PLAN", help="Contacts to make (CSV, fixture frame), as plan writes them; - is standard input."
+        ),
+    ] = None,
+    pose: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
+    ] = None,
+    sigma: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit.", show_default=False),
+    ] = None,
+    tip_radius: Annotated[
+        float | None,
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit.", show_default=False),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
+    contacts: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="How many random touches; enough for each feature alone where not given."),
+    ] = None,
+    fault: Annotated[
+        str | None,
+        typer.Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULT_KINDS)}."),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> int:
+    """Make a contact file as a probe would report it, with the truth in its comments.
+
+    Without PLAN the touches are random: inside the touch boxes, reachable in a straight line, approached from near the
+    surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - gives the pose back.
+
+    Faults: outlier (length; default 20 sigma), reversed-approach (row), swapped-labels, wrong-unit (factor; 25.4),
+    forgotten-tip (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4).
+    """
+    asked = None if fault is None else parse_fault(fault)
+    there = load_fixture(fixture)
+    planned = None if plan is None else load_contacts(plan, there, ContactOptions(None, tip_radius, sigma))
+    base_from_fixture = None if pose is None else _pose(pose, there)
+    simulation = simulate(there, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked)
+    emit(text_of(simulation_json(simulation)) if as_json else simulation_csv(simulation), output)
+    return 0
+
+
+def _pose(path: str, fixture: Fixture) -> Floats:
+    """The pose in a file, in the fixture's units; a file that does not say its units is taken to be in these."""
+    from tactfix.files.pose_file import load_pose
+
+    pose = load_pose(Path(path) if path != "-" else path)
+    if pose.units is None:
+        return pose.base_from_fixture
+    return pose.in_units(fixture.units).base_from_fixture

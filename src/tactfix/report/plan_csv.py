@@ -1,0 +1,92 @@
+"""Contacts as a contact file: what plan and simulate write and every command that takes contacts reads."""
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.planning.result import Plan
+from tactfix.report.text_report import decimal
+from tactfix.simulate import CONE_DEG, Simulation
+
+# A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian.
+_BELOW_SIGMA, _DIRECTION = 3, 9
+_TRUTH = 12
+
+
+def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
+    """The text of a contact file: comments, settings, header, rows."""
+    sigma = float(contacts.sigmas.max())
+    settings = (f"units: {units}", f"tip_radius: {decimal(contacts.tip_radius)}", f"sigma: {decimal(sigma)}")
+    own = bool((contacts.sigmas != sigma).any())
+    named = any(contacts.ids)
+    columns = [
+        ["feature", *contacts.features],
+        *_columns("x y z", np.round(contacts.points, digits_for(float(contacts.sigmas.min())))),
+        *_columns("ax ay az", np.round(contacts.approaches, _DIRECTION)),
+        *([["sigma", *map(decimal, contacts.sigmas)]] if own else []),
+        *([["id", *(name or "" for name in contacts.ids)]] if named else []),
+    ]
+    text = io.StringIO()
+    text.writelines(f"# {line}\n" for line in (*comments, *settings))
+    csv.writer(text, lineterminator="\n").writerows(zip(*columns, strict=True))
+    return text.getvalue()
+
+
+def digits_for(sigma: float) -> int:
+    """Decimals that a length with this sigma is written with."""
+    return int(np.ceil(-np.log10(sigma))) + _BELOW_SIGMA
+
+
+def _columns(names: str, values: Floats) -> Iterator[list[str]]:
+    for name, column in zip(names.split(), values.T, strict=True):
+        yield [name, *("" if np.isnan(value) else decimal(value) for value in column)]
+
+
+def simulation_csv(simulation: Simulation) -> str:
+    """A simulated contact file, the truth in its first comments."""
+    return contact_csv(simulation.contacts, simulation.units, _truth(simulation))
+
+
+def _truth(simulation: Simulation) -> Iterator[str]:
+    yield f"simulated contacts on {simulation.fixture}"
+    yield "truth: base_from_fixture, x_base = R x_fixture + t, row by row:"
+    for row in np.round(simulation.base_from_fixture, _TRUTH):
+        yield f"truth: {' '.join(map(decimal, row))}"
+    yield f"truth: seed {simulation.seed}"
+    yield f"truth: {simulation.mistake or 'no fault'}"
+    if not simulation.planned:
+        yield f"truth: random touches, approached from within {CONE_DEG:g} degrees of the normal"
+
+
+def plan_csv(plan: Plan) -> str:
+    """A plan as a contact file of nominal contacts, what it is worth in its first comments."""
+    return contact_csv(plan.contacts, plan.units, _worth(plan))
+
+
+def _worth(plan: Plan) -> Iterator[str]:
+    frame = "fixture frame" if plan.base_from_fixture is None else "base, the frame of the contacts already made"
+    yield f"plan for {plan.fixture}: nominal contacts in the {frame}"
+    yield from plan_lines(plan)
+
+
+def plan_lines(plan: Plan) -> Iterator[str]:
+    """What a plan is worth, and its table, in words."""
+    at = ", ".join(f"{value:.4g}" for value in plan.worst_point)
+    yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
+    yield f"plan: {_verdict(plan)}"
+    for step in plan.steps:
+        gain = "" if step.gain is None else f", {100 * step.gain:.0f} per cent less"
+        unique = "unique" if step.unique else "not unique"
+        yield f"plan: {step.count} contacts: worst sigma {step.worst_sigma:.3g} {plan.units}{gain}, {unique}"
+
+
+def _verdict(plan: Plan) -> str:
+    if plan.unique:
+        return "unique: no second pose within ten sigma"
+    if not plan.located:
+        return "not located: the contacts do not fix the pose"
+    return f"not unique: {plan.rivals} other {'pose is' if plan.rivals == 1 else 'poses are'} within ten sigma"

@@ -1,0 +1,71 @@
+"""Plans and simulations as JSON, in the fixture's units."""
+
+from typing import Final
+
+from tactfix.contacts import Contacts
+from tactfix.planning.result import Plan
+from tactfix.report.json_report import Json, array, number
+from tactfix.simulate import Simulation
+from tactfix.version import VERSION
+
+PLAN_SCHEMA: Final = "tactfix/plan/1"
+SIMULATE_SCHEMA: Final = "tactfix/simulate/1"
+
+
+def plan_json(plan: Plan) -> Json:
+    """The JSON of plan: contacts in the fixture frame, or in base where "transform" says where the fixture stands."""
+    return {
+        "schema": PLAN_SCHEMA,
+        "tactfix_version": VERSION,
+        "fixture": plan.fixture,
+        "units": plan.units,
+        "frame": "fixture" if plan.base_from_fixture is None else "base",
+        "transform": array(plan.base_from_fixture),
+        "criterion": plan.criterion,
+        "unique": plan.unique,
+        "located": plan.located,
+        "rivals": plan.rivals,
+        "worst_sigma": number(plan.worst_sigma),
+        "worst_point": array(plan.worst_point),
+        "covariance": array(plan.covariance),
+        "tip_radius": number(plan.contacts.tip_radius),
+        "contacts": _contacts(plan.contacts),
+        "steps": [
+            {
+                "contacts": step.count,
+                "worst_sigma": number(step.worst_sigma),
+                "gain": number(step.gain),
+                "unique": step.unique,
+            }
+            for step in plan.steps
+        ],
+    }
+
+
+def simulation_json(simulation: Simulation) -> Json:
+    """The JSON of simulate: contacts in base, and the truth."""
+    return {
+        "schema": SIMULATE_SCHEMA,
+        "tactfix_version": VERSION,
+        "fixture": simulation.fixture,
+        "units": simulation.units,
+        "transform": array(simulation.base_from_fixture),
+        "seed": simulation.seed,
+        "fault": None if simulation.fault is None else simulation.fault.kind,
+        "mistake": simulation.mistake,
+        "tip_radius": number(simulation.contacts.tip_radius),
+        "contacts": _contacts(simulation.contacts),
+    }
+
+
+def _contacts(contacts: Contacts) -> list[Json]:
+    return [
+        {
+            "row": contacts.rows[i],
+            "feature": contacts.features[i],
+            "point": array(contacts.points[i]),
+            "approach": array(contacts.approaches[i]) if contacts.has_approach[i] else None,
+            "sigma": number(contacts.sigmas[i]),
+        }
+        for i in range(len(contacts))
+    ]
