@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, perpendicular, unit
+from tactfix.geometry.arrays import Floats, Ints, unit
 from tactfix.localizers.least_squares import refined
 
 PARAMETERS = 5
@@ -17,7 +17,7 @@ PARAMETERS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CylinderProblem:
-    """Contacts (n, 3), or (B, n, 3) with one set per state, their weights (n,) or (B, n), and whether the radius is known.
+    """Contacts (n, 3), or (B, n, 3) with one set per state, with weights (n,) or (B, n); is the radius known?
 
     Residuals are weight * (distance from the axis - radius - extra), where extra (n,) is what one contact lies farther
     out than the others, zero for contacts with one tip.
@@ -62,9 +62,18 @@ class CylinderProblem:
 
 
 def basis_across(directions: Floats) -> Floats:
-    """Two unit vectors (..., 2, 3) square to each other and to the unit vectors directions (..., 3)."""
-    first = perpendicular(directions)
-    return np.stack([first, np.cross(directions, first)], axis=-2)
+    """Two unit vectors (..., 2, 3) square to each other and to the unit vectors directions (..., 3).
+
+    Well conditioned for every direction; written out, because it is needed at every step of every refinement.
+    """
+    x, y, z = directions[..., 0], directions[..., 1], directions[..., 2]
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    basis = np.empty((*directions.shape[:-1], 2, 3))
+    basis[..., 0, 0], basis[..., 0, 1], basis[..., 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    basis[..., 1, 0], basis[..., 1, 1], basis[..., 1, 2] = b, sign + y * y * a, -y
+    return basis
 
 
 def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats:

@@ -37,7 +37,11 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
         # Near the minimum rounding hides a gain that the gradient still sees: such steps are taken too.
         better = new_cost <= cost * (1 + 8 * _EPS)
         states[active[better]] = trial[better]
-        residuals[better], jacobians[better], cost[better] = new_residuals[better], new_jacobians[better], new_cost[better]
+        residuals[better], jacobians[better], cost[better] = (
+            new_residuals[better],
+            new_jacobians[better],
+            new_cost[better],
+        )
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
         keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states[active], residuals, cost)
         if not keep.any():
@@ -64,4 +68,4 @@ def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
     change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
-    return change, -np.sum(change * gradient, axis=-1)
+    return np.asarray(change), np.asarray(-np.sum(change * gradient, axis=-1))

@@ -20,7 +20,9 @@ def effective_sigmas(points: Floats, sigmas: Floats | float | None) -> Floats:
     sigmas: (n,), one number for all, or None for contacts that are exact but for rounding.
     """
     rounding = _ROUNDING * float(np.max(np.abs(points)))
-    given = np.zeros(len(points)) if sigmas is None else np.broadcast_to(np.asarray(sigmas, dtype=float), (len(points),))
+    given = (
+        np.zeros(len(points)) if sigmas is None else np.broadcast_to(np.asarray(sigmas, dtype=float), (len(points),))
+    )
     return np.asarray(np.hypot(given, max(rounding, np.finfo(float).tiny)))
 
 

@@ -1,0 +1,120 @@
+"""Cylinders through contacts: five or more, or four of known radius."""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.cylinder_refinement import CylinderProblem
+from tactfix.localizers.cylinder_search import spread_subset, starting_states
+from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
+from tactfix.localizers.determination import determination
+from tactfix.localizers.scaling import UnitContacts, unit_contacts
+from tactfix.localizers.significance import chi_square_limit
+
+CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
+
+_SAME = 1e-6
+"""Axes nearer than this, in rad and in units of the contacts' extent, are one root reached twice."""
+
+_SAMPLE = 24
+"""Contacts that the search looks at; the rest only refine what it found."""
+
+_FIRST_LOOK = 10
+"""Every start is followed for so many steps. Whatever explains the contacts has then all but settled."""
+
+_HOPELESS = 1e4
+"""A start so many times above the limit of chi-square is given up then, ..."""
+
+_BEST = 3
+"""... but for the best of a redundant set, one of which is the least-squares optimum."""
+
+_LARGEST_RADIUS = 1e5
+"""In units of the contacts' extent: beyond, the contacts lie on a plane as far as doubles can tell."""
+
+
+def localize_cylinder(
+    points: Floats, radius: float | None = None, sigmas: Floats | float | None = None
+) -> tuple[SurfaceCandidate, ...]:
+    """Every cylinder that explains the contacts.
+
+    Local minima of the weighted sum of (distance of x_i from the axis - radius)^2 over the axis, and over the radius
+    too where it is not given.
+
+    points (n, 3): tip centres or surface points, n >= 4 with radius, n >= 5 without; radius: offset radius, of the
+    tip's centres; sigmas (n,) or one number, along the normal, or None for exact contacts: all in one unit.
+    Returns the minima whose chi-square noise can explain, best first, and beyond the minimal number of contacts the
+    global minimum always. Five contacts: up to six cylinders, each of its own radius; four of known radius: up to
+    twelve. A double root is returned once and marked poorly determined, also where noise has made it complex. No
+    cylinder is an empty result: four contacts too far apart, five in a plane on a hyperbola.
+    Raises DegenerateContactsError when too few contacts differ, all lie on one line, or on two parallel lines without
+    a known radius: infinitely many cylinders pass through those.
+    Source: eqs. 16-45 and fig. 5 (five contacts); Macdonald, Pach and Theobald 2001 (four of known radius).
+    """
+    contacts = unit_contacts(points, sigmas)
+    _refuse(contacts, radius is not None)
+    size = None if radius is None else radius / contacts.scale
+    states = _minima(contacts, size)
+    return _candidates(_problem(contacts, size), contacts, states)
+
+
+def _refuse(contacts: UnitContacts, radius_known: bool) -> None:
+    """Raise where infinitely many cylinders pass through the contacts."""
+    refuse_coincident("cylinder", contacts, CONTACTS_KNOWN_RADIUS if radius_known else CONTACTS_FREE_RADIUS)
+    refuse_collinear("cylinder", contacts)
+    if not radius_known:
+        refuse_two_parallel_lines("cylinder", contacts)
+
+
+def _problem(contacts: UnitContacts, radius: float | None) -> CylinderProblem:
+    return CylinderProblem(contacts.points, contacts.weights, radius is not None)
+
+
+def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
+    """All local minima (B, 7) worth having: on all contacts, or on a sample of them first."""
+    index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
+    points, weights = contacts.points[index], contacts.weights[index]
+    sample = CylinderProblem(points, weights, radius is not None)
+    states = sample.refined(starting_states(points, weights, radius), _FIRST_LOOK)
+    chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
+    dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
+    bound = _HOPELESS * chi_square_limit(dof)
+    order = _distinct(states, chi2)
+    promising = [i for rank, i in enumerate(order) if chi2[i] <= bound or (rank < _BEST and dof > 0)]
+    return _problem(contacts, radius).refined(states[promising])
+
+
+def _distinct(states: Floats, cost: Floats) -> list[int]:
+    """The indices of states (B, 7) that differ as surfaces, cheapest first."""
+    direction, place = states[:, 3:6], states[:, [0, 1, 2, 6]]
+    tilt_squared = 1.0 - (direction @ direction.T) ** 2
+    shift_squared = np.sum((place[:, None] - place) ** 2, axis=-1)
+    same = np.maximum(tilt_squared, shift_squared) < _SAME**2
+    kept: list[int] = []
+    for i in np.argsort(cost, kind="stable"):
+        if np.isfinite(cost[i]) and states[i, 6] < _LARGEST_RADIUS and not same[i, kept].any():
+            kept.append(int(i))
+    return kept
+
+
+def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:
+    """The distinct states that noise can explain, best first; the best one of a redundant set in any case."""
+    residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
+    chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
+    dof = len(contacts.points) - jacobians.shape[-1]
+    order = _distinct(states, chi2)
+    kept = [i for rank, i in enumerate(order) if chi2[i] <= chi_square_limit(dof) or (rank == 0 and dof > 0)]
+    if not kept:
+        return ()
+    condition, poor = determination(problem.evaluate, problem.step, states[kept], contacts.sigma)
+    distances = residuals[kept] / contacts.weights * contacts.scale
+    return tuple(
+        SurfaceCandidate(
+            Cylinder(contacts.origin + contacts.scale * state[:3], state[3:6], float(state[6] * contacts.scale)),
+            float(chi2[i]),
+            float(np.sqrt(np.mean(distance**2))),
+            float(cond),
+            bool(doubtful),
+        )
+        for state, i, distance, cond, doubtful in zip(states[kept], kept, distances, condition, poor, strict=True)
+    )

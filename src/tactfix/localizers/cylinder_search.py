@@ -1,0 +1,142 @@
+"""Starting axes for cylinders through any number of contacts, so that no local minimum that matters is missed.
+
+A cylinder that explains all contacts explains any five of them (any four, where the radius is known), so the zeros of
+a minimal subset lead to it: real zeros directly, a pair that noise made complex by its real part. Where no cylinder
+explains the contacts, a covering of all directions, with the best circle for each, leads to the least-squares optimum.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, Ints, unit
+from tactfix.localizers.cylinder_directions import direction_zeros
+from tactfix.localizers.cylinder_refinement import basis_across, circle_states
+from tactfix.localizers.homogeneous_forms import Complexes
+from tactfix.localizers.tangent_lines import tangent_zeros
+
+_SUBSETS = 2
+"""Minimal subsets whose zeros are sought: one of far-apart contacts, the rest chosen blindly in case that is tidy."""
+
+_COVERING = 160
+"""Directions of the covering: neighbours 10 degrees apart, half the distance at which two minima were ever seen."""
+
+_DEEPEST = 6
+"""Local minima of the covering that are followed."""
+
+_GAP = 1e-4
+"""Below this gap the zeros may form a curve, or be more than counted."""
+
+_NUDGE = 1e-5
+"""Moves such contacts, in units of their extent: the zeros of the moved ones are isolated and near the true ones."""
+
+
+def starting_states(points: Floats, weights: Floats, radius: float | None) -> Floats:
+    """States (B, 7) from which every cylinder that explains the contacts is reached by `CylinderProblem.refined`.
+
+    points (n, 3) of unit size about their mean, n >= 5, or n >= 4 with radius; weights (n,).
+    """
+    if radius is None:
+        subsets = _minimal_subsets(points, 5)
+        states = circle_states(_real_directions(direction_zeros, points[subsets]), points, weights)
+    else:
+        subsets = _minimal_subsets(points, 4)
+        parts = [tangent_states(points[subset], np.full(4, radius)) for subset in subsets]
+        states = np.concatenate(parts)
+    if len(points) > (5 if radius is None else 4):
+        states = np.concatenate([states, _covering_states(points, weights, radius)])
+    return states[np.isfinite(states).all(axis=1)]
+
+
+def tangent_states(centers: Floats, radii: Floats) -> Floats:
+    """States (24, 7) near all lines at distances radii (4,) from centers (4, 3); radius is that of the first.
+
+    Each direction gives two feet: along the wider spread of the projected centres the foot follows from linear
+    equations, along the narrower one only up to a sign when the centres lie on two parallels to it.
+    """
+    directions = _real_directions(lambda x: tangent_zeros(x, np.broadcast_to(radii, x.shape[:-1])), centers[None])
+    across = basis_across(directions)
+    middle = centers.mean(axis=0)
+    flat = (centers - middle) @ np.swapaxes(across, -1, -2)
+    u, singular, vh = np.linalg.svd(flat, full_matrices=False)
+    squared = np.sum(flat**2, axis=-1) - radii**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        wide = np.einsum("bn,bn->b", u[:, :, 0], squared) / (2 * singular[:, 0])
+    narrow = np.sqrt(np.maximum(-squared.mean(axis=-1) - wide**2, 0.0))
+    parts = []
+    for sign in (1.0, -1.0):
+        place = wide[:, None] * vh[:, 0] + sign * narrow[:, None] * vh[:, 1]
+        foot = middle + np.einsum("bi,bij->bj", place, across)
+        foot -= np.sum(foot * directions, axis=-1, keepdims=True) * directions
+        parts.append(np.concatenate([foot, directions, np.full((len(foot), 1), radii[0])], axis=-1))
+    return np.concatenate(parts)
+
+
+def _real_directions(zeros: Callable[[Floats], tuple[Complexes, Floats]], subsets: Floats) -> Floats:
+    """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and of a nudged copy where those are crowded."""
+    found, gap = zeros(subsets)
+    parts = [found.reshape(-1, 3)]
+    if crowded := list(np.flatnonzero(gap < _GAP)):
+        nudges = np.random.default_rng(5).normal(scale=_NUDGE, size=subsets[crowded].shape)
+        parts.append(zeros(subsets[crowded] + nudges)[0].reshape(-1, 3))
+    real = np.concatenate(parts).real
+    return unit(real[np.linalg.norm(real, axis=-1) > 0])
+
+
+def _minimal_subsets(points: Floats, size: int) -> Ints:
+    """Indices (k, size): contacts far from each other first, then seeded random choices."""
+    if len(points) == size:
+        return np.arange(size)[None]
+    rng = np.random.default_rng(len(points))
+    blind = [np.sort(rng.permutation(len(points))[:size]) for _ in range(_SUBSETS - 1)]
+    return np.unique(np.array([np.sort(spread_subset(points, size)), *blind]), axis=0)
+
+
+def spread_subset(points: Floats, size: int) -> Ints:
+    """Indices (size,) of contacts that lie far from each other: each one the farthest from those before it."""
+    chosen = [int(np.argmax(np.sum(points**2, axis=1)))]
+    distance = np.sum((points - points[chosen[0]]) ** 2, axis=1)
+    while len(chosen) < size:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.sum((points - points[chosen[-1]]) ** 2, axis=1))
+    return np.array(chosen)
+
+
+def _covering_states(points: Floats, weights: Floats, radius: float | None) -> Floats:
+    """The states of the covering's directions whose circle fits better than at all neighbouring directions."""
+    directions, neighbours = _covering()
+    states = circle_states(directions, points, weights)
+    if radius is not None:
+        states = _at_radius(states, points, radius)
+    arms = points - states[:, None, :3]
+    along = np.einsum("bni,bi->bn", arms, states[:, 3:6])
+    distance = np.sqrt(np.maximum(np.sum(arms**2, axis=-1) - along**2, 0.0))
+    cost = np.sum((weights * (distance - states[:, 6:])) ** 2, axis=1)
+    cost = np.where(np.isfinite(cost), cost, np.inf)
+    minima = np.flatnonzero(cost <= cost[neighbours].min(axis=1))
+    return states[minima[np.argsort(cost[minima])[:_DEEPEST]]]
+
+
+def _at_radius(states: Floats, points: Floats, radius: float) -> Floats:
+    """The states with the known radius, each axis moved so that an arc of contacts stays on the surface."""
+    middle = points.mean(axis=0)
+    away = states[:, :3] - (middle - np.sum(states[:, 3:6] * middle, axis=1, keepdims=True) * states[:, 3:6])
+    moved = states.copy()
+    # away is as long as the radius for a short arc, and zero for contacts all around.
+    moved[:, :3] += (radius / states[:, 6:] - 1.0) * away
+    moved[:, 6] = radius
+    return moved
+
+
+@cache
+def _covering() -> tuple[Floats, Ints]:
+    """Evenly spread directions (k, 3), one of each opposite pair, and the six neighbours (k, 6) of each."""
+    index = np.arange(_COVERING)
+    z = (index + 0.5) / _COVERING
+    angle = index * np.pi * (3.0 - np.sqrt(5.0))
+    flat = np.sqrt(1 - z**2)
+    directions = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z])
+    nearness = np.abs(directions @ directions.T)
+    np.fill_diagonal(nearness, -1.0)
+    return directions, np.argsort(-nearness, axis=1)[:, :6]
