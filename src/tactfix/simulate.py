@@ -2,7 +2,7 @@
 
 A touch is a point of the nominal surface and the direction from which the probe comes. The tip's centre is then t off
 the surface along its normal, off by noise along that normal. All random numbers come from PCG64 streams, one for each
-thing drawn: one seed gives one file, on every platform, and a fault leaves the pose, the touches and the noise alone.
+thing drawn, so that a fault leaves the pose, the touches and the noise alone.
 """
 
 from collections.abc import Mapping
@@ -29,8 +29,6 @@ _PLENTY = {Plane: 4, Cylinder: 6}
 _PLENTY_BALL = 4
 # Points to choose from for each random touch.
 _CHOICE = 64
-# Digits kept: a thousandth of sigma says all that a contact knows, and hides the last bits in which platforms differ.
-_DIGITS_BELOW_SIGMA = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +40,7 @@ class Simulation:
     contacts: Contacts
     base_from_fixture: Floats
     seed: int
+    planned: bool
     fault: Fault | None = None
     mistake: str | None = None
 
@@ -94,7 +93,7 @@ def simulate(
     mistake = None
     if fault is not None:
         contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
-    return Simulation(fixture.name, fixture.units, _rounded(contacts), base_from_fixture, seed, fault, mistake)
+    return Simulation(fixture.name, fixture.units, contacts, base_from_fixture, seed, plan is not None, fault, mistake)
 
 
 def streams(seed: int, count: int) -> list[np.random.Generator]:
@@ -181,17 +180,3 @@ def _tilted(directions: Floats, rng: np.random.Generator) -> Floats:
     u = perpendicular(directions)
     v = np.cross(directions, u)
     return np.asarray(cosine * directions + np.sqrt(1 - cosine**2) * (np.cos(around) * u + np.sin(around) * v))
-
-
-def _rounded(contacts: Contacts) -> Contacts:
-    """The contacts with no more digits than they mean."""
-    digits = int(np.ceil(-np.log10(contacts.sigmas.min()))) + _DIGITS_BELOW_SIGMA
-    return Contacts(
-        features=contacts.features,
-        points=np.round(contacts.points, digits),
-        approaches=np.round(contacts.approaches, 9),
-        sigmas=contacts.sigmas,
-        tip_radius=contacts.tip_radius,
-        rows=contacts.rows,
-        ids=contacts.ids,
-    )

@@ -17,6 +17,8 @@ COMMANDS: Final[dict[str, str]] = {
     "fit": "Find one plane, sphere or cylinder from contacts.",
     "schema": "Print the JSON Schema of fixture files, for editors.",
     "init": "Write a commented fixture file to start from.",
+    "simulate": "Make a contact file as a probe would report it, with the truth in it.",
+    "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
 }
 """Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
 

@@ -27,25 +27,21 @@ def command(
     ] = None,
     add: Annotated[
         int | None,
-        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given.", show_default=False),
+        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
     ] = None,
     contacts: Annotated[
         int | None,
-        typer.Option(
-            metavar="N", help="How many contacts; the fewest that are unique where not given.", show_default=False
-        ),
+        typer.Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
     ] = None,
     criterion: Annotated[
         Literal["worst", "d", "e"],
         typer.Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
     ] = "worst",
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
-    sigma: Annotated[
-        float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.", show_default=False)
-    ] = None,
+    sigma: Annotated[float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
     tip_radius: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit.", show_default=False),
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -54,8 +50,8 @@ def command(
 ) -> int:
     """Choose the contacts to make: reachable, unique, and as sure as their number allows.
 
-    Prints a contact file of nominal contacts in the fixture frame (tip centres), or in base where CONTACTS says where the
-    fixture stands. Without --contacts: the fewest that are unique, and in comments what each further one would gain.
+    Prints a contact file of nominal contacts (tip centres) in the fixture frame, or in base where CONTACTS says where
+    the fixture stands. Without --contacts: the fewest that are unique, and in comments what each further one gains.
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """

@@ -24,7 +24,7 @@ def command(
     plan: Annotated[
         str | None,
         typer.Argument(
-            metavar="PLAN", help="Contacts to make (CSV, fixture frame), as plan writes them; - is standard input."
+            metavar="PLAN", help="Contacts to make, as plan writes them (CSV, fixture frame); - is standard input."
         ),
     ] = None,
     pose: Annotated[
@@ -32,16 +32,16 @@ def command(
     ] = None,
     sigma: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit.", show_default=False),
+        typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
     ] = None,
     tip_radius: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit.", show_default=False),
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
     contacts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="How many random touches; enough for each feature alone where not given."),
+        typer.Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
     ] = None,
     fault: Annotated[
         str | None,

@@ -14,12 +14,11 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.surfaces import outward_normals
 from tactfix.locate import locate
+from tactfix.noise import chi_square_limit
 from tactfix.results import Candidate, LocateResult
 
 # A second pose nearer than this, in the root of its chi-square, is a rival.
 BEHIND = 10.0
-# What locate holds chi-square against where it does not say: the 0.999 quantile for one degree of freedom.
-_LIMIT = 10.8
 # An approach is turned off the normal by no more than this, and beyond a rival's surface by at least that much.
 _MOST_TILT_DEG, _BEYOND_DEG = 45.0, 15.0
 
@@ -47,7 +46,7 @@ def judged(fixture: Fixture, contacts: Contacts) -> Verdict:
     if result.status not in ("located", "ambiguous"):
         return Verdict(result, False, ())
     if result.status == "located":
-        coarse = BEHIND / np.sqrt(result.chi2_limit or _LIMIT)
+        coarse = BEHIND / np.sqrt(chi_square_limit(len(contacts) - 6))
         wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas))
     else:
         wide = result

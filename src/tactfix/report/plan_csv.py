@@ -12,7 +12,8 @@ from tactfix.planning.result import Plan
 from tactfix.report.text_report import decimal
 from tactfix.simulate import CONE_DEG, Simulation
 
-# A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian.
+# A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian. No more is written,
+# which also hides the last bits in which platforms differ: one seed gives one file everywhere.
 _BELOW_SIGMA, _DIRECTION = 3, 9
 _TRUTH = 12
 
@@ -25,7 +26,7 @@ def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
     named = any(contacts.ids)
     columns = [
         ["feature", *contacts.features],
-        *_columns("x y z", np.round(contacts.points, digits_for(float(contacts.sigmas.min())))),
+        *_columns("x y z", np.round(contacts.points, _digits(float(contacts.sigmas.min())))),
         *_columns("ax ay az", np.round(contacts.approaches, _DIRECTION)),
         *([["sigma", *map(decimal, contacts.sigmas)]] if own else []),
         *([["id", *(name or "" for name in contacts.ids)]] if named else []),
@@ -36,7 +37,7 @@ def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
     return text.getvalue()
 
 
-def digits_for(sigma: float) -> int:
+def _digits(sigma: float) -> int:
     """Decimals that a length with this sigma is written with."""
     return int(np.ceil(-np.log10(sigma))) + _BELOW_SIGMA
 
