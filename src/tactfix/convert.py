@@ -8,8 +8,8 @@ import numpy as np
 from tactfix.dialects import DIALECTS
 from tactfix.dialects.dialect import Dialect, Numbers
 from tactfix.dialects.orientation import EulerAngles, RotationVector
-from tactfix.dialects.pose import Pose, PoseRefusedError
-from tactfix.errors import UsageError
+from tactfix.dialects.pose import Pose
+from tactfix.errors import PoseRefusedError, UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_from_vector, skew
 from tactfix.units import factor
@@ -127,8 +127,8 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
 def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
     """One standard deviation of each of the dialect's numbers (n,), in their own units; pose in numbers.units.
 
-    First order, by central differences of the numbers over a rotation about each base axis. In gimbal lock the first
-    and the last angle have none: nan.
+    First order, by central differences of the numbers over a rotation about each base axis. In gimbal lock angles have
+    none (nan): first and last are only known together, and the middle one folds back at its limit.
     """
     if pose.covariance is None:
         raise ValueError("the covariance of this pose is not known")
@@ -143,23 +143,27 @@ def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
     jacobian = np.column_stack(columns)
     sigmas = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, pose.covariance[:3, :3], jacobian))
     if isinstance(orientation, EulerAngles) and _locked(orientation, pose):
-        sigmas[[orientation.order.index(0), orientation.order.index(2)]] = np.nan
+        sigmas[:] = np.nan
     return np.concatenate([np.sqrt(np.diag(pose.covariance)[3:]), sigmas])
 
 
 def _locked(orientation: EulerAngles, pose: Pose) -> bool:
     """Whether the middle angle is so near its lock that first and last cannot be told apart."""
+    return orientation.lock_distance(pose.rotation) < max(_LOCK, _LOCK_SIGMAS * _rotation_sigma(pose))
+
+
+def _rotation_sigma(pose: Pose) -> float:
+    """Sigma in rad of the rotation about its worst axis."""
     assert pose.covariance is not None
-    spread = float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
-    return orientation.lock_distance(pose.rotation) < max(_LOCK, _LOCK_SIGMAS * spread)
+    return float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
 
 
 def _sigmas(numbers: Numbers, pose: Pose) -> str:
-    """The sigmas in a line; in gimbal lock says which angles are only known together."""
+    """The sigmas in a line; in gimbal lock that of the rotation about its worst axis instead of single angles."""
     sigmas = sigmas_of_numbers(numbers, pose)
     units = [numbers.units] * 3 + [numbers.angle_unit] * (len(sigmas) - 3)
     rows = list(zip(numbers.labels, sigmas, units, strict=True))
     parts = [f"{label} {sigma:.2g} {unit}".strip() for label, sigma, unit in rows if not np.isnan(sigma)]
-    together = [label for label, sigma, _ in rows if np.isnan(sigma)]
-    locked = f"; {' and '.join(together)} only together (gimbal lock)" if together else ""
-    return "sigma: " + ", ".join(parts) + locked
+    if np.isnan(sigmas).any():
+        parts.append(f"rotation {np.rad2deg(_rotation_sigma(pose)):.2g} deg (gimbal lock: no angle for itself)")
+    return "sigma: " + ", ".join(parts)

@@ -65,6 +65,14 @@ class TipDoesNotFitError(TactfixError):
         )
 
 
+class PoseRefusedError(TactfixError):
+    """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
+
+    def __init__(self, dialect: str, reason: str, remedy: str) -> None:
+        self.dialect, self.reason, self.remedy = dialect, reason, remedy
+        super().__init__(f"{dialect}: {reason}; {remedy}")
+
+
 class MissingExtraError(TactfixError):
     """An optional extra is needed for this and not installed."""
 

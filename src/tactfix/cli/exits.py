@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from tactfix.errors import TactfixError, UsageError
+from tactfix.errors import PoseRefusedError, TactfixError, UsageError
 
 
 class Exit(IntEnum):
@@ -34,5 +34,7 @@ def exit_of_status(status: str) -> Exit:
 
 
 def exit_of_error(error: TactfixError) -> Exit:
-    """The exit status of an error: usage, or an input that says something impossible."""
+    """The exit status of an error: usage, a text not written because too much is lost, or an impossible input."""
+    if isinstance(error, PoseRefusedError):
+        return Exit.NOT_ACCEPTABLE
     return Exit.USAGE if isinstance(error, UsageError) else Exit.FILE

@@ -25,14 +25,6 @@ class PoseSyntaxError(TactfixError):
         super().__init__("\n".join(map(str, self.problems)))
 
 
-class PoseRefusedError(TactfixError):
-    """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
-
-    def __init__(self, dialect: str, reason: str, remedy: str) -> None:
-        self.dialect, self.reason, self.remedy = dialect, reason, remedy
-        super().__init__(f"{dialect}: {reason}; {remedy}")
-
-
 def syntax_error(what: str, remedy: str, line: int | None = None) -> PoseSyntaxError:
     """A PoseSyntaxError of one problem."""
     return PoseSyntaxError([Problem(what, remedy, line=line)])

@@ -1,0 +1,44 @@
+"""A pose from a file, in any dialect that tactfix writes."""
+
+import sys
+from pathlib import Path
+
+from tactfix.dialects import DIALECTS, SUFFIXES
+from tactfix.dialects.pose import Pose, PoseSyntaxError
+from tactfix.errors import FileError, UsageError
+from tactfix.files.reading import read_bytes
+from tactfix.units import UNITS
+
+_NUMPY_MAGIC = b"\x93NUMPY"
+
+
+def load_pose(path: str | Path, *, units: str | None = None, dialect: str | None = None) -> Pose:
+    """The pose in a file ("-": standard input).
+
+    dialect: its name; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content: JSON, numpy
+    array, or four rows of four numbers. units: the unit of a file that does not say; UsageError where it says another.
+    Raises FileError for what is no pose, and for a result of locate whose status is not "located".
+    """
+    if units is not None and units not in UNITS:
+        raise UsageError(f"units {units!r} is none of {', '.join(UNITS)}")
+    if dialect is not None and dialect not in DIALECTS:
+        raise UsageError(f"no dialect {dialect!r}; there are {', '.join(DIALECTS)}")
+    name = "standard input" if str(path) == "-" else str(path)
+    content = sys.stdin.buffer.read() if str(path) == "-" else read_bytes(path)
+    try:
+        pose = DIALECTS[dialect or _dialect_of(name, content)].read(content)
+    except PoseSyntaxError as error:
+        raise FileError(name, error.problems) from error
+    if units is not None and pose.units not in (None, units):
+        raise UsageError(f"{name} is in {pose.units}, --units says {units}; leave --units out")
+    return pose if units is None else Pose(pose.base_from_fixture, units, pose.covariance, pose.fixture)
+
+
+def _dialect_of(name: str, content: bytes) -> str:
+    """What the ending says, else what the first bytes look like."""
+    suffix = Path(name).suffix.lower()
+    if suffix in SUFFIXES and suffix != ".txt":
+        return SUFFIXES[suffix]
+    if content.startswith(_NUMPY_MAGIC):
+        return "npy"
+    return "json" if content.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{" else "matrix"
