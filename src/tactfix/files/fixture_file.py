@@ -17,13 +17,14 @@ def load_fixture(path: str | Path) -> Fixture:
     """
     text = decode(str(path), read_bytes(path))
     tree = read_tree(text)
-    if tree.problems:
-        raise FileError(str(path), tree.problems)
-    fixture = parse_fixture(tree.value, Path(path).stem)
-    if isinstance(fixture, list):
-        problems = sorted((_placed(finding, tree) for finding in fixture), key=lambda p: (p.line or 0, p.column or 0))
-        raise FileError(str(path), problems)
-    return fixture
+    fixture = parse_fixture(tree.value, Path(path).stem) if tree.is_complete else []
+    if isinstance(fixture, Fixture) and not tree.problems:
+        return fixture
+    findings = [] if isinstance(fixture, Fixture) else fixture
+    problems = list(tree.problems)
+    known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
+    problems += [p for p in (_placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
+    raise FileError(str(path), sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
 
 
 def _placed(finding: Finding, tree: Tree) -> Problem:

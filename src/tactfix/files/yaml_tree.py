@@ -40,12 +40,16 @@ class Mark:
 
 @dataclass(slots=True)
 class Tree:
-    """What a YAML file says: its value, where each key and value stands, and what is wrong with it as YAML."""
+    """What a YAML file says: its value, where each key and value stands, and what is wrong with it as YAML.
+
+    is_complete: whether it could be read to its end, so that its value can be judged beside its problems.
+    """
 
     value: Any = None
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    is_complete: bool = True
 
     def refuse(self, event: Any, what: str, remedy: str) -> None:
         """Note a problem at the place of a parser event."""
@@ -60,7 +64,8 @@ def read_tree(text: str) -> Tree:
         events = yaml.parse(text, Loader=_LOADER)
         _read_stream(events, tree)
     except yaml.YAMLError as error:
-        tree.problems = [_syntax_problem(error, text)]
+        tree.problems.append(_syntax_problem(error, text))
+        tree.is_complete = False
     return tree
 
 
@@ -84,7 +89,7 @@ def _read_value(event: Any, events: Iterator[Any], path: Path, tree: Tree) -> An
     if event.anchor is not None:
         tree.refuse(event, f"&{event.anchor} is an anchor", "write the value without it")
     if event.tag is not None:
-        tree.refuse(event, f"{event.tag} is a tag", "write the value without it")
+        tree.refuse(event, f"{event.tag.replace('tag:yaml.org,2002:', '!!')} is a tag", "write the value without it")
     if len(path) > _MOST_DEPTH:
         # The parser would go on; nobody else should have to.
         raise yaml.MarkedYAMLError(None, None, f"more than {_MOST_DEPTH} levels, one in another", event.start_mark)

@@ -1,6 +1,6 @@
 """The whole of a fixture file, format 1."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
@@ -60,7 +60,8 @@ class TouchModel(Strict):
 class FixtureDocument(Strict):
     """A tactfix fixture file: the features that a probe touches, and where they are."""
 
-    tactfix: Literal[1] = Field(description="Version of this file format.")
+    # Not Literal[1]: true and 1.0 equal 1.
+    tactfix: int = Field(ge=1, le=1, description="Version of this file format.", json_schema_extra={"const": 1})
     name: str | None = Field(
         default=None, min_length=1, description="Name of the fixture; without it, the file's name."
     )

@@ -12,10 +12,11 @@ from pydantic import ValidationError
 
 from tactfix.fixture import Fixture
 from tactfix.models.build import build_fixture
+from tactfix.models.declared import Declared
 from tactfix.models.document import FixtureDocument
 from tactfix.models.findings import Finding, Path
 from tactfix.models.refusals import findings_of, plain_path
-from tactfix.models.sense import Declared, check_sense
+from tactfix.models.sense import check_sense
 
 _LISTS = ("distances", "angles")
 _DEFAULTS = {"tactfix": 1, "units": "mm"}
@@ -54,7 +55,7 @@ def parse_fixture(value: Any, name: str) -> Fixture | list[Finding]:
     except ValidationError as error:
         errors = error.errors(include_url=False)
         return findings_of(errors) + _sense_of_the_rest(value, errors)
-    findings = check_sense(document, Declared(frozenset(document.features)))
+    findings = check_sense(document, Declared(tuple(document.features), document.features))
     return findings or build_fixture(document, name)
 
 
@@ -76,10 +77,7 @@ def _sense_of_the_rest(value: dict[str, Any], errors: list[Any]) -> list[Finding
         document = FixtureDocument.model_validate(rest)
     except ValidationError:
         return []  # nothing is left to make sense of
-    features = value["features"]
-    declared = Declared(
-        frozenset(features), frozenset(set(features) - set(document.features)), ("frame",) in sieve.taken
-    )
+    declared = Declared(tuple(value["features"]), document.features, ("frame",) in sieve.taken)
     return [_at_home(finding, kept) for finding in check_sense(document, declared)]
 
 

@@ -1,0 +1,27 @@
+"""The names that a fixture file declares, for whoever checks the names that it uses."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tactfix.models.features import FeatureModel
+from tactfix.models.findings import Finding, Path
+from tactfix.suggestions import did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """All names of features in the file, in its order; those that are well formed; whether the frame is refused."""
+
+    names: tuple[str, ...]
+    features: Mapping[str, FeatureModel]
+    frame_refused: bool = False
+
+    def unknown(self, name: str, path: Path, *, at_key: bool = False) -> list[Finding]:
+        """The finding that there is no feature of this name; none where there is."""
+        if name in self.names:
+            return []
+        return [Finding(path, f"there is no feature {name!r}", did_you_mean(name, self.names), at_key)]
+
+    def type_of(self, name: str) -> str | None:
+        """plane, sphere or cylinder; None where the file does not say properly (which is told elsewhere)."""
+        return self.features[name].type if name in self.features else None
