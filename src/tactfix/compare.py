@@ -68,6 +68,26 @@ class Movement:
         return float(gammaincc(3.0, whitened @ np.linalg.pinv(correlation, hermitian=True) @ whitened / 2))
 
 
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The most that a fixture may have moved (units) and turned (rad); None: no limit."""
+
+    translation: float | None = None
+    rotation: float | None = None
+
+
+def exceeded(movement: Movement, limits: Limits) -> dict[str, str]:
+    """What went past its limit ("translation", "rotation"), each with a sentence; empty when nothing did."""
+    beyond = {}
+    if limits.translation is not None and movement.distance > limits.translation:
+        unit = movement.units or ""
+        beyond["translation"] = f"moved {movement.distance:.6g} {unit}, the limit is {limits.translation:g} {unit}"
+    if limits.rotation is not None and movement.angle > limits.rotation:
+        turned, limit = np.rad2deg(movement.angle), np.rad2deg(limits.rotation)
+        beyond["rotation"] = f"turned {turned:.6g} deg, the limit is {limit:g} deg"
+    return beyond
+
+
 def compare(before: Pose, after: Pose) -> Movement:
     """The movement from before to after, in the units of before; independent errors of both add up.
 

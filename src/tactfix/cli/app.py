@@ -19,6 +19,9 @@ COMMANDS: Final[dict[str, str]] = {
     "init": "Write a commented fixture file to start from.",
     "simulate": "Make a contact file as a probe would report it, with the truth in it.",
     "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
+    "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
+    "compare": "Tell how far a fixture has moved between two poses.",
+    "import": "Write the log of a machine as a contact file.",
 }
 """Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
 

@@ -1,6 +1,7 @@
 """A pose from a file, in any dialect that tactfix writes."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from tactfix.dialects import DIALECTS, SUFFIXES
@@ -12,15 +13,20 @@ from tactfix.units import UNITS
 _NUMPY_MAGIC = b"\x93NUMPY"
 
 
-def load_pose(path: str | Path, *, units: str | None = None, dialect: str | None = None) -> Pose:
+def load_pose(
+    path: str | Path, *, units: str | None = None, default_units: str | None = None, dialect: str | None = None
+) -> Pose:
     """The pose in a file ("-": standard input).
 
     dialect: its name; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content: JSON, numpy
-    array, or four rows of four numbers. units: the unit of a file that does not say; UsageError where it says another.
+    array, or four rows of four numbers. units: the unit of the file; UsageError where it says another itself.
+    default_units: the unit of a file that does not say.
+
     Raises FileError for what is no pose, and for a result of locate whose status is not "located".
     """
-    if units is not None and units not in UNITS:
-        raise UsageError(f"units {units!r} is none of {', '.join(UNITS)}")
+    for unit in (units, default_units):
+        if unit is not None and unit not in UNITS:
+            raise UsageError(f"units {unit!r} is none of {', '.join(UNITS)}")
     if dialect is not None and dialect not in DIALECTS:
         raise UsageError(f"no dialect {dialect!r}; there are {', '.join(DIALECTS)}")
     name = "standard input" if str(path) == "-" else str(path)
@@ -31,7 +37,7 @@ def load_pose(path: str | Path, *, units: str | None = None, dialect: str | None
         raise FileError(name, error.problems) from error
     if units is not None and pose.units not in (None, units):
         raise UsageError(f"{name} is in {pose.units}, --units says {units}; leave --units out")
-    return pose if units is None else Pose(pose.base_from_fixture, units, pose.covariance, pose.fixture)
+    return replace(pose, units=pose.units or units or default_units)
 
 
 def _dialect_of(name: str, content: bytes) -> str:

@@ -1,0 +1,63 @@
+"""tactfix convert."""
+
+from typing import Annotated
+
+import typer
+
+from tactfix.cli.options import Output, Quiet
+from tactfix.cli.output import emit, tell
+from tactfix.convert import LEVER_ARM_MM, find_dialect, write_pose
+from tactfix.dialects import DIALECTS, SUFFIXES
+from tactfix.dialects.dialect import Dialect
+from tactfix.errors import UsageError
+from tactfix.files.pose_file import load_pose
+
+_NAMES = ", ".join(DIALECTS)
+
+
+def command(
+    pose: Annotated[
+        str,
+        typer.Argument(metavar="POSE", help="Output of locate, or a pose in any dialect; - is standard input."),
+    ],
+    to: Annotated[
+        str | None, typer.Option("--to", metavar="NAME", help=f"The dialect to write: {_NAMES}.", show_default=False)
+    ] = None,
+    from_: Annotated[
+        str | None,
+        typer.Option("--from", metavar="NAME", help="The dialect of POSE; by default told by its ending or content."),
+    ] = None,
+    units: Annotated[
+        str | None, typer.Option(metavar="U", help="Unit of POSE where its file does not say: mm, m, um or in.")
+    ] = None,
+    lever_arm: Annotated[
+        float,
+        typer.Option(metavar="MM", min=0, help="How far from the fixture's origin rounding is judged, in mm."),
+    ] = LEVER_ARM_MM,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write it though it loses more than a tenth of sigma, or a tilt.")
+    ] = False,
+    output: Output = None,
+    quiet: Quiet = False,
+) -> int:
+    """Write a pose in the words of a controller, a machine tool or ROS.
+
+    Every text is read back and compared before it leaves; rounding is told on standard error, and refused where it
+    exceeds a tenth of the pose's own sigma (exit 1).
+    """
+    dialect = _wanted(to, None if output is None else output.suffix.lower())
+    written = write_pose(
+        dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm
+    )
+    emit(written.text, output)
+    tell(written.notes, quiet=quiet)
+    return 0
+
+
+def _wanted(to: str | None, suffix: str | None) -> Dialect:
+    """The dialect that --to names, else the one that the output's ending means."""
+    if to is not None:
+        return find_dialect(to)
+    if suffix is None or suffix not in SUFFIXES:
+        raise UsageError(f"which dialect? give --to {_NAMES}, or an --output that ends with {', '.join(SUFFIXES)}")
+    return DIALECTS[SUFFIXES[suffix]]
