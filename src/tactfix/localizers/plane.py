@@ -1,10 +1,13 @@
 """A plane from three contacts or more (eqs. 1-2)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, Ints, unit
 from tactfix.geometry.surfaces import Plane
 from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.cylinder_refinement import basis_across
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear
 from tactfix.localizers.scaling import unit_contacts
 
@@ -40,3 +43,29 @@ def localize_plane(
         SurfaceCandidate(Plane(center - tip_radius * n, n), chi2, rms, float(1.0 / spread[1]), poorly_determined=False)
         for n in (normal, -normal)
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaneProblem:
+    """Contacts (n, 3) of unit size and weights (n,); a state is (point (3,), normal (3,)).
+
+    Parameters: a shift along the normal, and two tilts about the point.
+    """
+
+    points: Floats
+    weights: Floats
+
+    def evaluate(self, states: Floats, index: Ints) -> tuple[Floats, Floats]:
+        """Residuals (B, n), weight * height over the plane, and Jacobians (B, n, 3)."""
+        del index
+        arms = self.points - states[:, None, :3]
+        heights = np.einsum("bni,bi->bn", arms, states[:, 3:])
+        tilts = arms @ np.swapaxes(basis_across(states[:, 3:]), -1, -2)
+        jacobian = np.concatenate([np.full((*heights.shape, 1), -1.0), tilts], axis=-1) * self.weights[:, None]
+        return self.weights * heights, jacobian
+
+    def step(self, states: Floats, change: Floats) -> Floats:
+        """The states after a shift and two tilts (B, 3)."""
+        normal = states[:, 3:]
+        tilt = np.einsum("bi,bij->bj", change[:, 1:], basis_across(normal))
+        return np.concatenate([states[:, :3] + change[:, :1] * normal, unit(normal + tilt)], axis=-1)

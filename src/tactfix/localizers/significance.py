@@ -10,7 +10,7 @@ from tactfix.geometry.arrays import Floats
 TAIL = 1e-6
 """Share of sound contact sets that the limit refuses: one in a million."""
 
-_ROUNDING = 4 * float(np.finfo(np.float64).eps)
+ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative rounding of a coordinate that has gone through a few operations."""
 
 
@@ -19,7 +19,7 @@ def effective_sigmas(points: Floats, sigmas: Floats | float | None) -> Floats:
 
     sigmas: (n,), one number for all, or None for contacts that are exact but for rounding.
     """
-    rounding = _ROUNDING * float(np.max(np.abs(points)))
+    rounding = ROUNDING * float(np.max(np.abs(points)))
     given = (
         np.zeros(len(points)) if sigmas is None else np.broadcast_to(np.asarray(sigmas, dtype=float), (len(points),))
     )

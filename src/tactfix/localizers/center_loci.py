@@ -1,0 +1,192 @@
+"""Where a point can be that keeps given distances from points, axes and planes: intersections of three such loci.
+
+Two spheres share their radical plane, so that one sphere is left at most, with planes and cylinders:
+
+    sphere, plane, plane        a line meets a sphere: 2 points
+    sphere, plane, cylinder     a circle meets a cylinder: 4
+    sphere, cylinder, cylinder  8
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.geometry.arrays import Floats, frozen, unit
+from tactfix.localizers.cylinder_refinement import basis_across
+from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, quadratic
+
+_PARALLEL = 1e-7
+"""Planes or loci closer to each other than this meet nowhere, or everywhere, as far as doubles can tell."""
+
+_EIGHT = 8
+_GAP, _NUDGE = 1e-4, 1e-5
+_REMEDY = "touch somewhere else, or use another distance"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SphereLocus:
+    """|c - center| = distance."""
+
+    center: Floats
+    distance: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", frozen(self.center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaneLocus:
+    """normal . c = offset; normal is unit."""
+
+    normal: Floats
+    offset: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", frozen(self.normal))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CylinderLocus:
+    """|(c - point) x direction| = distance; direction is unit."""
+
+    point: Floats
+    direction: Floats
+    distance: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "direction", frozen(self.direction))
+
+
+Locus = SphereLocus | PlaneLocus | CylinderLocus
+
+
+def meeting_points(loci: tuple[Locus, Locus, Locus]) -> Floats:
+    """Points (k, 3), k <= 8, near every real point that lies on all three loci, one of which must be a sphere.
+
+    Loci that just miss each other, as noise makes of a tangency, give the place of closest approach: a caller has to
+    refine the points and to judge their residuals. Lengths should be of unit size.
+    Raises DegenerateContactsError when loci share a whole curve or planes are parallel, by a measured ratio.
+    """
+    spheres = [locus for locus in loci if isinstance(locus, SphereLocus)]
+    planes = [locus for locus in loci if isinstance(locus, PlaneLocus)]
+    cylinders = [locus for locus in loci if isinstance(locus, CylinderLocus)]
+    planes += [_radical_plane(spheres[0], other) for other in spheres[1:]]
+    if not cylinders:
+        return _on_line(spheres[0], planes[0], planes[1])
+    if planes:
+        return _on_circle(spheres[0], planes[0], cylinders[0])
+    return _on_two_cylinders(spheres[0], cylinders[0], cylinders[1])
+
+
+def _radical_plane(first: SphereLocus, second: SphereLocus) -> PlaneLocus:
+    """The plane of the circle that two spheres share: the difference of their equations (eqs. 7, 8)."""
+    arm = second.center - first.center
+    length = float(np.linalg.norm(arm))
+    if length <= _PARALLEL:
+        raise DegenerateContactsError("sphere", "two spheres are concentric", length, _PARALLEL, _REMEDY)
+    middle = 0.5 * (first.center + second.center)
+    shift = 0.5 * (first.distance**2 - second.distance**2) / length
+    return PlaneLocus(arm / length, float(arm @ middle) / length + shift)
+
+
+def _on_line(sphere: SphereLocus, first: PlaneLocus, second: PlaneLocus) -> Floats:
+    """Both points of a sphere on the line that two planes share, or the nearest one of that line."""
+    along = np.cross(first.normal, second.normal)
+    ratio = float(np.linalg.norm(along))
+    if ratio <= _PARALLEL:
+        raise DegenerateContactsError("sphere", "what is known of the centre is known twice", ratio, _PARALLEL, _REMEDY)
+    normals = np.array([first.normal, second.normal, along / ratio])
+    offsets = [first.offset, second.offset, float(normals[2] @ sphere.center)]
+    foot = np.linalg.solve(normals, offsets)
+    half = np.sqrt(max(sphere.distance**2 - float(np.sum((foot - sphere.center) ** 2)), 0.0))
+    return np.array([foot + half * normals[2], foot - half * normals[2]])
+
+
+def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) -> Floats:
+    """Up to four points of a cylinder on the circle that a sphere and a plane share (eqs. 48-51).
+
+    With c = m + R (u cos t + v sin t) the distance from the axis is a trigonometric polynomial of degree two in t.
+    """
+    height = plane.offset - float(plane.normal @ sphere.center)
+    middle = sphere.center + height * plane.normal
+    radius = np.sqrt(max(sphere.distance**2 - height**2, 0.0))
+    across = basis_across(cylinder.direction)
+    flat_middle = across @ (middle - cylinder.point)
+    u, v = radius * (across @ basis_across(plane.normal).T).T
+    # Values at five places determine the five coefficients, and the largest of them a place that is no root.
+    angles = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
+    flat = flat_middle + np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
+    values = np.sum(flat**2, axis=1) - cylinder.distance**2
+    size = float(np.max(np.abs(values)))
+    if radius == 0.0:
+        return middle[None]
+    if size <= _PARALLEL * max(radius**2, cylinder.distance**2):
+        reason = "the circle on which the centre must lie is all at the given distance from the axis"
+        raise DegenerateContactsError("sphere", reason, size, _PARALLEL, _REMEDY)
+    found = _trigonometric_zeros(angles, values)
+    circle = np.column_stack([np.cos(found), np.sin(found)]) @ basis_across(plane.normal)
+    return np.asarray(middle + radius * circle)
+
+
+def _trigonometric_zeros(angles: Floats, values: Floats) -> Floats:
+    """The angles (4,) of the zeros of a trigonometric polynomial of degree two, or nearest to complex ones.
+
+    With t = tan((angle - start) / 2), start opposite to the largest value, the quartic's leading coefficient is that
+    value: no zero is at infinity.
+    """
+    start = angles[np.argmax(np.abs(values))] + np.pi
+    basis = _degree_two(angles - start)
+    a0, a1, b1, a2, b2 = np.linalg.lstsq(basis, values, rcond=None)[0]
+    quartic = [a0 - a1 + a2, 2 * b1 - 4 * b2, 2 * a0 - 6 * a2, 2 * b1 + 4 * b2, a0 + a1 + a2]
+    return np.asarray(start + 2 * np.angle(1.0 + 1j * np.roots(quartic).real))
+
+
+def _degree_two(angles: Floats) -> Floats:
+    """Columns 1, cos, sin, cos 2, sin 2 of the angles (n,)."""
+    return np.column_stack(
+        [np.ones_like(angles), np.cos(angles), np.sin(angles), np.cos(2 * angles), np.sin(2 * angles)]
+    )
+
+
+def _on_two_cylinders(sphere: SphereLocus, first: CylinderLocus, second: CylinderLocus) -> Floats:
+    """Up to eight points that a sphere and two cylinders share: three quadrics in homogeneous coordinates."""
+    gap_of_axes = np.linalg.norm(np.cross(first.direction, second.direction)) + np.linalg.norm(
+        basis_across(first.direction) @ (second.point - first.point)
+    )
+    if gap_of_axes <= _PARALLEL:
+        raise DegenerateContactsError("sphere", "both axes are one", float(gap_of_axes), _PARALLEL, _REMEDY)
+    quadrics = [_sphere_matrix(sphere), _cylinder_matrix(first), _cylinder_matrix(second)]
+    found, gap = _quadric_zeros(np.array(quadrics))
+    if gap < _GAP:
+        nudge = np.random.default_rng(5).normal(scale=_NUDGE, size=(3, 4, 4))
+        found = np.concatenate([found, _quadric_zeros(np.array(quadrics) + nudge + np.swapaxes(nudge, 1, 2))[0]])
+    finite = np.abs(found[:, 3].real) > 1e-9 * np.linalg.norm(found.real, axis=1)
+    return np.asarray(found[finite, :3] / found[finite, 3:])
+
+
+def _quadric_zeros(matrices: Floats) -> tuple[Floats, float]:
+    """Real parts (8, 4) of the common points of three quadrics (3, 4, 4), and the gap of `common_zeros`."""
+    rows = np.concatenate([macaulay_rows(form, 2, 4, variables=4) for form in quadratic(matrices)])
+    found, gap = common_zeros(rows, 4, _EIGHT, variables=4)
+    return found.real, float(gap)
+
+
+def _sphere_matrix(sphere: SphereLocus) -> Floats:
+    """The quadric |c - center|^2 = distance^2 as symmetric matrix (4, 4)."""
+    return _quadric_matrix(np.eye(3), sphere.center, sphere.distance)
+
+
+def _cylinder_matrix(cylinder: CylinderLocus) -> Floats:
+    """The quadric |(c - point) x direction|^2 = distance^2 as symmetric matrix (4, 4)."""
+    direction = unit(cylinder.direction)
+    return _quadric_matrix(np.eye(3) - np.outer(direction, direction), cylinder.point, cylinder.distance)
+
+
+def _quadric_matrix(metric: Floats, place: Floats, distance: float) -> Floats:
+    matrix = np.empty((4, 4))
+    matrix[:3, :3] = metric
+    matrix[:3, 3] = matrix[3, :3] = -metric @ place
+    matrix[3, 3] = place @ metric @ place - distance**2
+    return matrix

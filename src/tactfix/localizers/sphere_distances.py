@@ -1,0 +1,213 @@
+"""Spheres from fewer contacts than they need, and known distances of the centre from what is located already."""
+
+from dataclasses import dataclass
+from itertools import combinations, islice
+from typing import TypeAlias
+
+import numpy as np
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.geometry.arrays import Floats, Ints, frozen, unit
+from tactfix.geometry.surfaces import Sphere
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
+from tactfix.localizers.cylinder_refinement import basis_across
+from tactfix.localizers.determination import determination
+from tactfix.localizers.least_squares import refined
+from tactfix.localizers.significance import ROUNDING, chi_square_limit, effective_sigmas
+
+_SAME = 1e-6
+_UNKNOWNS = 3
+
+_MOST_TRIPLES = 12
+"""Of many contacts and distances so many triples are intersected: each leads to every centre that explains them all."""
+
+_EXACT = 1e-3
+"""A distance without a sigma of its own counts as so much surer than a contact."""
+
+_ON_AXIS = 3.0
+"""A centre nearer to an axis than so many sigma is taken to lie on it: its distance has no direction there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CenterDistance:
+    """The centre is at a distance from a located point, such as the centre of another sphere."""
+
+    center: Floats
+    distance: float
+    sigma: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", frozen(self.center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisDistance:
+    """The centre is at a distance >= 0 from the axis through point along direction."""
+
+    point: Floats
+    direction: Floats
+    distance: float
+    sigma: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "direction", frozen(unit(self.direction)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaneDistance:
+    """The centre is at a signed distance from the plane through point, positive on the side of normal."""
+
+    point: Floats
+    normal: Floats
+    distance: float
+    sigma: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "normal", frozen(unit(self.normal)))
+
+
+Distance: TypeAlias = CenterDistance | AxisDistance | PlaneDistance
+
+
+def localize_sphere_at_distances(
+    points: Floats,
+    radius: float,
+    distances: tuple[Distance, ...],
+    sigmas: Floats | float | None = None,
+) -> tuple[SurfaceCandidate, ...]:
+    """Every sphere of known radius that explains the contacts and keeps the distances of its centre.
+
+    Solves |x_i - c| = radius together with the distance of c from each centre, axis and plane: exactly when there are
+    three of them in all, by weighted least squares from all their solutions when there are more.
+
+    points (n, 3), n >= 1: tip centres or surface points; radius: offset radius, of the tip's centres; distances: with
+    one sigma each, 0 for as good as exact; sigmas (n,) or one number, of the contacts, or None for exact ones.
+    Returns all real centres, best first: up to four from two contacts and an axis, up to eight from one contact and two
+    axes; near-tangent ones once and marked poorly determined. A centre on an axis (distance 0) counts as two distances.
+    Raises DegenerateContactsError when fewer than three conditions are given, or they leave a curve of centres.
+    Source: eqs. 48-51.
+    """
+    origin, scale = points.mean(axis=0), radius
+    rounding = ROUNDING * _reach(points, radius, distances)
+    deviations = np.hypot(effective_sigmas(points, sigmas), rounding)
+    exact = max(rounding, _EXACT * float(deviations.min()))
+    loci: list[Locus] = [SphereLocus((x - origin) / scale, 1.0) for x in points]
+    noise = [float(s) for s in deviations]
+    for distance in distances:
+        sigma = float(np.hypot(distance.sigma, exact))
+        found = _loci(distance, origin, scale, _ON_AXIS * sigma)
+        loci += found
+        noise += [sigma] * len(found)
+    _refuse_too_few(loci)
+    # Weights up to one for the refinement, whose tolerances are those of unit size; 1/sigma to judge what it found.
+    search = CenterProblem(tuple(loci), min(noise) / np.array(noise))
+    states = refined(search.evaluate, search.step, _starts(loci, len(points)))
+    problem = CenterProblem(search.loci, float(np.mean(deviations)) / np.array(noise))
+    return _candidates(problem, states, float(np.mean(deviations)) / scale, origin, scale, len(points))
+
+
+def _reach(points: Floats, radius: float, distances: tuple[Distance, ...]) -> float:
+    """The largest number that enters the equations: it sets their rounding."""
+    places = [d.center if isinstance(d, CenterDistance) else d.point for d in distances]
+    return float(np.max(np.abs([radius, *(d.distance for d in distances), *np.ravel(points), *np.ravel(places)])))
+
+
+def _refuse_too_few(loci: list[Locus]) -> None:
+    if len(loci) < _UNKNOWNS:
+        reason = f"{len(loci)} contacts and distances leave the centre free"
+        raise DegenerateContactsError("sphere", reason, len(loci) / _UNKNOWNS, 1.0, "touch again")
+
+
+def _loci(distance: Distance, origin: Floats, scale: float, nothing: float) -> list[Locus]:
+    """Where the centre can be, in units of scale about origin; a distance up to nothing counts as zero."""
+    match distance:
+        case PlaneDistance():
+            height = float((distance.point - origin) @ distance.normal) + distance.distance
+            return [PlaneLocus(distance.normal, height / scale)]
+        case AxisDistance() if distance.distance <= nothing:
+            place = (distance.point - origin) / scale
+            return [PlaneLocus(n, float(n @ place)) for n in basis_across(distance.direction)]
+        case AxisDistance():
+            return [CylinderLocus((distance.point - origin) / scale, distance.direction, distance.distance / scale)]
+        case CenterDistance() if distance.distance <= nothing:
+            return [PlaneLocus(n, float(n @ (distance.center - origin)) / scale) for n in np.eye(3)]
+        case CenterDistance():
+            return [SphereLocus((distance.center - origin) / scale, distance.distance / scale)]
+
+
+def _starts(loci: list[Locus], contacts: int) -> Floats:
+    """Centres (k, 3) on three loci each, of which one is a contact's; triples that share a curve are passed over."""
+    triples = [t for t in combinations(range(len(loci)), 3) if t[0] < contacts]
+    starts, refusal = [], None
+    for first, second, third in islice(triples, _MOST_TRIPLES):
+        try:
+            starts.append(meeting_points((loci[first], loci[second], loci[third])))
+        except DegenerateContactsError as error:
+            refusal = error
+    if not starts and refusal is not None:
+        raise refusal
+    return np.concatenate(starts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CenterProblem:
+    """Loci and their weights (m,); a state is the centre (3,); residuals are weight * (distance - known distance)."""
+
+    loci: tuple[Locus, ...]
+    weights: Floats
+
+    def evaluate(self, states: Floats, index: Ints) -> tuple[Floats, Floats]:
+        """Residuals (B, m) and Jacobians (B, m, 3) of centres (B, 3)."""
+        del index
+        pairs = [_distance_and_gradient(locus, states) for locus in self.loci]
+        residuals = np.stack([residual for residual, _ in pairs], axis=-1)
+        gradients = np.stack([gradient for _, gradient in pairs], axis=-2)
+        return residuals * self.weights, gradients * self.weights[:, None]
+
+    def step(self, states: Floats, change: Floats) -> Floats:
+        """The centres after a change (B, 3)."""
+        return states + change
+
+
+def _distance_and_gradient(locus: Locus, centers: Floats) -> tuple[Floats, Floats]:
+    """By how much centres (B, 3) miss a locus (B,), and the direction (B, 3) in which that grows."""
+    if isinstance(locus, PlaneLocus):
+        return centers @ locus.normal - locus.offset, np.broadcast_to(locus.normal, centers.shape)
+    if isinstance(locus, SphereLocus):
+        arms = centers - locus.center
+    else:
+        arms = centers - locus.point
+        arms = arms - (arms @ locus.direction)[:, None] * locus.direction
+    length = np.linalg.norm(arms, axis=-1)
+    return length - locus.distance, arms / np.maximum(length, np.finfo(float).tiny)[:, None]
+
+
+def _candidates(
+    problem: CenterProblem, states: Floats, sigma: float, origin: Floats, radius: float, contacts: int
+) -> tuple[SurfaceCandidate, ...]:
+    """The distinct centres that noise can explain, best first; the best one of a redundant set in any case."""
+    residuals, _ = problem.evaluate(states, np.arange(len(states)))
+    chi2 = np.sum(residuals**2, axis=1) / sigma**2
+    dof = len(problem.loci) - _UNKNOWNS
+    kept: list[int] = []
+    for i in np.argsort(chi2, kind="stable"):
+        explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
+        if explains and all(np.linalg.norm(states[i] - states[k]) > _SAME for k in kept):
+            kept.append(int(i))
+    if not kept:
+        return ()
+    condition, poor = determination(problem.evaluate, problem.step, states[kept], sigma)
+    lengths = residuals[kept, :contacts] / problem.weights[:contacts] * radius
+    return tuple(
+        SurfaceCandidate(
+            Sphere(origin + radius * states[i], radius),
+            float(chi2[i]),
+            float(np.sqrt(np.mean(length**2))),
+            float(c),
+            bool(p),
+        )
+        for i, length, c, p in zip(kept, lengths, condition, poor, strict=True)
+    )

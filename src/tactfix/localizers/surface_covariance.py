@@ -1,0 +1,103 @@
+"""How sure the numbers of a located surface are, near a double root too."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.localizers.cylinder_refinement import CylinderProblem
+from tactfix.localizers.plane import PlaneProblem
+from tactfix.localizers.scaling import UnitContacts, unit_contacts
+from tactfix.localizers.sphere import SphereProblem
+
+_DIFFERENCE = 1e-5
+"""Step of the differences that turn parameters into the numbers of a surface, in problems of unit size."""
+
+_SECOND_DIFFERENCE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceCovariance:
+    """Covariance (q, q) of the numbers of a surface, and the parts of it that a user asks for.
+
+    numbers (q,): plane: point, normal; sphere: center, radius; cylinder: point, direction, radius. The covariance is
+    singular: a direction is unit, and the point of an axis or plane moves only square to the axis or along the normal.
+    weakest: one standard deviation of the least known parameter, in units of the contacts' extent or rad.
+    """
+
+    numbers: Floats
+    covariance: Floats
+    weakest: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "numbers", frozen(self.numbers))
+        object.__setattr__(self, "covariance", frozen(self.covariance))
+
+
+def surface_covariance(
+    surface: Surface, points: Floats, sigmas: Floats | float | None, *, radius_known: bool
+) -> SurfaceCovariance:
+    """Covariance of a surface that was fitted to contacts, from the Jacobian of its residuals.
+
+    surface: the offset surface that the contacts lie on (radius of the tip's centres; a plane through them); points
+    (n, 3), sigmas (n,), one number or None: as given to the localizer; radius_known: the radius has no uncertainty.
+    A parameter that the contacts see only in second order, as at a double root, has no linear sigma: there it is the
+    displacement sqrt(2 sigma / c) at which the curvature c of the residuals has moved them by one sigma.
+    """
+    contacts = unit_contacts(points, sigmas)
+    problem, state = _problem(surface, contacts, radius_known)
+    index = np.zeros(1, dtype=np.intp)
+    residuals, jacobian = problem.evaluate(state[None], index)
+    u, singular, vh = np.linalg.svd(jacobian[0], full_matrices=False)
+    deviations = np.empty(len(vh))
+    for k, direction in enumerate(vh):
+        ahead, _ = problem.evaluate(problem.step(state[None], _SECOND_DIFFERENCE * direction[None]), index)
+        behind, _ = problem.evaluate(problem.step(state[None], -_SECOND_DIFFERENCE * direction[None]), index)
+        curvature = abs(u[:, k] @ (ahead + behind - 2 * residuals)[0]) / _SECOND_DIFFERENCE**2
+        with np.errstate(divide="ignore"):
+            deviations[k] = min(contacts.sigma / abs(singular[k]), np.sqrt(2 * contacts.sigma / np.float64(curvature)))
+    steps = _DIFFERENCE * np.eye(len(vh))
+    stack = np.broadcast_to(state, (len(vh), len(state)))
+    numbers_from_parameters = (problem.step(stack, steps) - problem.step(stack, -steps)).T / (2 * _DIFFERENCE)
+    factors = _lengths(surface, contacts.scale)[:, None] * numbers_from_parameters @ vh.T * deviations
+    return SurfaceCovariance(_numbers(surface), factors @ factors.T, float(deviations.max()))
+
+
+def _problem(
+    surface: Surface, contacts: UnitContacts, radius_known: bool
+) -> tuple[PlaneProblem | SphereProblem | CylinderProblem, Floats]:
+    """The least-squares problem of a surface and its state there."""
+    points, weights = contacts.points, contacts.weights
+    match surface:
+        case Plane():
+            place = (surface.point - contacts.origin) / contacts.scale
+            return PlaneProblem(points, weights), np.concatenate([place, surface.normal])
+        case Sphere():
+            place = (surface.center - contacts.origin) / contacts.scale
+            return SphereProblem(points, weights, radius_known), np.append(place, surface.radius / contacts.scale)
+        case Cylinder():
+            place = (surface.point - contacts.origin) / contacts.scale
+            state = np.concatenate([place, surface.direction, [surface.radius / contacts.scale]])
+            return CylinderProblem(points, weights, radius_known), state
+
+
+def _numbers(surface: Surface) -> Floats:
+    match surface:
+        case Plane():
+            return np.concatenate([surface.point, surface.normal])
+        case Sphere():
+            return np.append(surface.center, surface.radius)
+        case Cylinder():
+            return np.concatenate([surface.point, surface.direction, [surface.radius]])
+
+
+def _lengths(surface: Surface, scale: float) -> Floats:
+    """The unit of each number of a surface: scale for lengths, 1 for directions."""
+    match surface:
+        case Plane():
+            return np.repeat([scale, 1.0], 3)
+        case Sphere():
+            return np.full(4, scale)
+        case Cylinder():
+            return np.append(np.repeat([scale, 1.0], 3), scale)
