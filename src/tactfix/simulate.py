@@ -20,6 +20,7 @@ from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transf
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface, feet, outward_normals
 from tactfix.probe_settings import probe_settings
 from tactfix.realization import realize
+from tactfix.touchable import extent_of, sample_touches
 from tactfix.units import factor
 
 # Half angle of the cone around the inward normal in which a random touch comes.
@@ -103,17 +104,22 @@ def streams(seed: int, count: int) -> list[np.random.Generator]:
 
 
 def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
-    """The features (one way they can stand) in the fixture frame.
+    """The features in the fixture frame: the first of the ways they can stand that meets all touch boxes.
 
     Raises UsageError where what the file says does not place them.
     """
-    realizations = realize(fixture)
-    if not realizations:
-        raise UsageError(
-            f"{fixture.name}: the fixture file does not say where all features stand to each other; "
-            "add the missing distances and angles, or each feature's place"
-        )
-    return realizations[0]
+    ways = realize(fixture)
+    for surfaces in ways:
+        centre, radius = extent_of(surfaces, fixture.touch)
+        if all(len(sample_touches(surfaces[name], box, 1, centre, radius)[0]) for name, box in fixture.touch.items()):
+            return surfaces
+    if ways:
+        # No box is met: whoever touches will say which feature cannot be.
+        return ways[0]
+    raise UsageError(
+        f"{fixture.name}: the fixture file does not say where all features stand to each other; "
+        "add the missing distances and angles, or each feature's place"
+    )
 
 
 def random_pose(rng: np.random.Generator, metre: float) -> Floats:

@@ -42,12 +42,12 @@ class Verdict:
 
 def judged(fixture: Fixture, contacts: Contacts) -> Verdict:
     """The verdict on nominal contacts in the fixture frame: the right pose is the identity."""
-    result = locate(fixture, contacts)
+    result = locate(fixture, contacts, explain=False)
     if result.status not in ("located", "ambiguous"):
         return Verdict(result, False, ())
     if result.status == "located":
         coarse = BEHIND / np.sqrt(chi_square_limit(len(contacts) - 6))
-        wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas))
+        wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas), explain=False)
     else:
         wide = result
     accepted = [candidate for candidate in wide.candidates if candidate.accepted]

@@ -1,0 +1,18 @@
+"""The goal of the planner, for every shipped fixture: better than the best of 10,000 random plans."""
+
+import pytest
+from studies.plan_against_random import SHIPPED, plan_worst_sigma, random_worst_sigmas
+
+from tactfix.files.fixture_file import load_fixture
+from tactfix.plan import plan
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("count", [7, 9, 12])
+def test_a_plan_beats_ten_thousand_random_ones(path, count):
+    fixture = load_fixture(path)
+    found = plan(fixture, count)
+    worst = plan_worst_sigma(fixture, found)
+    assert worst == pytest.approx(found.worst_sigma, rel=1e-3)
+    assert worst < random_worst_sigmas(fixture, count).min()
