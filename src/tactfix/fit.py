@@ -1,64 +1,187 @@
 """One feature alone: every plane, sphere or cylinder that explains the contacts, and which one is left.
 
 Use case behind `tactfix fit`. Candidates come from the localizers; they fall in the order fit (chi-square against
-sigma), approach (eq. 11), each with its reason.
+sigma, radius), approach (eq. 11), each with its reason.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, frozen
-from tactfix.geometry.surfaces import FeatureType, Side, Surface
-from tactfix.results import Reason, Status
+from tactfix.errors import DegenerateContactsError, UsageError
+from tactfix.fit_result import FitCandidate, FitResult
+from tactfix.fit_trial import judged, surface_below_tip
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, FeatureType, Plane, Side, Sphere, Surface, offset_radius, residuals
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.cylinder import localize_cylinder
+from tactfix.localizers.plane import localize_plane
+from tactfix.localizers.sphere import localize_sphere
+from tactfix.localizers.surface_covariance import SurfaceCovariance, surface_covariance
+from tactfix.noise import SURE, chi_square_limit
+from tactfix.results import Reason
 
+__all__ = ["FitCandidate", "FitResult", "fit"]
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FitCandidate:
-    """A surface through the contacts (true radius, base coordinates), and why it fell if it did."""
+PARAMETERS: Mapping[FeatureType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
+"""What a surface has to be found for, its radius included."""
 
-    surface: Surface
-    chi2: float
-    rms: float
-    poorly_determined: bool
-    reasons: tuple[Reason, ...] = ()
-
-    @property
-    def accepted(self) -> bool:
-        """Whether nothing speaks against it."""
-        return not self.reasons
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FitResult:
-    """The answer of fit; see "JSON of fit" in the README.
-
-    surface, chi2, rms, residuals (n,) and sigma are given when status is "located", else None or empty. residuals:
-    along the outward normal, positive out of the material. sigma: one standard deviation of each number of the
-    surface, under the names of the JSON (point, normal, center, direction: (3,); radius: (1,), 0 where it was given).
-    chi2_limit: what every candidate's chi2 was held against. dof: contacts minus parameters.
-    """
-
-    kind: FeatureType
-    status: Status
-    surface: Surface | None
-    candidates: tuple[FitCandidate, ...]
-    dof: int
-    chi2: float | None
-    chi2_limit: float | None
-    rms: float | None
-    residuals: Floats = field(default_factory=lambda: np.zeros(0))
-    sigma: Mapping[str, Floats] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "residuals", frozen(self.residuals))
-        object.__setattr__(self, "sigma", MappingProxyType({k: frozen(v) for k, v in self.sigma.items()}))
+WORTHLESS = 0.3
+"""Standard deviation, in rad or parts of the contacts' extent, beyond which a surface is not located."""
 
 
 def fit(kind: FeatureType, contacts: Contacts, radius: float | None = None, side: Side = "outer") -> FitResult:
-    """Every surface of one kind that explains the contacts, told apart by fit and approach."""
-    raise NotImplementedError
+    """Every surface of one kind that explains the contacts, told apart by fit and approach.
+
+    kind: what is fitted; contacts: all of them on that one surface; radius: of the surface itself, found where it is
+    None (spheres and cylinders); side: outer for a boss, inner for a bore. Lengths in the contacts' unit, base frame.
+    status: "located", one surface is left; "ambiguous", several; "inconsistent", none; "underdetermined", too few or
+    degenerate contacts, or a surface so uncertain that its numbers mean nothing; warnings say why.
+    Raises UsageError for a plane with a radius, TipDoesNotFitError when the tip is not smaller than the bore.
+    Source: eqs. 1-45; eq. 11 for the approach, generalised to planes, cylinders and inner surfaces.
+    """
+    if kind == "plane" and radius is not None:
+        raise UsageError("a plane has no radius")
+    offset = None if radius is None else offset_radius(kind, radius, side, contacts.tip_radius)
+    dof = len(contacts) - PARAMETERS[kind] + (offset is not None)
+    if dof < 0:
+        return _underdetermined(kind, dof, f"{len(contacts)} contacts on a {kind}: {-dof} more needed to locate it")
+    try:
+        found = _localize(kind, contacts, offset)
+    except DegenerateContactsError as error:
+        return _underdetermined(kind, dof, str(error))
+    candidates = [judged(candidate, contacts, side, dof, radius) for candidate in found]
+    candidates = _without_twins(candidates, contacts, dof)
+    if radius is not None and dof == 1:
+        candidates += _of_other_radius(kind, contacts, side, radius)
+    return _verdict(kind, contacts, candidates, dof, radius is not None)
+
+
+def _underdetermined(kind: FeatureType, dof: int, why: str) -> FitResult:
+    return FitResult(kind, "underdetermined", None, (), dof, None, None, None, warnings=(why,))
+
+
+def _localize(kind: FeatureType, contacts: Contacts, offset: float | None) -> tuple[SurfaceCandidate, ...]:
+    """Every candidate, with the radius of the tip's centres."""
+    match kind:
+        case "plane":
+            return localize_plane(contacts.points, contacts.sigmas)
+        case "sphere":
+            return localize_sphere(contacts.points, offset, contacts.sigmas)
+        case "cylinder":
+            return localize_cylinder(contacts.points, offset, contacts.sigmas)
+
+
+def _of_other_radius(kind: FeatureType, contacts: Contacts, side: Side, radius: float) -> list[FitCandidate]:
+    """The surfaces through as many contacts as would do without the radius, which the radius excludes (Table 1)."""
+    try:
+        found = _localize(kind, contacts, None)
+    except DegenerateContactsError:
+        return []
+    others = []
+    for candidate in found:
+        surface = surface_below_tip(candidate.surface, contacts.tip_radius, side, None)
+        known = surface_covariance(candidate.surface, contacts.points, contacts.sigmas, radius_known=False)
+        off = _radius(surface) - radius
+        # Within the noise it is one of those found with the radius, seen a second time.
+        if abs(off) > SURE * np.sqrt(known.covariance[-1, -1]):
+            reason = Reason("fit", None, None, f"its radius would be {_radius(surface):.7g}, not {radius:g}")
+            others.append(FitCandidate(surface, candidate.chi2, candidate.rms, candidate.poorly_determined, (reason,)))
+    return others
+
+
+def _radius(surface: Surface) -> float:
+    return 0.0 if isinstance(surface, Plane) else surface.radius
+
+
+def _without_twins(candidates: Sequence[FitCandidate], contacts: Contacts, dof: int) -> list[FitCandidate]:
+    """The candidates; where noise cannot tell two from one double root between them, the worse one falls."""
+    kept = list(candidates)
+    for i, k in combinations(range(len(kept)), 2):
+        first, second = kept[i], kept[k]
+        if not (first.accepted and second.accepted and (first.poorly_determined or second.poorly_determined)):
+            continue
+        between = _halfway(first.surface, second.surface)
+        chi2 = np.sum((residuals(between, contacts.points, contacts.tip_radius) / contacts.sigmas) ** 2)
+        if chi2 <= chi_square_limit(dof):
+            message = "within noise it is one double root with the candidate before it"
+            kept[k] = replace(second, reasons=(Reason("fit", None, None, message),))
+    return kept
+
+
+def _halfway(first: Surface, second: Surface) -> Surface:
+    """The surface half-way between two of one kind."""
+    if isinstance(first, Sphere) and isinstance(second, Sphere):
+        return Sphere((first.center + second.center) / 2, (first.radius + second.radius) / 2, first.side)
+    if isinstance(first, Cylinder) and isinstance(second, Cylinder):
+        sign = 1.0 if first.direction @ second.direction >= 0 else -1.0
+        direction = first.direction + sign * second.direction
+        return Cylinder((first.point + second.point) / 2, direction, (first.radius + second.radius) / 2, first.side)
+    # The two sides of a plane are no neighbours.
+    return first
+
+
+def _verdict(
+    kind: FeatureType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
+) -> FitResult:
+    """The status, and the surface where just one is left."""
+    limit = chi_square_limit(dof)
+    left = [candidate for candidate in candidates if candidate.accepted]
+    warnings = tuple(dict.fromkeys(doubt for candidate in left for doubt in candidate.doubts))
+    empty = FitResult(kind, "inconsistent", None, tuple(candidates), dof, None, limit, None, warnings=warnings)
+    if not left:
+        return empty if candidates else replace(empty, warnings=(f"no {kind} explains the contacts",))
+    if len(left) > 1:
+        return replace(empty, status="ambiguous")
+    return _located(empty, left[0], contacts, radius_known)
+
+
+def _located(result: FitResult, candidate: FitCandidate, contacts: Contacts, radius_known: bool) -> FitResult:
+    """The result with its only candidate, unless that is too uncertain to mean anything."""
+    offset = _surface_of_tip(candidate.surface, contacts.tip_radius)
+    known = surface_covariance(offset, contacts.points, contacts.sigmas, radius_known=radius_known)
+    if known.weakest > WORTHLESS:
+        message = (
+            f"the contacts determine the {result.kind} too weakly: one standard deviation is {known.weakest:.2g} "
+            "of their extent (or rad); spread them wider"
+        )
+        return replace(result, status="underdetermined", warnings=(*result.warnings, message))
+    warnings = result.warnings
+    if candidate.poorly_determined:
+        warnings += (
+            f"the {result.kind} is close to a double root, which makes it poorly determined: its sigma grows with the "
+            "square root of the contacts'; one more contact elsewhere helps",
+        )
+    return replace(
+        result,
+        status="located",
+        surface=candidate.surface,
+        chi2=candidate.chi2,
+        rms=candidate.rms,
+        residuals=residuals(candidate.surface, contacts.points, contacts.tip_radius),
+        sigma=_sigma(candidate.surface, known),
+        warnings=warnings,
+    )
+
+
+def _surface_of_tip(surface: Surface, tip_radius: float) -> Surface:
+    """The surface on which the centres of the tip lie."""
+    if isinstance(surface, Plane):
+        return Plane(surface.point + tip_radius * surface.normal, surface.normal)
+    return replace(surface, radius=offset_radius("surface", surface.radius, surface.side, tip_radius))
+
+
+def _sigma(surface: Surface, known: SurfaceCovariance) -> dict[str, Floats]:
+    """One standard deviation of each number of the surface, under its name in the JSON."""
+    deviations = np.sqrt(np.diag(known.covariance))
+    match surface:
+        case Plane():
+            return {"point": deviations[:3], "normal": deviations[3:]}
+        case Sphere():
+            return {"center": deviations[:3], "radius": deviations[3:]}
+        case Cylinder():
+            return {"point": deviations[:3], "direction": deviations[3:6], "radius": deviations[6:]}

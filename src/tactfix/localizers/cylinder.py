@@ -10,7 +10,7 @@ from tactfix.localizers.cylinder_search import spread_subset, starting_states
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
 from tactfix.localizers.determination import determination
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
-from tactfix.localizers.significance import chi_square_limit
+from tactfix.noise import chi_square_limit
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
 

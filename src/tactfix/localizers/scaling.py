@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.localizers.significance import effective_sigmas
+from tactfix.localizers.rounding import effective_sigmas
 
 
 @dataclass(frozen=True, slots=True, eq=False)

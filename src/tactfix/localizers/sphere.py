@@ -11,7 +11,7 @@ from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, r
 from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
-from tactfix.localizers.significance import chi_square_limit
+from tactfix.noise import chi_square_limit
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 3, 4
 

@@ -14,7 +14,8 @@ from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, Sph
 from tactfix.localizers.cylinder_refinement import basis_across
 from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
-from tactfix.localizers.significance import ROUNDING, chi_square_limit, effective_sigmas
+from tactfix.localizers.rounding import ROUNDING, effective_sigmas
+from tactfix.noise import chi_square_limit
 
 _SAME = 1e-6
 _UNKNOWNS = 3
