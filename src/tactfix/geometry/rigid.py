@@ -53,9 +53,10 @@ def transform_points(a_from_b: Floats, points_b: Floats) -> Floats:
 
 
 def orthonormalized(rotation: Floats) -> Floats:
-    """The nearest rotation matrix (3, 3): rounding of long products is removed (polar decomposition by SVD)."""
+    """The nearest rotation matrices (..., 3, 3): rounding of long products is removed (polar decomposition by SVD)."""
     u, _, vt = np.linalg.svd(rotation)
-    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    return np.asarray(u @ vt)
 
 
 def rotation_angle(rotation: Floats) -> float:

@@ -1,0 +1,209 @@
+"""Solutions for a fixture by relations, the paper's way: feature by feature, then everything at once.
+
+Each feature is located from its own contacts; a sphere with too few of them from its known distances to features that
+already are (eqs. 48-51). Every combination of candidates is a start for the joint least squares over all contacts and
+relations (`joint`), and those whose chi-square stays within its limit are solutions, once per choice of axis signs that
+the frame recipe leaves open. Where that way does not reach a feature, but the relations make the fixture rigid, its
+shapes (`realization`) are searched as rigid bodies instead.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import DegenerateContactsError
+from tactfix.features_alone import surfaces_alone, surfaces_by_distance
+from tactfix.fixture import Fixture
+from tactfix.frame import FrameError, frames
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import displaced
+from tactfix.geometry.nearest import foot
+from tactfix.geometry.surfaces import Sphere, Surface
+from tactfix.joint import JointFit, JointProblem, joint_fit
+from tactfix.noise import chi_square_limit
+from tactfix.realization import fixture_scale, random_surface, realize
+from tactfix.refinement import contact_residuals
+from tactfix.rigid import rigid_solutions
+from tactfix.sameness import same_surface
+from tactfix.solution import Solution, Solutions, solution_from
+
+MOST_COMBINATIONS = 4000
+KEPT = 1e-9
+"""Share of the fixture's size to which exact relations must hold in the end."""
+
+
+def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Solutions:
+    """Every pose of a fixture by relations that explains contacts and relations; sigmas (n,) of the residuals.
+
+    Where none does, the best one alone, its chi2 above the limit. Where contacts and relations leave something free,
+    samples, marked as a continuum.
+    """
+    problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
+    located = _located(fixture, contacts, sigmas)
+    if located is None:
+        return _unlocated(fixture, contacts, sigmas, problem)
+    fits = [joint_fit(problem, _anchored(surfaces, contacts)) for surfaces in located]
+    return _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
+
+
+def _located(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> list[Mapping[str, Surface]] | None:
+    """Every combination of candidate surfaces; None where a feature cannot be located this way."""
+    names = np.array(contacts.features)
+    alone: dict[str, Sequence[Surface]] = {}
+    for name, feature in fixture.features.items():
+        index = np.flatnonzero(names == name)
+        if not len(index):
+            continue
+        try:
+            alone[name] = surfaces_alone(feature, contacts.subset(index.tolist()), sigmas[index])
+        except DegenerateContactsError:
+            continue
+    combinations: list[Mapping[str, Surface]] = [
+        dict(zip(alone, choice, strict=True)) for choice in product(*alone.values())
+    ]
+    missing = [name for name in fixture.features if name not in alone]
+    while missing and combinations:
+        reached = next((n for n in missing if _is_reached(fixture, contacts, n, combinations[0])), None)
+        if reached is None:
+            return None
+        missing.remove(reached)
+        combinations = [
+            {**known, reached: surface}
+            for known in combinations
+            for surface in surfaces_by_distance(fixture, fixture.features[reached], contacts.on(reached), known)
+        ]
+    return None if missing else combinations[:MOST_COMBINATIONS]
+
+
+def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, Surface]) -> bool:
+    """Whether a sphere has three contacts and distances to known features together."""
+    if fixture.features[name].type != "sphere":
+        return False
+    partners = {b if a == name else a for a, b in _distances(fixture) if name in (a, b)}
+    own = len(contacts.on(name))
+    return own > 0 and own + len(partners & set(known)) >= 3
+
+
+def _distances(fixture: Fixture) -> list[tuple[str, str]]:
+    return [relation.between for relation in fixture.relations if relation.kind == "distance"]
+
+
+def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
+    """The surfaces with their given points next to their contacts, so that tilts and shifts are independent."""
+    return {
+        name: _anchor(s, contacts.on(name).points if name in contacts.features else contacts.points)
+        for name, s in surfaces.items()
+    }
+
+
+def _anchor(surface: Surface, points: Floats) -> Surface:
+    return surface if isinstance(surface, Sphere) else replace(surface, point=foot(surface, points.mean(axis=0)))
+
+
+def _distinct(fits: Sequence[JointFit], problem: JointProblem) -> list[JointFit]:
+    """Best first, those with the same surfaces once."""
+    kept: list[JointFit] = []
+    for fit in sorted(fits, key=lambda fit: fit.chi2 + (0.0 if fit.missing < KEPT else np.inf)):
+        if fit.missing < KEPT and not any(_alike(fit, other, problem.scale) for other in kept):
+            kept.append(fit)
+    return kept
+
+
+def _alike(one: JointFit, other: JointFit, scale: float) -> bool:
+    return all(same_surface(s, other.surfaces[n], 1e-7 * scale, 1e-7) for n, s in one.surfaces.items())
+
+
+def _unlocated(fixture: Fixture, contacts: Contacts, sigmas: Floats, problem: JointProblem) -> Solutions:
+    """The rigid shapes where the relations fix one, and otherwise samples of what is free."""
+    shapes = realize(fixture)
+    if not shapes:
+        return _samples(fixture, contacts, problem)
+    parts = [rigid_solutions(shape, contacts, sigmas) for shape in shapes]
+    if all(r.sigma == 0 for r in fixture.relations) or any(part.continuum or part.dof < 0 for part in parts):
+        return _merged(parts)
+    fits = [joint_fit(problem, _anchored(solution.surfaces, contacts)) for part in parts for solution in part.found]
+    return _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
+
+
+def _merged(parts: Sequence[Solutions]) -> Solutions:
+    """The solutions of all shapes as one, best first; of those above the limit only the best."""
+    found = sorted((s for part in parts for s in part.found), key=lambda s: s.chi2)
+    kept = [s for s in found if s.chi2 <= parts[0].limit] or found[:1]
+    distinct: list[Solution] = []
+    for solution in kept:
+        if not any(
+            np.abs(solution.base_from_fixture - o.base_from_fixture).max() < 1e-9 and _same_places(solution, o)
+            for o in distinct
+        ):
+            distinct.append(solution)
+    return Solutions(
+        tuple(distinct), parts[0].dof, parts[0].limit, all(p.complete for p in parts), any(p.continuum for p in parts)
+    )
+
+
+def _same_places(one: Solution, other: Solution) -> bool:
+    return all(same_surface(s, other.surfaces[n], 1e-9, 1e-9) for n, s in one.surfaces.items())
+
+
+def _samples(fixture: Fixture, contacts: Contacts, problem: JointProblem) -> Solutions:
+    """A few configurations that contacts and relations allow, from random starts."""
+    rng = np.random.default_rng(20261122)
+    middle = contacts.points.mean(axis=0)
+    starts = [
+        {n: _moved_to(random_surface(f, problem.scale, rng), middle) for n, f in fixture.features.items()}
+        for _ in range(24)
+    ]
+    fits = _distinct([joint_fit(problem, start) for start in starts], problem)
+    return _solutions(fixture, problem, fits[:8], continuum=True)
+
+
+def _moved_to(surface: Surface, middle: Floats) -> Surface:
+    if isinstance(surface, Sphere):
+        return replace(surface, center=surface.center + middle)
+    return replace(surface, point=surface.point + middle)
+
+
+def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool) -> Solutions:
+    """The frames of each fit that is within its limit; of the best one where none is."""
+    dof = fits[0].dof if fits else len(problem.contacts) - 6
+    limit = chi_square_limit(dof)
+    kept = [fit for fit in fits if fit.chi2 <= limit] or list(fits[:1])
+    found = tuple(solution for fit in kept for solution in _framed(fixture, problem, fit))
+    return Solutions(found, dof, limit, complete=True, continuum=continuum)
+
+
+def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[Solution]:
+    """One solution per frame that the recipe allows."""
+    assert fixture.frame is not None
+    try:
+        poses = frames(fixture.frame, fit.surfaces)
+    except FrameError:
+        return
+    factor, free = fit.spread()
+    values, normals = contact_residuals(fit.surfaces, problem.contacts)
+    for choice, base_from_fixture in enumerate(poses):
+        moves = _frame_jacobian(fixture, fit, choice)
+        yield solution_from(
+            base_from_fixture, fit.surfaces, problem.contacts, values, normals, fit.chi2, moves @ factor, moves @ free.T
+        )
+
+
+def _frame_jacobian(fixture: Fixture, fit: JointFit, choice: int) -> Floats:
+    """How the frame moves (6, width), rotation and origin, with each displacement: central differences."""
+    assert fixture.frame is not None
+    size = 1e-6
+    columns = []
+    for name, surface in fit.surfaces.items():
+        span = fit.columns[name]
+        for k in range(span.start, span.stop):
+            step = np.zeros(span.stop - span.start)
+            step[k - span.start] = size * fit.lengths[k]
+            ahead = frames(fixture.frame, {**fit.surfaces, name: displaced(surface, step)})[choice]
+            behind = frames(fixture.frame, {**fit.surfaces, name: displaced(surface, -step)})[choice]
+            turn = ahead[:3, :3] @ behind[:3, :3].T
+            rotation = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+            columns.append(np.concatenate([rotation, ahead[:3, 3] - behind[:3, 3]]) / (2 * size))
+    return np.array(columns).T

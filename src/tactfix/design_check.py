@@ -1,0 +1,169 @@
+"""Will this fixture locate, how surely, and what would it never notice.
+
+The fixture's geometry is judged exactly (motions, symmetries, fewest contacts), then the contacts that are given, or
+well spread ones: how sure the pose is, how far the nearest wrong pose lies, and which mistakes would stay unseen.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.design.blind_spots import BlindSpot, Locator
+from tactfix.design.certainty import Certainty
+from tactfix.design.contact_check import ContactCheck, check_contacts
+from tactfix.design.contact_counts import ContactCounts, separate_counts
+from tactfix.design.findings import Finding, Severity, count_findings, symmetry_findings, touch_findings, worst
+from tactfix.design.geometry_check import check_geometry
+from tactfix.design.margins import Margins
+from tactfix.design.pose_numbers import Study, UniqueShare, complex_poses, unique_shares
+from tactfix.design.scale import EXACT, tolerance_for
+from tactfix.design.symmetries import Symmetry
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.surfaces import Surface
+from tactfix.locate import locate
+from tactfix.realization import realize
+from tactfix.results import FreeMotion
+from tactfix.sameness import same_surface
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
+
+    at: points of the fixture frame whose sigma is told. sigma, tip_radius: of the probe where no contacts are given;
+    they beat the fixture's. max_sigma: an error where an extreme point is known worse. layouts: random layouts for each
+    number of contacts in the study of uniqueness, 0 for no study; seed: of that study.
+    """
+
+    at: tuple[tuple[float, float, float], ...] = ()
+    sigma: float | None = None
+    tip_radius: float | None = None
+    max_sigma: float | None = None
+    layouts: int = 0
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DesignReport:
+    """What design-check found, in the fixture frame and units; the names are those of the JSON.
+
+    is_rigid: the file makes the features one rigid body. complex_poses: of each of counts.minimal_sets, None where the
+    number is not known. certainty, margins, blind_spots: None or empty where a motion stays free or nothing says sigma.
+    shares: the study of random layouts, empty where none was asked for.
+    """
+
+    fixture: Fixture
+    is_rigid: bool
+    free_motions: tuple[FreeMotion, ...]
+    symmetries: tuple[Symmetry, ...]
+    counts: ContactCounts
+    complex_poses: tuple[int | None, ...]
+    certainty: Certainty | None
+    margins: Margins | None
+    blind_spots: tuple[BlindSpot, ...]
+    shares: tuple[UniqueShare, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def status(self) -> Severity:
+        """The severity of the gravest finding."""
+        return worst(self.findings)
+
+
+def design_check(
+    fixture: Fixture,
+    contacts: Contacts | None = None,
+    wishes: Wishes | None = None,
+    progress: Callable[[float, str], None] | None = None,
+) -> DesignReport:
+    """Check a fixture, and the contacts made or planned on it.
+
+    contacts: a plan in the fixture frame, or contacts measured in base. Contacts that lie on the fixture's surfaces as
+    they stand, within noise, are taken for a plan; others are located first and carried into the fixture frame.
+    Without contacts, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
+
+    A fixture whose relations leave its shape free is judged feature by feature: contacts alone, nothing on the pose.
+
+    Raises TipDoesNotFitError for a tip larger than a bore; UsageError for contacts on unknown features.
+    """
+    wishes = wishes or Wishes()
+    _refuse_foreign(fixture, contacts)
+    shapes = _distinct(realize(fixture))
+    if not shapes:
+        return _separate(fixture)
+    sigma, tip_radius = _probe(fixture, contacts, wishes)
+    geometry = check_geometry(fixture, shapes[0], len(shapes), sigma)
+    locator: Locator = partial(locate, fixture, explain=False)
+    judged = ContactCheck(None, None, (), False, (), (_NO_SIGMA,))
+    if sigma is not None:
+        at = np.array(wishes.at, dtype=np.float64).reshape(-1, 3)
+        probe = (sigma, tip_radius)
+        judged = check_contacts(fixture, geometry, contacts, probe, at, wishes.max_sigma, locator)
+    shares: tuple[UniqueShare, ...] = ()
+    if wishes.layouts and not geometry.free_motions and sigma is not None:
+        study = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
+        shares = unique_shares(fixture, study, locator, progress or (lambda share, what: None))
+    return DesignReport(
+        fixture=fixture,
+        is_rigid=True,
+        free_motions=geometry.free_motions,
+        symmetries=geometry.symmetries,
+        counts=geometry.counts,
+        complex_poses=tuple(complex_poses(fixture, counts) for counts in geometry.counts.minimal_sets),
+        certainty=judged.certainty,
+        margins=judged.margins,
+        blind_spots=judged.blind_spots,
+        shares=shares,
+        findings=(
+            *geometry.findings,
+            *symmetry_findings(geometry.symmetries, geometry.near, fixture, geometry.surfaces, judged.is_settled),
+            *touch_findings(fixture, geometry.surfaces, judged.unreachable, geometry.size),
+            *judged.findings,
+        ),
+    )
+
+
+_NO_SIGMA = Finding(
+    "sigma_missing",
+    "warning",
+    "nothing says the sigma of a contact: accuracy, margins and blind spots are left out",
+    "give --sigma, or say sigma in the fixture's probe block",
+)
+
+
+def _refuse_foreign(fixture: Fixture, contacts: Contacts | None) -> None:
+    foreign = [] if contacts is None else sorted(set(contacts.features) - set(fixture.features))
+    if foreign:
+        raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
+
+
+def _distinct(shapes: tuple[Mapping[str, Surface], ...]) -> list[Mapping[str, Surface]]:
+    """The shapes without those that lay the same surfaces."""
+    kept: list[Mapping[str, Surface]] = []
+    for shape in shapes:
+        length = tolerance_for(shape).length
+        if not any(all(same_surface(s, other[n], length, EXACT) for n, s in shape.items()) for other in kept):
+            kept.append(shape)
+    return kept
+
+
+def _separate(fixture: Fixture) -> DesignReport:
+    """The report on features that no relations hold together."""
+    counts = separate_counts(fixture.features, fixture.relations)
+    findings = tuple(count_findings(counts, is_rigid=False))
+    return DesignReport(fixture, False, (), (), counts, (None,), None, None, (), (), findings)
+
+
+def _probe(fixture: Fixture, contacts: Contacts | None, wishes: Wishes) -> tuple[float | None, float]:
+    """Sigma (None where nothing says it) and tip radius (0 where nothing does) of a contact."""
+    sigma, tip_radius = wishes.sigma, wishes.tip_radius
+    if contacts is not None:
+        sigma = float(np.sqrt((contacts.sigmas**2).mean())) if sigma is None else sigma
+        tip_radius = contacts.tip_radius if tip_radius is None else tip_radius
+    sigma = fixture.probe.sigma if sigma is None else sigma
+    tip_radius = fixture.probe.tip_radius if tip_radius is None else tip_radius
+    return sigma, tip_radius or 0.0

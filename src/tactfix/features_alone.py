@@ -1,0 +1,74 @@
+"""One feature at a time: the surfaces that its own contacts allow, with its known size and its known distances."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Feature, Fixture, Relation
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, offset_radius
+from tactfix.localizers.cylinder import localize_cylinder
+from tactfix.localizers.plane import localize_plane
+from tactfix.localizers.sphere import localize_sphere
+from tactfix.localizers.sphere_distances import (
+    AxisDistance,
+    CenterDistance,
+    Distance,
+    PlaneDistance,
+    localize_sphere_at_distances,
+)
+
+LOOSE = 100.0
+"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right."""
+
+
+def surfaces_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> list[Surface]:
+    """Every surface of a feature that explains its contacts; sigmas (n,) of the residuals.
+
+    Raises DegenerateContactsError where the contacts are too few or lie so that they leave infinitely many, and
+    TipDoesNotFitError.
+    """
+    tip_radius = contacts.tip_radius
+    if feature.type == "plane":
+        return [found.surface for found in localize_plane(contacts.points, sigmas, tip_radius)]
+    radius = offset_radius(feature.name, feature.radius or 0.0, feature.side, tip_radius)
+    localize = localize_sphere if feature.type == "sphere" else localize_cylinder
+    return [_true(feature, found.surface) for found in localize(contacts.points, radius, sigmas)]
+
+
+def surfaces_by_distance(
+    fixture: Fixture, feature: Feature, contacts: Contacts, known: Mapping[str, Surface]
+) -> list[Surface]:
+    """Every place of a sphere that explains its contacts and its distances to known surfaces (eqs. 48-51)."""
+    radius = offset_radius(feature.name, feature.radius or 0.0, feature.side, contacts.tip_radius)
+    sigmas = np.hypot(contacts.sigmas, feature.sigma)
+    distances = tuple(
+        _distance(relation, surface, float(sigmas.max(initial=0.0)))
+        for relation in fixture.relations
+        if relation.kind == "distance" and feature.name in relation.between
+        for name, surface in known.items()
+        if name in relation.between and name != feature.name
+    )
+    found = localize_sphere_at_distances(contacts.points, radius, distances, sigmas)
+    return [_true(feature, candidate.surface) for candidate in found]
+
+
+def _true(feature: Feature, surface: Surface) -> Surface:
+    """The surface of the feature itself, from that on which the tip's centre lies."""
+    if isinstance(surface, Plane):
+        return surface
+    return replace(surface, radius=feature.radius or 0.0, side=feature.side)
+
+
+def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
+    """The relation as the localizer wants it. A located neighbour is itself only as sure as its contacts."""
+    loose = float(np.hypot(relation.sigma, LOOSE * sigma))
+    match surface:
+        case Sphere():
+            return CenterDistance(surface.center, relation.value, loose)
+        case Cylinder():
+            return AxisDistance(surface.point, surface.direction, relation.value, loose)
+        case Plane():
+            return PlaneDistance(surface.point, surface.normal, relation.value, loose)

@@ -1,0 +1,100 @@
+"""The fixture frame from its features, by the recipe of the fixture file.
+
+The first axis written holds exactly, the second is made square to it, the third is the right-handed rest. An axis of a
+cylinder has no sign of its own: every choice gives a frame, and approach and touch boxes tell later which one it is.
+"""
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+
+from tactfix.errors import TactfixError
+from tactfix.fixture import AxisRule, FrameRecipe, OriginRule
+from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.nearest import direction_of, foot, nearest_points
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+
+SQUARE = 1e-6
+"""Sine of the angle, and share of the features' distance, below which a direction cannot be built."""
+
+
+class FrameError(TactfixError):
+    """The features lie so that the recipe gives no frame."""
+
+
+def frames(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[Floats]:
+    """Every frame (4, 4), from fixture to the frame of surfaces, that the recipe allows: one per choice of axis signs.
+
+    Raises FrameError where an axis or the origin is not defined: features that coincide, directions that are parallel.
+    """
+    rules = [rule for _, rule in (recipe.first, recipe.second)]
+    unsigned = [rule.kind == "along" and isinstance(surfaces[rule.features[0]], Cylinder) for rule in rules]
+    choices = product(*((1.0, -1.0) if free else (1.0,) for free in unsigned))
+    origin = _origin(recipe.origin, surfaces)
+    directions = [_direction(rule, surfaces) for rule in rules]
+    return [
+        homogeneous(_rotation(recipe, sign[0] * directions[0], sign[1] * directions[1]), origin) for sign in choices
+    ]
+
+
+def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
+    """The rotation matrix (3, 3) with the first axis exact and the second square to it."""
+    names = "xyz"
+    i, j = names.index(recipe.first[0]), names.index(recipe.second[0])
+    across = second - (second @ first) * first
+    if np.linalg.norm(across) < SQUARE:
+        raise FrameError(
+            f"frame: {recipe.first[0]} and {recipe.second[0]} are parallel; choose another feature for one"
+        )
+    axes = np.zeros((3, 3))
+    axes[i], axes[j] = first, unit(across)
+    k = 3 - i - j
+    # x, y, z in cyclic order are right-handed: the third axis is i x j, or j x i against the cycle.
+    axes[k] = np.cross(axes[i], axes[j]) if (j - i) % 3 == 1 else np.cross(axes[j], axes[i])
+    return np.asarray(axes.T)
+
+
+def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
+    """The unit direction (3,) of an axis rule; of a cylinder with the sign that its direction happens to have."""
+    sign = -1.0 if rule.opposite else 1.0
+    one = surfaces[rule.features[0]]
+    if rule.kind == "along":
+        if isinstance(one, Sphere):
+            raise FrameError(f"frame: {rule.features[0]} is a sphere and has no direction; use from and to")
+        return sign * direction_of(one)
+    other = surfaces[rule.features[1]]
+    a, b = nearest_points(one, other)
+    gap = b - a
+    scale = max(s.radius for s in (one, other) if not isinstance(s, Plane))
+    if np.linalg.norm(gap) < SQUARE * scale:
+        raise FrameError(f"frame: {' and '.join(rule.features)} coincide, so that no axis leads from one to the other")
+    return np.asarray(sign * unit(gap))
+
+
+def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
+    """The origin (3,)."""
+    chosen = [surfaces[name] for name in rule.features]
+    match rule.kind, chosen:
+        case "center_of", [Sphere() as sphere]:
+            return sphere.center
+        case "foot_of", [Sphere() as sphere, surface]:
+            return foot(surface, sphere.center)
+        case "foot_of", [one, surface]:
+            return nearest_points(one, surface)[1]
+        case "meet_of", [Cylinder() as axis, Plane() as plane]:
+            return _meet(axis, plane, rule)
+        case "meet_of", [Plane() as a, Plane() as b, Plane() as c]:
+            normals = np.array([a.normal, b.normal, c.normal])
+            if abs(np.linalg.det(normals)) < SQUARE:
+                raise FrameError(f"frame: the planes {', '.join(rule.features)} do not meet in one point")
+            return np.asarray(a.point + np.linalg.solve(normals, [(p.point - a.point) @ p.normal for p in (a, b, c)]))
+    raise FrameError(f"frame: no origin {rule.kind} for {', '.join(rule.features)}")
+
+
+def _meet(axis: Cylinder, plane: Plane, rule: OriginRule) -> Floats:
+    rate = float(axis.direction @ plane.normal)
+    if abs(rate) < SQUARE:
+        raise FrameError(f"frame: {rule.features[0]} is parallel to {rule.features[1]} and does not meet it")
+    return np.asarray(axis.point + (((plane.point - axis.point) @ plane.normal) / rate) * axis.direction)

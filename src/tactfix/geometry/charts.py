@@ -1,0 +1,81 @@
+"""Small displacements of surfaces in their own coordinates: as many numbers as the surface has degrees of freedom.
+
+plane: tilt (2, rad, about its given point), shift along the normal. sphere: shift of the centre (3). cylinder: tilt (2, rad),
+shift square to the axis (2), at its given point. The two directions across come from `perpendicular`.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, perpendicular, unit
+from tactfix.geometry.nearest import direction_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, radial
+
+
+def dimension(surface: Surface) -> int:
+    """Degrees of freedom of the surface in space: plane 3, sphere 3, cylinder 4."""
+    return 4 if isinstance(surface, Cylinder) else 3
+
+
+def across(surface: Plane | Cylinder) -> Floats:
+    """Two unit vectors (2, 3) square to the normal or axis and to each other."""
+    direction = direction_of(surface)
+    first = perpendicular(direction)
+    return np.array([first, np.cross(direction, first)])
+
+
+def displaced(surface: Surface, step: Floats) -> Surface:
+    """The surface after a displacement step (dimension,)."""
+    match surface:
+        case Sphere():
+            return replace(surface, center=surface.center + step)
+        case Plane():
+            normal = unit(surface.normal + step[:2] @ across(surface))
+            return Plane(surface.point + step[2] * surface.normal, normal)
+        case Cylinder():
+            basis = across(surface)
+            direction = unit(surface.direction + step[:2] @ basis)
+            return replace(surface, point=surface.point + step[2:] @ basis, direction=direction)
+
+
+def residual_jacobian(surface: Surface, points: Floats) -> Floats:
+    """Derivative (n, dimension) of the residuals of tip centres points (n, 3) with respect to a displacement."""
+    match surface:
+        case Sphere():
+            sign = 1.0 if surface.side == "outer" else -1.0
+            return np.asarray(-sign * unit(radial(surface, points)))
+        case Plane():
+            arms = points - surface.point
+            return np.column_stack([arms @ across(surface).T, -np.ones(len(points))])
+        case Cylinder():
+            sign = 1.0 if surface.side == "outer" else -1.0
+            outward = unit(radial(surface, points)) @ across(surface).T
+            height = (points - surface.point) @ surface.direction
+            return np.asarray(-sign * np.hstack([height[:, None] * outward, outward]))
+
+
+def material_displacement(surface: Surface, point: Floats) -> Floats:
+    """How a point (3,) carried by the surface moves (3, dimension) per unit displacement; of planes along the normal."""
+    match surface:
+        case Sphere():
+            return np.eye(3)
+        case Plane():
+            tilts = -(across(surface) @ (point - surface.point))[:, None] * surface.normal
+            return np.vstack([tilts, surface.normal]).T
+        case Cylinder():
+            basis = across(surface)
+            return np.vstack([((point - surface.point) @ surface.direction) * basis, basis]).T
+
+
+def rigid_displacements(surface: Surface, centre: Floats) -> Floats:
+    """The displacements (dimension, 6) that a unit rotation about centre (3,) and a unit translation cause."""
+    turn, shift = np.eye(3), np.eye(3)
+    point = surface.center if isinstance(surface, Sphere) else surface.point
+    moves = np.hstack([np.cross(turn, point - centre).T, shift])
+    if isinstance(surface, Sphere):
+        return moves
+    basis = across(surface)
+    tilts = np.hstack([basis @ np.cross(turn, direction_of(surface)).T, np.zeros((2, 3))])
+    rows = direction_of(surface)[None] if isinstance(surface, Plane) else basis
+    return np.vstack([tilts, rows @ moves])

@@ -1,0 +1,84 @@
+"""Nearest points of planes, axes and centres, and what distances and angles between features mean."""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+
+PARALLEL = 1e-9
+"""Sine of the angle below which two directions are parallel: rounding, not manufacture."""
+
+
+def foot(surface: Surface, point: Floats) -> Floats:
+    """The point (3,) of a plane, an axis or a centre that is nearest to a point (3,)."""
+    match surface:
+        case Plane():
+            return np.asarray(point - ((point - surface.point) @ surface.normal) * surface.normal)
+        case Sphere():
+            return surface.center
+        case Cylinder():
+            return np.asarray(surface.point + ((point - surface.point) @ surface.direction) * surface.direction)
+
+
+def nearest_points(one: Surface, other: Surface) -> tuple[Floats, Floats]:
+    """The point (3,) of one that is nearest to other and the reverse: feet of the common perpendicular.
+
+    Of parallel axes and planes, and where an axis meets a plane, the pair next to their given points.
+    """
+    match one, other:
+        case Sphere(), _:
+            return one.center, foot(other, one.center)
+        case _, Sphere():
+            return foot(one, other.center), other.center
+        case Cylinder(), Cylinder():
+            return _between_axes(one, other)
+        case Cylinder(), Plane():
+            return one.point, foot(other, one.point)
+        case _:
+            return foot(one, other_point(other)), other_point(other)
+
+
+def other_point(surface: Surface) -> Floats:
+    """The given point (3,) of a plane or axis, or the centre."""
+    return surface.center if isinstance(surface, Sphere) else surface.point
+
+
+def _between_axes(one: Cylinder, other: Cylinder) -> tuple[Floats, Floats]:
+    """Feet of the common perpendicular of two axes."""
+    normal = np.cross(one.direction, other.direction)
+    square = float(normal @ normal)
+    if square < PARALLEL**2:
+        return one.point, foot(other, one.point)
+    gap = other.point - one.point
+    along_one = float(np.cross(gap, other.direction) @ normal) / square
+    along_other = float(np.cross(gap, one.direction) @ normal) / square
+    return one.point + along_one * one.direction, other.point + along_other * other.direction
+
+
+def direction_of(surface: Plane | Cylinder) -> Floats:
+    """The outward normal of a plane, the (unsigned) direction of an axis."""
+    return surface.normal if isinstance(surface, Plane) else surface.direction
+
+
+def distance_between(one: Surface, other: Surface) -> float:
+    """The distance that the fixture file means (length): between centres and axes; signed from a plane, outward positive.
+
+    For planes the distance along the normal of the first; for a sphere or axis and a plane how far on its outward side.
+    """
+    match one, other:
+        case Plane(), _:
+            return float((other_point(other) - one.point) @ one.normal)
+        case _, Plane():
+            return float((other_point(one) - other.point) @ other.normal)
+        case _:
+            a, b = nearest_points(one, other)
+            return float(np.linalg.norm(b - a))
+
+
+def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
+    """The angle in rad: between outward normals 0 to pi; an axis has no sign, so with one it is 0 to pi/2."""
+    a, b = direction_of(one), direction_of(other)
+    cosine = float(a @ b)
+    if isinstance(one, Cylinder) or isinstance(other, Cylinder):
+        cosine = abs(cosine)
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), cosine))

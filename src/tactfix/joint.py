@@ -1,0 +1,171 @@
+"""All contacts and all relations at once: least squares over the surfaces of a fixture that is not one rigid body.
+
+Unknown are the displacements of every feature. Contacts and relations with a sigma are observations; relations with sigma 0
+hold exactly. Each step solves  min |r + J d|^2  subject to  c + C d = 0  in the null space of C.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Relation
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import displaced, residual_jacobian
+from tactfix.geometry.surfaces import Sphere, Surface, residuals
+from tactfix.relations import columns_of, relation_jacobian, relation_residuals
+
+MOST_STEPS = 60
+RANK = 1e-9
+LEAST_SIGMA = 1e-12
+"""A relation surer than this share of the fixture's size is exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointProblem:
+    """What is known: contacts, sigmas (n,) of their residuals, relations; scale is a length of the fixture."""
+
+    contacts: Contacts
+    sigmas: Floats
+    relations: tuple[Relation, ...]
+    scale: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointFit:
+    """Surfaces of least chi-square. rows: number of observations and constraints. jacobian (m, width) of residual over
+    sigma and constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is."""
+
+    surfaces: Mapping[str, Surface]
+    residuals: Floats
+    chi2: float
+    missing: float
+    jacobian: Floats
+    constraints: Floats
+    columns: Mapping[str, slice]
+    lengths: Floats
+
+    @property
+    def dof(self) -> int:
+        """Observations and constraints beyond the unknowns."""
+        return len(self.jacobian) + len(self.constraints) - int(self.jacobian.shape[1])
+
+    def spread(self) -> tuple[Floats, Floats]:
+        """A factor (width, m) of the covariance of all displacements, S S^T, and what is free (k, width), in scaled units.
+
+        Free displacements are left out of S.
+        """
+        span = _null_space(self.constraints, self.jacobian.shape[1])
+        _, values, motions = np.linalg.svd(self.jacobian @ span, full_matrices=True)
+        known = np.zeros(len(motions), dtype=bool)
+        known[: len(values)] = values > RANK * max(values[0] if len(values) else 0.0, np.finfo(float).tiny)
+        factor = span @ motions[known].T / values[known[: len(values)]]
+        return np.asarray(factor), np.asarray((span @ motions[~known].T).T)
+
+
+def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFit:
+    """Gauss-Newton from surfaces (in base) to the nearest least chi-square with all exact relations kept."""
+    fit, target = _linearized(problem, surfaces)
+    for _ in range(MOST_STEPS):
+        step = _step(fit, *target)
+        size = float(np.abs(step).max(initial=0.0))
+        step = step * min(1.0, 0.5 / max(size, np.finfo(float).tiny))
+        new, new_target = _shortened(problem, fit, step)
+        if new is None or new_target is None:
+            break
+        settled = size < 1e-9 or (abs(fit.chi2 - new.chi2) <= 1e-13 * new.chi2 and new.missing < 1e-12)
+        fit, target = new, new_target
+        if settled:
+            break
+    return fit
+
+
+def _shortened(
+    problem: JointProblem, fit: JointFit, step: Floats
+) -> tuple[JointFit | None, tuple[Floats, Floats] | None]:
+    """The fit after the first of the halved steps that improves it; None when none does."""
+    for halvings in range(12):
+        moved = _displaced(fit, step * 0.5**halvings)
+        new, target = _linearized(problem, moved)
+        if _merit(new) < _merit(fit):
+            return new, target
+    return None, None
+
+
+def _merit(fit: JointFit) -> float:
+    """Chi-square, and above it what is missing to the exact relations (squared, in millionths of the fixture's size)."""
+    return fit.chi2 + (fit.missing * 1e6) ** 2
+
+
+def _displaced(fit: JointFit, step: Floats) -> dict[str, Surface]:
+    return {
+        name: displaced(surface, step[fit.columns[name]] * fit.lengths[fit.columns[name]])
+        for name, surface in fit.surfaces.items()
+    }
+
+
+def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple[JointFit, tuple[Floats, Floats]]:
+    """The fit as it stands, and the right-hand sides: residuals over sigma, and what is missing to exact relations."""
+    columns, width = columns_of(surfaces)
+    lengths = _lengths(surfaces, columns, width, problem.scale)
+    contacts = problem.contacts
+    values = np.empty(len(contacts))
+    rows = np.zeros((len(contacts), width))
+    names = np.array(contacts.features)
+    for name in dict.fromkeys(contacts.features):
+        index = np.flatnonzero(names == name)
+        values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
+        rows[index, columns[name]] = residual_jacobian(surfaces[name], contacts.points[index])
+    observed, observed_rows = [values / problem.sigmas], [rows / problem.sigmas[:, None]]
+    exact, exact_rows = [np.zeros(0)], [np.zeros((0, width))]
+    for relation in problem.relations:
+        one, other = relation.between
+        value = relation_residuals(relation, surfaces[one], surfaces[other])
+        jacobian = relation_jacobian(relation, surfaces, columns, problem.scale, width)
+        unit = problem.scale if relation.kind == "distance" else 1.0
+        if relation.sigma > LEAST_SIGMA * unit:
+            observed.append(value / relation.sigma)
+            observed_rows.append(jacobian / relation.sigma)
+        else:
+            exact.append(value / unit)
+            exact_rows.append(jacobian / unit)
+    residual, missing = np.concatenate(observed), np.concatenate(exact)
+    fit = JointFit(
+        surfaces=surfaces,
+        residuals=values,
+        chi2=float((residual**2).sum()),
+        missing=float(np.abs(missing).max(initial=0.0)),
+        jacobian=np.vstack(observed_rows) * lengths,
+        constraints=np.vstack(exact_rows) * lengths,
+        columns=columns,
+        lengths=lengths,
+    )
+    return fit, (residual, missing)
+
+
+def _lengths(surfaces: Mapping[str, Surface], columns: Mapping[str, slice], width: int, scale: float) -> Floats:
+    """What one unit of each displacement is: 1 rad for tilts, the fixture's scale for shifts."""
+    lengths = np.full(width, scale)
+    for name, surface in surfaces.items():
+        if not isinstance(surface, Sphere):
+            lengths[columns[name].start : columns[name].start + 2] = 1.0
+    return lengths
+
+
+def _step(fit: JointFit, residual: Floats, missing: Floats) -> Floats:
+    """The displacement that the linearised problem asks for, in scaled units."""
+    width = fit.jacobian.shape[1]
+    onto = np.linalg.lstsq(fit.constraints, -missing, rcond=RANK)[0] if len(missing) else np.zeros(width)
+    span = _null_space(fit.constraints, width)
+    within = np.linalg.lstsq(fit.jacobian @ span, -(residual + fit.jacobian @ onto), rcond=RANK)[0]
+    return np.asarray(onto + span @ within)
+
+
+def _null_space(constraints: Floats, width: int) -> Floats:
+    """An orthonormal basis (width, k) of the displacements that keep the exact relations."""
+    if not len(constraints):
+        return np.eye(width)
+    _, values, directions = np.linalg.svd(constraints, full_matrices=True)
+    rank = int((values > RANK * max(values[0], np.finfo(float).tiny)).sum())
+    return np.asarray(directions[rank:].T)

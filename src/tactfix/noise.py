@@ -1,0 +1,50 @@
+"""What sigma means for a verdict: every limit that tells noise from contradiction is defined here, once.
+
+Contacts are independent and normal with their sigma along the surface normal, so the sum of squared residuals over
+sigma is chi-square distributed with as many degrees of freedom as there are contacts beyond the minimum.
+"""
+
+import math
+from functools import lru_cache
+
+REJECTED_IN_ERROR = 1e-6
+"""How often the true surface or pose may be lost to noise alone. The true pose must not be lost: a wrong one that is then
+left would be printed. So a candidate is kept while it is barely credible, and ambiguity is reported instead."""
+
+SUSPICIOUS = 1e-3
+"""Residuals that true sigmas exceed this seldom are accepted, with a warning that sigma may be too small."""
+
+SURE = 5.0
+"""A sign (approach, touch box, path) speaks against a candidate only when it is wrong by this many sigma."""
+
+
+@lru_cache(maxsize=256)
+def chi_square_limit(dof: int, probability: float = REJECTED_IN_ERROR) -> float:
+    """The chi-square that dof degrees of freedom exceed with this probability; dof below 1 counts as 1.
+
+    With no redundancy the residuals vanish, except next to a double root, where the contacts just fail to touch the
+    surface and one residual is left: that is what the one degree of freedom allows for.
+    Bisection on the upper tail: importing scipy.special would cost as much as importing numpy.
+    """
+    shape = max(dof, 1) / 2
+    low, high = shape, shape + 60 + 12 * math.sqrt(shape)
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _upper_tail(shape, middle) > probability else (low, middle)
+    return 2 * high
+
+
+def _upper_tail(shape: float, x: float) -> float:
+    """The regularized upper incomplete gamma function Q(shape, x) for x >= shape, by its continued fraction (Lentz)."""
+    b = x + 1 - shape
+    c, d = math.inf, 1 / b
+    value = d
+    for k in range(1, 10_000):
+        a = -k * (k - shape)
+        b += 2
+        d = 1 / (b + a * d)
+        c = b + a / c
+        value *= c * d
+        if abs(c * d - 1) < 1e-14:
+            break
+    return value * math.exp(-x + shape * math.log(x) - math.lgamma(shape))

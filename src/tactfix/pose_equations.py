@@ -1,0 +1,110 @@
+"""The equations that a pose must satisfy, one per contact, evaluated for many trial poses at once.
+
+In the fixture frame a contact at y = A x + b (A, b: fixture_from_base) lies on its feature when
+
+    plane              n . (y - p) - t                = 0
+    sphere, cylinder   (|P (y - p)|^2 - rho^2) / 2rho = 0,   P = I (sphere) or I - s s^T (cylinder), rho = r +- t,
+
+all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial form has no kink at a centre or axis, so
+Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the geometric form
+|P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
+
+Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are scaled by the caller.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseEquations:
+    """n contacts as quadratic forms; lengths in one unit chosen by the caller.
+
+    points (3, n) in base; anchors (3, n): p, quadrics (3, 3, n): Q, normals (3, n): n, constants (n,): k in the fixture
+    frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals.
+    """
+
+    points: Floats
+    anchors: Floats
+    quadrics: Floats
+    normals: Floats
+    constants: Floats
+    radii: Floats
+    weights: Floats
+
+    def __len__(self) -> int:
+        return int(self.points.shape[1])
+
+    def subset(self, index: Sequence[int]) -> "PoseEquations":
+        """The equations of some contacts only."""
+        return PoseEquations(*(np.ascontiguousarray(getattr(self, name)[..., index]) for name in self.__slots__))
+
+
+def pose_equations(
+    surfaces: Sequence[Surface], feature_index: Sequence[int], points: Floats, weights: Floats, tip_radius: float
+) -> PoseEquations:
+    """The equations of contacts points (n, 3) on surfaces[feature_index[i]], in the units in which they come.
+
+    Raises TipDoesNotFitError when the tip is larger than a touched bore.
+    """
+    rows = [_quadric(surface, tip_radius) for surface in surfaces]
+    anchors, quadrics, normals, constants, radii = (
+        np.stack([np.asarray(rows[i][k], dtype=np.float64) for i in feature_index], axis=-1) for k in range(5)
+    )
+    return PoseEquations(np.ascontiguousarray(points.T), anchors, quadrics, normals, constants, radii, weights)
+
+
+def _quadric(surface: Surface, tip_radius: float) -> tuple[Floats, Floats, Floats, float, float]:
+    """p, Q, n, k and rho of one surface."""
+    if isinstance(surface, Plane):
+        return surface.point, np.zeros((3, 3)), surface.normal, -tip_radius, 0.0
+    rho = offset_radius(type(surface).__name__.lower(), surface.radius, surface.side, tip_radius)
+    if isinstance(surface, Sphere):
+        return surface.center, np.eye(3) / rho, np.zeros(3), -rho / 2, rho
+    projector = np.eye(3) - np.outer(surface.direction, surface.direction)
+    return surface.point, projector / rho, np.zeros(3), -rho / 2, rho
+
+
+def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> tuple[Floats, Floats]:
+    """Residuals (n, N) and Jacobian (6, n, N) at fixture_from_base poses rotations (3, 3, N), offsets (3, N).
+
+    The six columns are a rotation about the fixture axes (acting after A, before b) and a translation along them.
+    """
+    turned = np.einsum("abN,bn->anN", rotations, equations.points)
+    y = turned + (offsets[:, None, :] - equations.anchors[:, :, None])
+    gradient = np.einsum("abn,bnN->anN", equations.quadrics, y)
+    round_ = equations.radii > 0
+    residual = 0.5 * (gradient * y).sum(axis=0) + equations.constants[:, None]
+    residual += np.einsum("an,anN->nN", equations.normals, y)
+    if geometric and round_.any():
+        # gradient = P y'/rho, so |P y'| = rho |gradient|; at the very centre any direction will do.
+        length = np.sqrt((gradient**2).sum(axis=0))
+        distance = equations.radii[:, None] * (length - 1)
+        residual = np.where(round_[:, None], distance, residual)
+        gradient = gradient / np.where(length > 0, length, 1.0)
+    gradient = gradient + equations.normals[:, :, None]
+    residual *= equations.weights[:, None]
+    gradient *= equations.weights[:, None]
+    jacobian = np.empty((6, *residual.shape))
+    jacobian[0] = turned[1] * gradient[2] - turned[2] * gradient[1]
+    jacobian[1] = turned[2] * gradient[0] - turned[0] * gradient[2]
+    jacobian[2] = turned[0] * gradient[1] - turned[1] * gradient[0]
+    jacobian[3:] = gradient
+    return residual, jacobian
+
+
+def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
+    """Offsets b (3, N) that bring the contacts closest to the planes, axes and centres, for rotations (3, 3, N).
+
+    A linear least-squares problem with the same 3x3 matrix for every rotation; directions that no feature resists get 0.
+    """
+    n = len(equations)
+    projectors = equations.quadrics * equations.radii + np.einsum("an,bn->abn", equations.normals, equations.normals)
+    turned = np.einsum("abN,bn->anN", rotations, equations.points)
+    rhs = np.einsum("abn,bnN->aN", projectors, equations.anchors[:, :, None] - turned)
+    return np.asarray(np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs)

@@ -1,0 +1,167 @@
+"""Every pose of a rigid fixture at which each contact lies on its feature, within noise.
+
+Contacts and fixture are centred and scaled, a well spread part of the contacts is searched exhaustively (`pose_search`),
+and every pose found is refined on all contacts by geometric least squares (`refinement`). Nothing is chosen here.
+
+Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three spheres
+3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two cylinders 3+3: 288, 2+4:
+192; six spheres: 40.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.noise import chi_square_limit
+from tactfix.pose_equations import PoseEquations, pose_equations
+from tactfix.pose_search import START_ROTATIONS, Zeros, find_zeros, polish
+from tactfix.refinement import PoseFit, fit_at
+
+SEARCHED = 18
+"""Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseSearch:
+    """All poses found, best chi-square first; complete and continuum as in `pose_search.Zeros`.
+
+    limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses, kept where
+    nothing is below it.
+    """
+
+    fits: tuple[PoseFit, ...]
+    limit: float
+    complete: bool
+    continuum: bool
+
+    @property
+    def poses(self) -> Floats:
+        """base_from_fixture (k, 4, 4) of every pose that explains the contacts."""
+        kept = [fit.base_from_fixture for fit in self.fits if fit.chi2 <= self.limit]
+        return np.array(kept).reshape(-1, 4, 4)
+
+
+def all_poses(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> PoseSearch:
+    """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
+
+    With fewer than six contacts, or six that leave a motion free, the fits are samples of a continuum.
+    Raises TipDoesNotFitError when the tip is larger than a touched bore.
+    """
+    index = spread_indices(contacts, SEARCHED)
+    scaled = _Scaled.of(surfaces, contacts.subset(index))
+    smallest = float(sigmas.min())
+    equations = scaled.equations(surfaces, contacts, smallest / sigmas)
+    searched = equations.subset(index)
+    # The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size
+    # of the fixture it is all rounding.
+    cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
+    starts = START_ROTATIONS if len(index) < 8 else START_ROTATIONS // 2
+    zeros = find_zeros(searched, cost_limit, starts)
+    if not len(zeros.costs):
+        zeros = find_zeros(searched, np.inf, starts // 4)
+    zeros = polish(equations, zeros)
+    limit = chi_square_limit(len(contacts) - 6)
+    fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
+    fits.sort(key=lambda fit: fit.chi2)
+    kept = [fit for fit in fits if fit.chi2 <= limit] or fits[:1]
+    return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
+
+
+def spread_indices(contacts: Contacts, most: int) -> list[int]:
+    """At most `most` contacts, well spread over each feature and fairly shared between the features, in file order."""
+    if len(contacts) <= most:
+        return list(range(len(contacts)))
+    names = np.array(contacts.features)
+    queues = [_farthest_first(contacts.points, np.flatnonzero(names == name), most) for name in dict.fromkeys(names)]
+    chosen: list[int] = []
+    for turn in range(most):
+        chosen += [queue[turn] for queue in queues if turn < len(queue)]
+    return sorted(chosen[:most])
+
+
+def _farthest_first(points: Floats, index: np.ndarray[tuple[int, ...], np.dtype[np.intp]], most: int) -> list[int]:
+    """Indices in an order in which each point lies farthest from those before it."""
+    own = points[index]
+    distance = ((own - own.mean(axis=0)) ** 2).sum(axis=1)
+    order: list[int] = []
+    for _ in range(min(most, len(index))):
+        order.append(int(np.argmax(distance)))
+        gap = ((own - own[order[-1]]) ** 2).sum(axis=1)
+        distance = gap if len(order) == 1 else np.minimum(distance, gap)
+    return [int(index[i]) for i in order]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scaled:
+    """The centred and scaled frames of the search: origins (3,) in base and fixture, one length for both."""
+
+    base_origin: Floats
+    fixture_origin: Floats
+    length: float
+
+    @staticmethod
+    def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "_Scaled":
+        touched = [surfaces[name] for name in dict.fromkeys(contacts.features)]
+        middle = _middle(touched)
+        base_origin = contacts.points.mean(axis=0)
+        spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
+        reach = np.mean([((_foot(surface, middle) - middle) ** 2).sum() for surface in touched])
+        return _Scaled(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
+
+    def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
+        names = list(dict.fromkeys(contacts.features))
+        scaled = [self._scale(surfaces[name]) for name in names]
+        index: Sequence[int] = [names.index(name) for name in contacts.features]
+        points = (contacts.points - self.base_origin) / self.length
+        return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+
+    def _scale(self, surface: Surface) -> Surface:
+        """The surface in the search's frame, its point moved to where the fixture's middle projects."""
+        point = (_foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
+        if isinstance(surface, Plane):
+            return Plane(point, surface.normal)
+        if isinstance(surface, Sphere):
+            return Sphere(point, surface.radius / self.length, surface.side)
+        return Cylinder(point, surface.direction, surface.radius / self.length, surface.side)
+
+    def base_from_fixture(self, zeros: Zeros) -> Floats:
+        """Poses (k, 4, 4) in the user's frames and unit."""
+        rotations = orthonormalized(np.moveaxis(zeros.rotations, -1, 0))
+        fixture_from_base = homogeneous(rotations, zeros.offsets.T * self.length)
+        poses = inverse(fixture_from_base)
+        shift = poses[:, :3, :3] @ self.fixture_origin
+        poses[:, :3, 3] += self.base_origin - shift
+        return poses
+
+
+def _foot(surface: Surface, point: Floats) -> Floats:
+    """The point of a plane, axis or centre nearest to a point (3,)."""
+    match surface:
+        case Plane():
+            return np.asarray(point - ((point - surface.point) @ surface.normal) * surface.normal)
+        case Sphere():
+            return surface.center
+        case Cylinder():
+            return np.asarray(surface.point + ((point - surface.point) @ surface.direction) * surface.direction)
+
+
+def _middle(surfaces: Sequence[Surface]) -> Floats:
+    """The point (3,) nearest, in least squares, to all planes, axes and centres; near the first one where that is open."""
+    start = _foot(surfaces[0], np.zeros(3))
+    matrix, rhs = np.zeros((3, 3)), np.zeros(3)
+    for surface in surfaces:
+        match surface:
+            case Plane():
+                projector = np.outer(surface.normal, surface.normal)
+            case Sphere():
+                projector = np.eye(3)
+            case Cylinder():
+                projector = np.eye(3) - np.outer(surface.direction, surface.direction)
+        matrix += projector
+        rhs += projector @ (_foot(surface, start) - start)
+    return np.asarray(start + np.linalg.pinv(matrix, rcond=1e-6) @ rhs)

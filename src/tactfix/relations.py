@@ -1,0 +1,166 @@
+"""Known distances and angles as equations between surfaces.
+
+Each relation gives one or more residuals that vanish where it holds and are smooth there. A distance of zero (concentric,
+coaxial, axis through a centre) and an angle of zero or 180 degrees hold more than one number: all of them are residuals,
+where the plain difference would have no derivative.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tactfix.fixture import Relation
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import across, dimension, displaced, material_displacement
+from tactfix.geometry.nearest import (
+    PARALLEL,
+    direction_of,
+    distance_between,
+    foot,
+    nearest_points,
+    other_point,
+)
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+
+STEP = 1e-6
+"""Relative step of the central differences: their error, its square, stays below 1e-11."""
+
+
+def relation_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
+    """What is missing (k,) for the relation to hold: lengths for a distance, rad for an angle."""
+    if relation.kind == "angle":
+        return _angle_residuals(relation, one, other)
+    planes = isinstance(one, Plane) or isinstance(other, Plane)
+    if planes or relation.value != 0:
+        return np.array([distance_between(one, other) - relation.value])
+    return _coincidence(one, other)
+
+
+def _angle_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
+    """The difference of the angles; for parallel directions the two components of their cross product."""
+    if isinstance(one, Sphere) or isinstance(other, Sphere):
+        return np.zeros(0)
+    if np.sin(relation.value) > PARALLEL:
+        a, b = direction_of(one), direction_of(other)
+        return np.array([np.arccos(np.clip(_sense(relation, one, other) * float(a @ b), -1, 1)) - relation.value])
+    sign = 1.0
+    if isinstance(one, Plane) and isinstance(other, Plane) and relation.value > 1:
+        sign = -1.0
+    cross = across(one) @ direction_of(other)
+    facing = sign * float(direction_of(one) @ direction_of(other))
+    # Two opposite normals are not parallel: far from parallel the residual must stay large.
+    signed = isinstance(one, Plane) and isinstance(other, Plane)
+    return np.asarray(cross * (np.pi / max(np.linalg.norm(cross), PARALLEL)) if signed and facing < 0 else cross)
+
+
+def _sense(relation: Relation, one: Plane | Cylinder, other: Plane | Cylinder) -> float:
+    """1 or -1: which sense of an unsigned axis the angle is measured in; at 90 degrees either, so always the same."""
+    if isinstance(one, Plane) and isinstance(other, Plane):
+        return 1.0
+    facing = float(direction_of(one) @ direction_of(other))
+    return 1.0 if facing >= 0 or abs(np.cos(relation.value)) < PARALLEL else -1.0
+
+
+def _coincidence(one: Surface, other: Surface) -> Floats:
+    """The components of the gap between centres and axes that coincide."""
+    a, b = nearest_points(one, other)
+    match one, other:
+        case Sphere(), Sphere():
+            return np.asarray(b - a)
+        case Cylinder(), Cylinder():
+            normal = np.cross(one.direction, other.direction)
+            size = float(np.linalg.norm(normal))
+            if size > PARALLEL**0.5:
+                return np.array([(other.point - one.point) @ normal / size])
+            return np.asarray(across(one) @ (b - a))
+        case (Cylinder() as axis, Sphere()) | (Sphere(), Cylinder() as axis):
+            return np.asarray(across(axis) @ (b - a))
+    return np.zeros(0)
+
+
+def relation_jacobian(
+    relation: Relation, surfaces: Mapping[str, Surface], columns: Mapping[str, slice], scale: float, width: int
+) -> Floats:
+    """Derivative (k, width) of the residuals with respect to displacements of the surfaces.
+
+    columns: where each feature's displacement stands; scale: a length of the fixture, for the size of differences.
+    """
+    one, other = relation.between
+    pair = surfaces[one], surfaces[other]
+    here = relation_residuals(relation, *pair)
+    jacobian = np.zeros((len(here), width))
+    if len(here) == 1 and relation.kind == "distance" and _has_gap(relation, *pair):
+        jacobian[0, columns[one]], jacobian[0, columns[other]] = _distance_gradients(*pair)
+    elif len(here) == 1 and relation.kind == "angle":
+        jacobian[0, columns[one]], jacobian[0, columns[other]] = _angle_gradients(relation, *pair)
+    else:
+        for name in relation.between:
+            jacobian[:, columns[name]] = _differences(relation, surfaces, name, scale, len(here))
+    return jacobian
+
+
+def _has_gap(relation: Relation, one: Surface, other: Surface) -> bool:
+    return relation.value != 0 or isinstance(one, Plane) or isinstance(other, Plane)
+
+
+def _distance_gradients(one: Surface, other: Surface) -> tuple[Floats, Floats]:
+    """How a distance changes with the displacement of each: what the feet of the perpendicular move apart along it."""
+    if isinstance(other, Plane) and not isinstance(one, Plane):
+        second, first = _distance_gradients(other, one)
+        return first, second
+    if isinstance(one, Plane):
+        far = other_point(other)
+        near, along = foot(one, far), one.normal
+    else:
+        near, far = nearest_points(one, other)
+        gap = far - near
+        along = gap / max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
+    return -along @ material_displacement(one, near), along @ material_displacement(other, far)
+
+
+def _angle_gradients(relation: Relation, one: Surface, other: Surface) -> tuple[Floats, Floats]:
+    """How arccos(+-a . b) changes with the tilts of each direction."""
+    if isinstance(one, Sphere) or isinstance(other, Sphere):
+        return np.zeros(dimension(one)), np.zeros(dimension(other))
+    a, b = direction_of(one), direction_of(other)
+    rate = -_sense(relation, one, other) / max(float(np.linalg.norm(np.cross(a, b))), PARALLEL)
+    first, second = np.zeros(dimension(one)), np.zeros(dimension(other))
+    first[:2], second[:2] = rate * (across(one) @ b), rate * (across(other) @ a)
+    return first, second
+
+
+def _differences(relation: Relation, surfaces: Mapping[str, Surface], name: str, scale: float, count: int) -> Floats:
+    """Central differences (count, dimension), for residuals that hold more than one number."""
+    surface = surfaces[name]
+    columns = np.zeros((count, dimension(surface)))
+    for k in range(dimension(surface)):
+        size = STEP if not isinstance(surface, Sphere) and k < 2 else STEP * scale
+        step = np.zeros(dimension(surface))
+        step[k] = size
+        ahead = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, step)))
+        behind = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, -step)))
+        columns[:, k] = (ahead - behind) / (2 * size)
+    return columns
+
+
+def _pair(surfaces: Mapping[str, Surface], relation: Relation, name: str, changed: Surface) -> tuple[Surface, Surface]:
+    one, other = relation.between
+    return (changed, surfaces[other]) if name == one else (surfaces[one], changed)
+
+
+def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
+    """Where each feature's displacement stands in the vector of all, and how long that is."""
+    columns, width = {}, 0
+    for name, surface in surfaces.items():
+        columns[name] = slice(width, width + dimension(surface))
+        width += dimension(surface)
+    return columns, width
+
+
+def all_relations(
+    relations: Sequence[Relation], surfaces: Mapping[str, Surface], scale: float
+) -> tuple[list[Floats], list[Floats]]:
+    """Residuals and Jacobians of each relation."""
+    columns, width = columns_of(surfaces)
+    values = [relation_residuals(r, surfaces[r.between[0]], surfaces[r.between[1]]) for r in relations]
+    return values, [relation_jacobian(r, surfaces, columns, scale, width) for r in relations]

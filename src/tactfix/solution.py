@@ -1,0 +1,119 @@
+"""A pose that fits, with everything that telling candidates apart and reporting need to know of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.refinement import covariance_at
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """One pose of least chi-square, and how sure it is.
+
+    surfaces: the features in base. residuals (n,): along the outward normals. normals (n, 3): there. covariance (6, 6): of
+    (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,): of each
+    contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
+    free_twists (k, 6): motions at base's origin that nothing resists; weak_twist (6,): the least known motion there.
+    """
+
+    base_from_fixture: Floats
+    surfaces: Mapping[str, Surface]
+    residuals: Floats
+    normals: Floats
+    chi2: float
+    rms: float
+    covariance: Floats
+    place_sigmas: Floats
+    normal_sigmas: Floats
+    free_twists: Floats
+    weak_twist: Floats
+
+    def sigmas_at(self, point: Floats) -> tuple[float, float]:
+        """Worst standard deviations of rotation (rad) and of the place of a point (3,) of the fixture, in base."""
+        covariance = covariance_at(self.covariance, point - self.base_from_fixture[:3, 3])
+        return largest_sigma(covariance[:3, :3]), largest_sigma(covariance[3:, 3:])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solutions:
+    """All of them, best first. limit: the chi-square up to which a pose explains the contacts, with dof degrees of freedom.
+
+    complete: whether the search is sure to have found all. continuum: so many that they are samples of a free motion.
+    """
+
+    found: tuple[Solution, ...]
+    dof: int
+    limit: float
+    complete: bool
+    continuum: bool
+
+
+def largest_sigma(covariance: Floats) -> float:
+    """Standard deviation in the worst direction of a covariance (3, 3); infinite where an entry is."""
+    if not np.isfinite(covariance).all():
+        return float("inf")
+    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+
+
+def solution_from(
+    base_from_fixture: Floats,
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    residuals: Floats,
+    normals: Floats,
+    chi2: float,
+    factor: Floats,
+    free: Floats,
+) -> Solution:
+    """A solution from a factor (6, m) of its covariance about the fixture's origin and free motions (6, k) there.
+
+    With a free motion every sigma is infinite: nothing may be decided by it.
+    """
+    origin = base_from_fixture[:3, 3]
+    scale = float(np.abs(contacts.points - origin).max())
+    moving = free[:, np.abs(free).max(axis=0) > 1e-9 * max(float(np.abs(free).max(initial=0.0)), 1e-300)]
+    covariance = np.full((6, 6), np.inf) if moving.shape[1] else factor @ factor.T
+    centre = contacts.points.mean(axis=0)
+    central = covariance if moving.shape[1] else covariance_at(covariance, centre - origin)
+    turn, shift = largest_sigma(central[:3, :3]), largest_sigma(central[3:, 3:])
+    place = shift + turn * np.linalg.norm(contacts.points - centre, axis=1)
+    scaled = factor / np.array([1, 1, 1, scale, scale, scale])[:, None]
+    weak = np.linalg.svd(scaled)[0][:, 0] * np.array([1, 1, 1, scale, scale, scale]) if factor.size else np.zeros(6)
+    return Solution(
+        base_from_fixture=base_from_fixture,
+        surfaces=surfaces,
+        residuals=residuals,
+        normals=normals,
+        chi2=chi2,
+        rms=float(np.sqrt((residuals**2).mean())),
+        covariance=covariance,
+        place_sigmas=place,
+        normal_sigmas=_normal_sigmas(surfaces, contacts, turn, place),
+        free_twists=_at_base_origin(moving.T, origin),
+        weak_twist=_at_base_origin(weak[None], origin)[0],
+    )
+
+
+def _at_base_origin(twists: Floats, origin: Floats) -> Floats:
+    """Twists (k, 6) of the point origin (3,) as twists of the point at base's origin."""
+    return np.hstack([twists[:, :3], twists[:, 3:] - np.cross(twists[:, :3], origin)])
+
+
+def _normal_sigmas(surfaces: Mapping[str, Surface], contacts: Contacts, turn: float, place: Floats) -> Floats:
+    """Standard deviation (n,) in rad of the normal below each contact: of a plane its tilt, else place over radius."""
+    sigmas = np.empty(len(contacts))
+    names = np.array(contacts.features)
+    for name in dict.fromkeys(contacts.features):
+        index = np.flatnonzero(names == name)
+        surface = surfaces[name]
+        if isinstance(surface, Plane):
+            sigmas[index] = turn
+            continue
+        sign = 1.0 if surface.side == "outer" else -1.0
+        sigmas[index] = np.hypot(place[index], contacts.sigmas[index]) / (surface.radius + sign * contacts.tip_radius)
+    return sigmas
