@@ -65,7 +65,7 @@ class Objective:
         seen = np.concatenate([-skew(self.corners), np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))], axis=2)
         told = rows @ covariance
         shrink = 1 + (told * rows).sum(axis=1)
-        change = np.einsum("kai,mi->mka", seen, told) / np.sqrt(shrink)[:, None, None]
+        change = ((told / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, 6).T).reshape(len(rows), -1, 3)
         variances = seen @ covariance @ np.swapaxes(seen, 1, 2)
         return np.asarray(_largest_eigenvalues(variances, change).max(axis=1))
 

@@ -28,9 +28,9 @@ FEWEST = 6
 # wherever approach and touch boxes can tell at all.
 _MOST = 14
 # Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
-_STARTS, _STARTS_IN_TABLE = 8, 3
-# The best few are polished; more are only asked where none of these is unique.
-_POLISHED = 3
+_STARTS, _STARTS_IN_TABLE = 12, 3
+# The best of them are polished; the others are only asked where none of these is unique.
+_POLISHED, _POLISHED_IN_TABLE = 4, 1
 # Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free.
 _RANK = 1e-7
 
@@ -84,9 +84,9 @@ class Task:
         """The plan of count contacts."""
         if count < fewest:
             raise UsageError(f"{count} contacts cannot be planned; ask for {fewest} or more")
-        found = self._found(count, _STARTS, None, (0.0, 1.0))
+        found = self._found(count, None, (0.0, 1.0))[1]
         self.progress(1.0, "done")
-        return found[1]
+        return found
 
     def table(self) -> Plan:
         """The plan of the fewest contacts that are unique, with the gain of each further one up to twice as many."""
@@ -96,8 +96,7 @@ class Task:
         count, end = FEWEST, _MOST
         while count <= end:
             share = (count - FEWEST) / (end - FEWEST + 1), 1 / (end - FEWEST + 1)
-            starts = _STARTS if first is None else _STARTS_IN_TABLE
-            last, found = self._found(count, starts, last, share)
+            last, found = self._found(count, last, share)
             gain = 1 - found.worst_sigma / steps[-1].worst_sigma if steps else None
             steps.append(PlanStep(count, found.worst_sigma, gain, found.unique))
             if first is None and found.unique:
@@ -106,23 +105,24 @@ class Task:
         self.progress(1.0, "done")
         return replace(first or found, steps=tuple(steps))
 
-    def _found(
-        self, count: int, starts: int, smaller: Choice | None, share: tuple[float, float]
-    ) -> tuple[Choice, Plan]:
-        """The best choice of count touches, and the plan that it makes; unique if one of the choices is."""
+    def _found(self, count: int, smaller: Choice | None, share: tuple[float, float]) -> tuple[Choice, Plan]:
+        """The best choice of count touches, and the plan that it makes; unique if one of the choices is.
+
+        smaller: the choice of the row before, where a table is made. share: what of the whole work this begins with
+        and how much it is.
+        """
+        starts, few = (_STARTS, _POLISHED) if smaller is None else (_STARTS_IN_TABLE, _POLISHED_IN_TABLE)
         rng = np.random.Generator(np.random.PCG64([self.seed, count]))
         choices: list[Choice] = []
         for k in range(starts):
             self.progress(share[0] + share[1] * k / (starts + 1), f"{count} contacts")
-            grown = k == 0 and smaller is not None
-            start = extended(self.search, smaller) if grown and smaller else started(self.search, count, rng)
-            choices.append(exchanged(self.search, start))
+            grown = None if smaller is None or k else extended(self.search, smaller)
+            choices.append(exchanged(self.search, grown or started(self.search, count, rng)))
         choices.sort(key=lambda choice: choice.score)
-        best = sorted(
-            (polished(self.search, choice) for choice in choices[:_POLISHED]), key=lambda choice: choice.score
-        )
+        best = [polished(self.search, choice) for choice in choices[:few]]
+        best.sort(key=lambda choice: choice.score)
         plans: list[Plan] = []
-        for k, choice in enumerate([*best, *choices[_POLISHED:]]):
+        for k, choice in enumerate([*best, *choices[few:]]):
             self.progress(share[0] + share[1] * (starts + k / starts) / (starts + 1), f"{count} contacts: unique?")
             plans.append(self._plan(choice.touches))
             if plans[-1].unique:

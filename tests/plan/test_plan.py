@@ -1,0 +1,169 @@
+"""Plans: reachable, unique, honest about their worst sigma, the same for the same seed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reach.cells import all_cells, ball_and_bar, cube_corner, placed, plate_with_all, surfaces_of, three_balls
+from reach.ray_walk import deepest, depth_in_ball, depth_in_bar
+
+from tactfix.accuracy import point_covariance, worst_sigma
+from tactfix.errors import UsageError
+from tactfix.geometry.surfaces import Cylinder, Sphere
+from tactfix.locate import locate
+from tactfix.plan import plan
+from tactfix.simulate import simulate
+from tactfix.touchable import extreme_points
+
+CELLS = all_cells()
+
+
+@pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
+@pytest.mark.parametrize("count", [7, 9])
+def test_a_plan_is_unique_and_locate_agrees_on_its_covariance(fixture, count):
+    found = plan(fixture, count)
+    assert len(found.contacts) == count
+    assert found.unique
+    result = locate(fixture, found.contacts)
+    assert result.status == "located"
+    assert np.allclose(result.base_from_fixture, np.eye(4), atol=1e-6)
+    assert np.allclose(result.covariance, found.covariance, rtol=2e-2, atol=2e-2 * np.abs(found.covariance).max())
+    at_corners = worst_sigma(
+        point_covariance(np.eye(4), result.covariance, extreme_points(surfaces_of(fixture), fixture.touch))
+    )
+    assert found.worst_sigma == pytest.approx(at_corners.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
+def test_noisy_contacts_of_a_plan_are_located_every_time(fixture):
+    found = plan(fixture, 8)
+    for seed in range(5):
+        simulation = simulate(fixture, found.contacts, seed=seed)
+        result = locate(fixture, simulation.contacts)
+        assert result.status == "located"
+        off = result.base_from_fixture[:3, 3] - simulation.base_from_fixture[:3, 3]
+        assert off @ np.linalg.solve(result.covariance[3:, 3:], off) < 30
+
+
+@pytest.mark.parametrize("fixture", [three_balls(), ball_and_bar(), plate_with_all()], ids=lambda fixture: fixture.name)
+def test_every_approach_keeps_clear_of_the_other_features(fixture):
+    """An independent walk along each approach: the tip's ball touches nothing but its own feature."""
+    surfaces = surfaces_of(fixture)
+    found = plan(fixture, 10)
+    for name, point, approach in zip(
+        found.contacts.features, found.contacts.points, found.contacts.approaches, strict=True
+    ):
+        for other, surface in surfaces.items():
+            if other == name:
+                continue
+            if isinstance(surface, Sphere):
+                depth = deepest(lambda x, s=surface: depth_in_ball(s, x), point, approach, 400.0)
+            elif isinstance(surface, Cylinder) and surface.side == "outer":
+                axis = int(np.argmax(np.abs(surface.direction)))
+                low, high = fixture.touch[other].low[axis], fixture.touch[other].high[axis]
+                depth = deepest(lambda x, s=surface, a=low, b=high: depth_in_bar(s, a, b, x), point, approach, 400.0)
+            else:
+                continue
+            assert depth < -fixture.probe.tip_radius
+
+
+@pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
+def test_approaches_are_no_more_than_45_degrees_off_the_normal(fixture):
+    found = plan(fixture, 6)
+    for name, point, approach in zip(
+        found.contacts.features, found.contacts.points, found.contacts.approaches, strict=True
+    ):
+        surface = surfaces_of(fixture)[name]
+        if isinstance(surface, Sphere):
+            normal = point - surface.center
+        elif isinstance(surface, Cylinder):
+            arm = point - surface.point
+            normal = (arm - arm @ surface.direction * surface.direction) * (1 if surface.side == "outer" else -1)
+        else:
+            normal = surface.normal
+        assert -approach @ normal / np.linalg.norm(normal) >= np.cos(np.radians(45)) - 1e-9
+
+
+def test_a_seed_gives_one_plan():
+    first, again = plan(ball_and_bar(), 7, seed=4), plan(ball_and_bar(), 7, seed=4)
+    assert np.array_equal(first.contacts.points, again.contacts.points)
+
+
+def test_without_a_number_the_fewest_unique_contacts_and_a_table():
+    found = plan(three_balls())
+    counts = [step.count for step in found.steps]
+    fewest = next(step.count for step in found.steps if step.unique)
+    assert counts == list(range(6, 2 * fewest + 1))
+    assert len(found.contacts) == fewest
+    assert found.unique
+    assert found.worst_sigma == next(step.worst_sigma for step in found.steps if step.count == fewest)
+    sigmas = [step.worst_sigma for step in found.steps]
+    assert sigmas == sorted(sigmas, reverse=True)
+    for before, step in zip(found.steps, found.steps[1:], strict=False):
+        assert step.gain == pytest.approx(1 - step.worst_sigma / before.worst_sigma)
+
+
+def test_each_criterion_is_best_at_its_own():
+    def information(found):
+        return np.linalg.inv(found.covariance)
+
+    plans = {criterion: plan(cube_corner(), 10, criterion=criterion) for criterion in ("worst", "d", "e")}
+    assert plans["worst"].worst_sigma == min(found.worst_sigma for found in plans.values())
+    volumes = {criterion: np.linalg.slogdet(information(found))[1] for criterion, found in plans.items()}
+    assert max(volumes, key=volumes.get) == "d"
+
+
+def test_contacts_are_added_to_those_already_made_in_their_frame():
+    fixture = ball_and_bar()
+    made = simulate(fixture, plan(fixture, 7).contacts, seed=11)
+    found = plan(fixture, existing=made.contacts, add=3)
+    assert len(found.contacts) == 3
+    assert found.unique
+    assert np.allclose(found.base_from_fixture, made.base_from_fixture, atol=0.1)
+    before = locate(fixture, made.contacts)
+    corners = extreme_points(surfaces_of(fixture), fixture.touch)
+    worst = worst_sigma(point_covariance(before.base_from_fixture, before.covariance, corners)).max()
+    assert found.worst_sigma < 0.95 * worst
+    # In base: a probe that goes there touches the fixture where it stands.
+    rotation, shift = made.base_from_fixture[:3, :3], made.base_from_fixture[:3, 3]
+    for name, point in zip(found.contacts.features, (found.contacts.points - shift) @ rotation, strict=True):
+        surface = surfaces_of(fixture)[name]
+        off = (
+            np.linalg.norm(point - surface.center)
+            if isinstance(surface, Sphere)
+            else np.linalg.norm(np.cross(point - surface.point, surface.direction))
+        )
+        assert off == pytest.approx(surface.radius + 1.0, abs=0.1)
+
+
+def test_existing_contacts_that_give_no_pose_are_refused():
+    fixture = ball_and_bar()
+    made = simulate(fixture, seed=1).contacts
+    far = made.points.copy()
+    far[0] += 5.0
+    with pytest.raises(UsageError, match="inconsistent"):
+        plan(fixture, existing=replace(made, points=far), add=1)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [({"contacts": 5}, "6 or more"), ({"add": 2}, "nothing to add to"), ({"contacts": 8, "sigma": 0.0}, "sigma")],
+)
+def test_refusals(options, said):
+    with pytest.raises(UsageError, match=said):
+        plan(ball_and_bar(), **options)
+
+
+def test_features_that_leave_a_motion_free_are_refused():
+    balls = {"a": Sphere([0, 0, 0], 5.0), "b": Sphere([50, 0, 0], 5.0)}
+    with pytest.raises(UsageError, match="motion stays free"):
+        plan(placed("two-balls", balls, {}, 1.0, 0.01), 8)
+
+
+def test_progress_runs_from_the_beginning_to_the_end():
+    told = []
+    plan(ball_and_bar(), 7, progress=lambda share, what: told.append((share, what)))
+    shares = [share for share, _ in told]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert all(what for _, what in told)

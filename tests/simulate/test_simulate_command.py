@@ -1,0 +1,96 @@
+"""tactfix simulate from the command line: pipes, files, truth in comments, refusals."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactfix.cli import main
+
+FIXTURES = sorted((Path(__file__).parents[2] / "fixtures").glob("*.yaml"))
+CELL = str(Path(__file__).parents[2] / "fixtures" / "robot-cell-plate.yaml")
+
+
+def told(text):
+    """The true pose that a simulated file tells in its comments."""
+    rows = [line.removeprefix("# truth: ").split() for line in text.splitlines() if line.startswith("# truth: ")]
+    return np.array([[float(cell) for cell in row] for row in rows if len(row) == 4 and row[0][0] in "-0123456789"])
+
+
+@pytest.mark.parametrize("path", FIXTURES, ids=lambda path: path.stem)
+def test_simulate_pipes_into_locate_and_gives_the_pose_back(path):
+    run = [sys.executable, "-c", "import sys; from tactfix.cli import main; sys.exit(main())"]
+    made = subprocess.run([*run, "simulate", str(path), "--seed", "7"], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [*run, "locate", str(path), "-", "--json"], input=made.stdout, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stderr
+    result = json.loads(found.stdout)
+    off = np.array(result["transform"]) - told(made.stdout)
+    sigmas = np.sqrt(np.diag(result["covariance"]))
+    assert (np.abs(off[:3, 3]) < 6 * sigmas[3:]).all()
+    assert np.abs(off[:3, :3]).max() < 6 * np.linalg.norm(sigmas[:3])
+
+
+def test_one_seed_gives_one_file_to_the_byte(capsys):
+    texts = []
+    for seed in ("4", "4", "5"):
+        assert main(["simulate", CELL, "--seed", seed]) == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1] != texts[2]
+
+
+# Written once; a change of these lines is a change of every simulated file.
+FIRST_ROWS = """feature,x,y,z,ax,ay,az
+plate,1921.74563,370.5194,1668.38969,-0.74747285,-0.634224525,-0.197594511
+"""
+
+
+def test_a_seed_gives_the_file_that_it_always_gave(capsys):
+    main(["simulate", CELL])
+    assert FIRST_ROWS in capsys.readouterr().out
+
+
+def test_numbers_have_no_more_digits_than_they_mean(capsys):
+    main(["simulate", CELL])
+    rows = [
+        line.split(",") for line in capsys.readouterr().out.splitlines() if line.startswith(("plate", "pin", "ball"))
+    ]
+    assert max(len(cell.partition(".")[2]) for row in rows for cell in row[1:4]) <= 5
+
+
+def test_a_given_pose_is_the_truth(tmp_path, capsys):
+    pose = tmp_path / "pose.txt"
+    matrix = np.array([[0, -1, 0, 10], [1, 0, 0, 20], [0, 0, 1, 30], [0, 0, 0, 1.0]])
+    np.savetxt(pose, matrix)
+    assert main(["simulate", CELL, "--pose", str(pose)]) == 0
+    assert np.allclose(told(capsys.readouterr().out), matrix)
+
+
+def test_output_is_a_file_and_json_has_the_truth_too(tmp_path, capsys):
+    main(["simulate", CELL, "--fault", "outlier:2", "--json", "--output", str(tmp_path / "contacts.json")])
+    assert not capsys.readouterr().out
+    report = json.loads((tmp_path / "contacts.json").read_text())
+    assert report["fault"] == "outlier"
+    assert "off by 2" in report["mistake"]
+    assert np.array(report["transform"]).shape == (4, 4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        (["--fault", "outlyer"], 2, "outlier"),
+        (["--contacts", "0"], 2, "one or more"),
+        (["--sigma", "-1"], 2, "sigma"),
+        (["--pose", "nowhere.json"], 3, "nowhere.json"),
+        (["nowhere.csv"], 3, "nowhere.csv"),
+    ],
+)
+def test_refusals(arguments, status, said, capsys):
+    assert main(["simulate", CELL, *arguments]) == status
+    out, err = capsys.readouterr()
+    assert not out
+    assert said in err
