@@ -1,14 +1,22 @@
 """The JSON Schema of fixture files, for editors."""
 
 import json
+from typing import Final
+
+from tactfix.models.conformity import fixture_schema_text
+
+DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 
 def fixture_schema() -> str:
     """JSON Schema (draft 2020-12) of format 1, as text with a newline at its end."""
-    from pydantic.json_schema import GenerateJsonSchema
+    return fixture_schema_text()
 
+
+def schema_of_models() -> str:
+    """The same, made anew of the models: what models/fixture.schema.json must hold after they have changed."""
     from tactfix.models.document import FixtureDocument
 
     schema = FixtureDocument.model_json_schema(by_alias=True)
-    head = {"$schema": GenerateJsonSchema.schema_dialect, "title": "tactfix fixture"}
+    head = {"$schema": DIALECT, "title": "tactfix fixture"}
     return json.dumps({**head, **{key: value for key, value in schema.items() if key != "title"}}, indent=2) + "\n"

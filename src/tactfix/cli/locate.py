@@ -29,7 +29,6 @@ from tactfix.files.fixture_file import load_fixture
 from tactfix.gates import exceeded_gates
 from tactfix.geometry.arrays import Floats
 from tactfix.locate import locate
-from tactfix.report.summary import print_summary
 from tactfix.report.text_report import verdict_lines
 from tactfix.results import LocateResult
 
@@ -88,6 +87,9 @@ def command(
     tell(verdict_lines(result))
     tell(result.warnings, quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
+        # rich takes as long to import as all else: only for people who see it.
+        from tactfix.report.summary import print_summary
+
         print_summary(result, point)
     return _judge(result, point, max_sigma, max_rms)
 

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from tactfix.cli.output import note
 from tactfix.errors import UsageError
-from tactfix.report.json_report import locate_json, text_of
 from tactfix.report.text_report import matrix_text
 from tactfix.results import LocateResult
 
@@ -37,6 +36,8 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
 def render_pose(result: LocateResult, format_name: str, *, force: bool, quiet: bool) -> str | bytes | None:
     """The result in that format; None where there is no pose to write. JSON is written in any case."""
     if format_name == "json":
+        from tactfix.report.json_report import locate_json, text_of
+
         return text_of(locate_json(result))
     if result.base_from_fixture is None:
         return None

@@ -10,7 +10,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, feet, radial, residuals
 from tactfix.models.box_reach import leaves_nothing
 from tactfix.models.build import box_of, recipe_of, surface_of
-from tactfix.models.document import FixtureDocument
+from tactfix.models.entries import FixtureEntry
 from tactfix.models.feature_sense import is_placed
 from tactfix.models.findings import Finding
 from tactfix.models.measures import (
@@ -31,11 +31,11 @@ _FRAME = 1e-4
 _MOST_ROUNDING = 1e-4
 
 
-def check_agreement(document: FixtureDocument) -> list[Finding]:
+def check_agreement(document: FixtureEntry) -> list[Finding]:
     """Relations, frame and touch boxes that contradict the places of the features; none where these have no place."""
     if not is_placed(document):
         return []
-    places = {name: surface_of(feature) for name, feature in document.features.items()}
+    places = {name: surface_of(feature) for name, feature in document["features"].items()}
     surfaces = {name: surface for name, surface in places.items() if surface is not None}
     return [
         *_check_distances(document, surfaces),
@@ -52,19 +52,22 @@ def _rounding(value: float) -> float:
     return min(half, _MOST_ROUNDING * abs(value))
 
 
-def _check_distances(document: FixtureDocument, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+def _check_distances(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
     size = _size(surfaces)
-    for index, distance in enumerate(document.distances):
-        a, b = (surfaces[name] for name in distance.between)
-        names = " and ".join(distance.between)
+    for index, distance in enumerate(document.get("distances", [])):
+        a, b = (surfaces[name] for name in distance["between"])
+        names = " and ".join(distance["between"])
         if isinstance(a, Plane | Cylinder) and isinstance(b, Plane | Cylinder) and not _has_distance(a, b):
             angle = math.degrees(angle_between(a, b))
             what = f"{names} have a distance only where parallel; their places make an angle of {angle:.6g}"
             yield Finding(("distances", index, "between"), what, "leave out the distance, or correct the places")
             continue
         measured = distance_between(a, b)
-        if abs(measured - distance.value) > SIGMAS * distance.sigma + _rounding(distance.value) + _TYPED * size:
-            what = f"the distance of {names} is {distance.value:g}, but their places make it {measured:.9g}"
+        if (
+            abs(measured - distance["value"])
+            > SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
+        ):
+            what = f"the distance of {names} is {distance['value']:g}, but their places make it {measured:.9g}"
             yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
 
 
@@ -72,19 +75,19 @@ def _has_distance(a: Surface, b: Surface) -> bool:
     return (isinstance(a, Cylinder) and isinstance(b, Cylinder)) or are_parallel(a, b)
 
 
-def _check_angles(document: FixtureDocument, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    for index, angle in enumerate(document.angles):
-        a, b = (surfaces[name] for name in angle.between)
+def _check_angles(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    for index, angle in enumerate(document.get("angles", [])):
+        a, b = (surfaces[name] for name in angle["between"])
         measured = math.degrees(angle_between(a, b))
-        slack = SIGMAS * angle.sigma + _rounding(angle.value) + math.degrees(PARALLEL)
-        if abs(measured - angle.value) > slack:
-            names = " and ".join(angle.between)
-            what = f"the angle of {names} is {angle.value:g}, but their places make it {measured:.9g}"
+        slack = SIGMAS * angle.get("sigma", 0.0) + _rounding(angle["value"]) + math.degrees(PARALLEL)
+        if abs(measured - angle["value"]) > slack:
+            names = " and ".join(angle["between"])
+            what = f"the angle of {names} is {angle['value']:g}, but their places make it {measured:.9g}"
             yield Finding(("angles", index, "value"), what, "correct one of them; the angle may be left out")
 
 
-def _check_boxes(document: FixtureDocument, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    for name, model in document.touch.items():
+def _check_boxes(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    for name, model in document.get("touch", {}).items():
         if leaves_nothing(surfaces[name], box_of(model), _TYPED * _size(surfaces)):
             what = f"the touch box of {name} does not meet its surface"
             yield Finding(
@@ -92,10 +95,11 @@ def _check_boxes(document: FixtureDocument, surfaces: Mapping[str, Surface]) -> 
             )
 
 
-def _check_frame(document: FixtureDocument, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    if document.frame is None:
+def _check_frame(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    frame = document.get("frame")
+    if frame is None:
         return
-    recipe = recipe_of(document.frame, document.features)
+    recipe = recipe_of(frame, document["features"])
     remedy = "leave out the frame: features with places need none"
     origin = _origin(recipe.origin, surfaces)
     if origin is None:

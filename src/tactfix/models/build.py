@@ -2,106 +2,112 @@
 
 import math
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
-from tactfix.fixture import (
-    AxisRule,
-    Feature,
-    Fixture,
-    FrameRecipe,
-    OriginRule,
-    Probe,
-    Relation,
-    TouchBox,
-)
+from tactfix.fixture import Axis, AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
+from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.models.document import FixtureDocument, Interval, TouchModel
-from tactfix.models.features import CylinderModel, FeatureModel, PlaneModel, SphereModel
-from tactfix.models.frame import Along, CenterOf, FootOf, FrameModel, FromTo, MeetOf, Opposite
+from tactfix.models.entries import AxisEntry, FeatureEntry, FixtureEntry, FrameEntry, Interval, OriginEntry, TouchEntry
+
+AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
-def build_fixture(document: FixtureDocument, name: str) -> Fixture:
-    """The fixture of a document in which `tactfix.models.parse` found nothing wrong; name: if it gives none itself."""
-    probe = document.probe
+def build_fixture(document: FixtureEntry, name: str) -> Fixture:
+    """The fixture of a file in which `tactfix.models.sense` found nothing wrong; name: if it gives none itself."""
+    probe, frame = document.get("probe", {}), document.get("frame")
     return Fixture(
-        name=document.name or name,
-        units=document.units,
-        probe=Probe(probe.tip_radius, probe.sigma, probe.approach_distance),
-        features={name: build_feature(name, model) for name, model in document.features.items()},
+        name=document.get("name") or name,
+        units=document["units"],
+        probe=Probe(probe.get("tip_radius"), probe.get("sigma"), probe.get("approach_distance")),
+        features={name: build_feature(name, entry) for name, entry in document["features"].items()},
         relations=relations_of(document),
-        frame=None if document.frame is None else recipe_of(document.frame, document.features),
-        touch={name: box_of(model) for name, model in document.touch.items()},
+        frame=None if frame is None else recipe_of(frame, document["features"]),
+        touch={name: box_of(entry) for name, entry in document.get("touch", {}).items()},
     )
 
 
-def build_feature(name: str, model: FeatureModel) -> Feature:
+def build_feature(name: str, entry: FeatureEntry) -> Feature:
     """One feature."""
-    if isinstance(model, PlaneModel):
-        return Feature(name, "plane", None, "outer", model.sigma, surface_of(model))
-    return Feature(name, model.type, model.radius, model.side, model.sigma, surface_of(model))
+    radius = None if entry["type"] == "plane" else float(entry["radius"])
+    return Feature(
+        name, entry["type"], radius, entry.get("side", "outer"), float(entry.get("sigma", 0.0)), surface_of(entry)
+    )
 
 
-def surface_of(model: FeatureModel) -> Surface | None:
+def surface_of(entry: FeatureEntry) -> Surface | None:
     """Where a feature is in the fixture frame, None where the file does not say."""
-    match model:
-        case PlaneModel(point=list(point), normal=list(normal)):
+    side = entry.get("side", "outer")
+    match entry:
+        case {"type": "plane", "point": list(point), "normal": list(normal)}:
             return Plane(_vector(point), _direction(normal))
-        case SphereModel(center=list(center)):
-            return Sphere(_vector(center), model.radius, model.side)
-        case CylinderModel(point=list(point), direction=list(direction)):
-            return Cylinder(_vector(point), _direction(direction), model.radius, model.side)
+        case {"type": "sphere", "center": list(center), "radius": radius}:
+            return Sphere(_vector(center), float(radius), side)
+        case {"type": "cylinder", "point": list(point), "direction": list(direction), "radius": radius}:
+            return Cylinder(_vector(point), _direction(direction), float(radius), side)
         case _:
             return None
 
 
-def relations_of(document: FixtureDocument) -> tuple[Relation, ...]:
+def relations_of(document: FixtureEntry) -> tuple[Relation, ...]:
     """The distances, then the angles, angles in rad."""
-    distances = [Relation("distance", (d.between[0], d.between[1]), d.value, d.sigma) for d in document.distances]
+    distances = [
+        Relation("distance", (d["between"][0], d["between"][1]), float(d["value"]), float(d.get("sigma", 0.0)))
+        for d in document.get("distances", [])
+    ]
     angles = [
-        Relation("angle", (a.between[0], a.between[1]), math.radians(a.value), math.radians(a.sigma))
-        for a in document.angles
+        Relation("angle", (a["between"][0], a["between"][1]), math.radians(a["value"]), math.radians(a.get("sigma", 0)))
+        for a in document.get("angles", [])
     ]
     return (*distances, *angles)
 
 
-def recipe_of(frame: FrameModel, features: Mapping[str, FeatureModel]) -> FrameRecipe:
+def recipe_of(frame: FrameEntry, features: Mapping[str, FeatureEntry]) -> FrameRecipe:
     """The frame recipe; [plane, cylinder] is turned into [cylinder, plane]."""
-    match frame.origin:
-        case CenterOf(center_of=sphere):
-            origin = OriginRule("center_of", (sphere,))
-        case FootOf(foot_of=above, on=below):
-            origin = OriginRule("foot_of", (above, below))
-        case MeetOf(meet_of=names):
-            origin = OriginRule("meet_of", tuple(sorted(names, key=lambda name: features[name].type == "plane")))
-    (first, first_rule), (second, second_rule) = frame.axes
-    return FrameRecipe(origin, (first, _axis_rule(first_rule)), (second, _axis_rule(second_rule)))
+    (first, first_rule), (second, second_rule) = axes_of(frame)
+    return FrameRecipe(
+        _origin_rule(frame["origin"], features), (first, _axis_rule(first_rule)), (second, _axis_rule(second_rule))
+    )
 
 
-def _axis_rule(model: Along | FromTo | Opposite) -> AxisRule:
-    opposite = isinstance(model, Opposite)
-    direction = model.opposite if isinstance(model, Opposite) else model
-    if isinstance(direction, Along):
-        return AxisRule("along", (direction.along,), opposite)
-    return AxisRule("from_to", (direction.from_, direction.to), opposite)
+def axes_of(frame: FrameEntry) -> list[tuple[Axis, AxisEntry]]:
+    """The axes that are given, in the order in which they are written."""
+    given = [(axis, frame.get(axis)) for axis in frame if axis in AXES]
+    return [(axis, entry) for axis, entry in given if isinstance(entry, dict)]
 
 
-def box_of(model: TouchModel) -> TouchBox:
+def _origin_rule(entry: OriginEntry, features: Mapping[str, FeatureEntry]) -> OriginRule:
+    if "center_of" in entry:
+        return OriginRule("center_of", (entry["center_of"],))
+    if "foot_of" in entry:
+        return OriginRule("foot_of", (entry["foot_of"], entry["on"]))
+    return OriginRule("meet_of", tuple(sorted(entry["meet_of"], key=lambda name: features[name]["type"] == "plane")))
+
+
+def _axis_rule(entry: AxisEntry) -> AxisRule:
+    direction = entry.get("opposite", entry)
+    if "along" in direction:
+        return AxisRule("along", (direction["along"],), "opposite" in entry)
+    return AxisRule("from_to", (direction["from"], direction["to"]), "opposite" in entry)
+
+
+def box_of(entry: TouchEntry) -> TouchBox:
     """The touch box, infinite where the file leaves it open."""
-
-    def ends(interval: Interval | None) -> tuple[float, float]:
-        low, high = interval or (None, None)
-        return -math.inf if low is None else low, math.inf if high is None else high
-
-    low, high = zip(ends(model.x), ends(model.y), ends(model.z), strict=True)
+    low, high = zip(_ends(entry.get("x")), _ends(entry.get("y")), _ends(entry.get("z")), strict=True)
     return TouchBox(np.array(low), np.array(high))
 
 
-def _vector(values: list[float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _ends(interval: Interval | None) -> tuple[float, float]:
+    low, high = interval or (None, None)
+    return -math.inf if low is None else low, math.inf if high is None else high
+
+
+def _vector(values: list[float]) -> Floats:
     return np.array(values, dtype=np.float64)
 
 
-def _direction(values: list[float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _direction(values: list[float]) -> Floats:
     """Scaled to a largest component of one, so that no square under- or overflows."""
     vector = _vector(values)
     return np.asarray(vector / np.abs(vector).max())

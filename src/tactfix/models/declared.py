@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tactfix.models.features import FeatureModel
+from tactfix.models.entries import FeatureEntry
 from tactfix.models.findings import Finding, Path
 from tactfix.suggestions import did_you_mean
 
@@ -13,7 +13,7 @@ class Declared:
     """All names of features in the file, in its order; those that are well formed; whether the frame is refused."""
 
     names: tuple[str, ...]
-    features: Mapping[str, FeatureModel]
+    features: Mapping[str, FeatureEntry]
     frame_refused: bool = False
 
     def unknown(self, name: str, path: Path, *, at_key: bool = False) -> list[Finding]:
@@ -24,4 +24,4 @@ class Declared:
 
     def type_of(self, name: str) -> str | None:
         """plane, sphere or cylinder; None where the file does not say properly (which is told elsewhere)."""
-        return self.features[name].type if name in self.features else None
+        return self.features[name]["type"] if name in self.features else None

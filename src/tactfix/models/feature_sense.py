@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from tactfix.models.declared import Declared
-from tactfix.models.document import FixtureDocument
-from tactfix.models.features import CylinderModel, FeatureModel, PlaneModel
+from tactfix.models.entries import FeatureEntry, FixtureEntry
 from tactfix.models.findings import Finding
 
 PLACE: Final[dict[str, tuple[str, ...]]] = {
@@ -19,46 +18,41 @@ PLACE: Final[dict[str, tuple[str, ...]]] = {
 _FORBIDDEN: Final = re.compile(r"^\s|\s$|[,;:#\"'\x00-\x1f]")
 
 
-def given_places(feature: FeatureModel) -> list[str]:
+def given_places(feature: FeatureEntry) -> list[str]:
     """Which of the keys that place a feature it has."""
-    return [key for key in PLACE[feature.type] if getattr(feature, key) is not None]
+    return [key for key in PLACE[feature["type"]] if feature.get(key) is not None]
 
 
-def check_features(document: FixtureDocument, declared: Declared) -> Iterator[Finding]:
+def check_features(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
     """Findings about names and places."""
     for name in declared.names:
         if _FORBIDDEN.search(name):
             remedy = "write a name without commas, semicolons, colons, quotes, # and outer blanks"
             yield Finding(("features", name), f"{name!r} is no name for a feature", remedy, at_key=True)
-    for name, feature in document.features.items():
+    for name, feature in document["features"].items():
         yield from _check_place(name, feature)
-    placed = [name for name, feature in document.features.items() if given_places(feature)]
-    unplaced = [name for name in document.features if name not in placed]
+    placed = [name for name, feature in document["features"].items() if given_places(feature)]
+    unplaced = [name for name in document["features"] if name not in placed]
     if placed and unplaced:
         for name in unplaced:
-            keys = " and ".join(PLACE[document.features[name].type])
+            keys = " and ".join(PLACE[document["features"][name]["type"]])
             what = f"{name} has no place in the fixture frame, {placed[0]} has one"
             remedy = f"give {keys} of {name} too, or no place to any feature"
             yield Finding(("features", name), what, remedy, at_key=True)
 
 
-def _check_place(name: str, feature: FeatureModel) -> Iterator[Finding]:
+def _check_place(name: str, feature: FeatureEntry) -> Iterator[Finding]:
     given = given_places(feature)
-    missing = [key for key in PLACE[feature.type] if key not in given]
+    missing = [key for key in PLACE[feature["type"]] if key not in given]
     if given and missing:
         what = f"{name} has {given[0]} and no {missing[0]}"
         yield Finding(("features", name, given[0]), what, f"give {missing[0]} too, or leave out both", at_key=True)
-    match feature:
-        case PlaneModel(normal=list(vector)):
-            key = "normal"
-        case CylinderModel(direction=list(vector)):
-            key = "direction"
-        case _:
-            return
-    if not any(vector):
-        yield Finding(("features", name, key), f"{name}: the {key} is zero", "write a vector of any other length")
+    for key in ("normal", "direction"):
+        vector = feature.get(key)
+        if key in given and isinstance(vector, list) and not any(vector):
+            yield Finding(("features", name, key), f"{name}: the {key} is zero", "write a vector of any other length")
 
 
-def is_placed(document: FixtureDocument) -> bool:
+def is_placed(document: FixtureEntry) -> bool:
     """Whether every feature carries its place."""
-    return all(len(given_places(feature)) == len(PLACE[feature.type]) for feature in document.features.values())
+    return all(len(given_places(feature)) == len(PLACE[feature["type"]]) for feature in document["features"].values())

@@ -1,13 +1,10 @@
 """The frame recipe of a fixture file: an origin and two axes."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import Discriminator, Field, Tag, model_validator
-from pydantic import PrivateAttr as Private
-from pydantic.functional_validators import ModelWrapValidatorHandler
+from pydantic import Discriminator, Field, Tag
 
-from tactfix.fixture import Axis
 from tactfix.models.strict import Name, Strict
 
 
@@ -77,23 +74,7 @@ AxisModel: TypeAlias = Annotated[
 class FrameModel(Strict):
     """An origin and two of x, y, z: the first one written holds exactly, the second is made square to it."""
 
-    AXES: ClassVar[tuple[Axis, ...]] = ("x", "y", "z")
-
     origin: Origin = Field(description="Where the origin is: center_of, foot_of and on, or meet_of.")
     x: AxisModel | None = Field(default=None, description="Direction of x: along, from and to, or opposite of one.")
     y: AxisModel | None = Field(default=None, description="Direction of y: along, from and to, or opposite of one.")
     z: AxisModel | None = Field(default=None, description="Direction of z: along, from and to, or opposite of one.")
-    _order: tuple[Axis, ...] = Private(default=())
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _keep_order(cls, data: Any, handler: "ModelWrapValidatorHandler[FrameModel]") -> "FrameModel":
-        frame = handler(data)
-        if isinstance(data, dict):
-            frame._order = tuple(axis for axis in data if axis in cls.AXES and data[axis] is not None)
-        return frame
-
-    @property
-    def axes(self) -> tuple[tuple[Axis, Along | FromTo | Opposite], ...]:
-        """The axes that are given, in the order in which they are written."""
-        return tuple((axis, getattr(self, axis)) for axis in self._order)

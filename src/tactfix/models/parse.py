@@ -1,36 +1,57 @@
 """The plain values of a fixture file in, a fixture out, or everything that is wrong with them at once.
 
-Where some entries are malformed, the rest is still checked for sense: an entry that pydantic refuses is taken out, and
-what is left is read again.
+Where some entries are malformed, the rest is still checked for sense: what pydantic refuses is taken out first.
 """
 
 import copy
 from dataclasses import dataclass, field
-from typing import Any
-
-from pydantic import ValidationError
+from typing import TYPE_CHECKING, Any, cast
 
 from tactfix.fixture import Fixture
 from tactfix.models.build import build_fixture
+from tactfix.models.conformity import is_well_formed
 from tactfix.models.declared import Declared
-from tactfix.models.document import FixtureDocument
+from tactfix.models.entries import FixtureEntry
 from tactfix.models.findings import Finding, Path
-from tactfix.models.refusals import findings_of, plain_path
 from tactfix.models.sense import check_sense
+
+if TYPE_CHECKING:
+    from tactfix.models.refusals import Refusal
 
 _LISTS = ("distances", "angles")
 _DEFAULTS = {"tactfix": 1, "units": "mm"}
 
 
+def parse_fixture(value: Any, name: str) -> Fixture | list[Finding]:
+    """The fixture that value says; name: its name if the file gives none."""
+    if not isinstance(value, dict):
+        remedy = "begin with tactfix: 1, then units: and features:"
+        what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
+        return [Finding((), what, remedy)]
+    refusals = [] if is_well_formed(value) else _refusals(value)
+    if refusals:
+        return [refusal.finding for refusal in refusals] + _sense_of_the_rest(value, refusals)
+    document = cast(FixtureEntry, value)
+    findings = check_sense(document, Declared(tuple(document["features"]), document["features"]))
+    return findings or build_fixture(document, name)
+
+
+def _refusals(value: dict[str, Any]) -> "list[Refusal]":
+    """What pydantic finds wrong; only then is it worth the time to import it."""
+    from tactfix.models.refusals import refusals_of
+
+    return refusals_of(value)
+
+
 @dataclass(slots=True)
 class _Sieve:
-    """A document in the making: what is left of the values, and what was taken out of them."""
+    """What is left of the values of a file, and what was taken out of them."""
 
     value: dict[str, Any]
     taken: set[Path] = field(default_factory=set)
 
     def take_out(self, path: Path, *, key_only: bool) -> None:
-        """Take the refused key, or the entry or section around a refused value, out of the values."""
+        """Take out the refused key, or the entry or section around a refused value."""
         end = len(path) if key_only else min(len(path), 2 if path[0] in ("features", "touch", *_LISTS) else 1)
         if path[:end] in self.taken:
             return
@@ -44,40 +65,21 @@ class _Sieve:
             parent.pop(path[end - 1], None)
 
 
-def parse_fixture(value: Any, name: str) -> Fixture | list[Finding]:
-    """The fixture that value says; name: its name if the file gives none."""
-    if not isinstance(value, dict):
-        remedy = "begin with tactfix: 1, then units: and features:"
-        what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
-        return [Finding((), what, remedy)]
-    try:
-        document = FixtureDocument.model_validate(value)
-    except ValidationError as error:
-        errors = error.errors(include_url=False)
-        return findings_of(errors) + _sense_of_the_rest(value, errors)
-    findings = check_sense(document, Declared(tuple(document.features), document.features))
-    return findings or build_fixture(document, name)
-
-
-def _sense_of_the_rest(value: dict[str, Any], errors: list[Any]) -> list[Finding]:
+def _sense_of_the_rest(value: dict[str, Any], refusals: "list[Refusal]") -> list[Finding]:
     """What makes no sense in the entries that are well formed."""
     sieve = _Sieve(copy.deepcopy(value))
-    for error in errors:
-        location = error["loc"]
-        missing = error["type"] == "missing"
-        path = plain_path(location[:-1] if missing and len(location) > 1 else location)
-        sieve.take_out(path, key_only=error["type"] == "extra_forbidden")
+    for refusal in refusals:
+        sieve.take_out(refusal.path, key_only=refusal.is_unknown_key)
     rest = {**_DEFAULTS, **sieve.value}
     kept = {}
     for key in _LISTS:
         if isinstance(rest.get(key), list):
             kept[key] = [i for i in range(len(rest[key])) if (key, i) not in sieve.taken]
             rest[key] = [rest[key][i] for i in kept[key]]
-    try:
-        document = FixtureDocument.model_validate(rest)
-    except ValidationError:
+    if not is_well_formed(rest):
         return []  # nothing is left to make sense of
-    declared = Declared(tuple(value["features"]), document.features, ("frame",) in sieve.taken)
+    document = cast(FixtureEntry, rest)
+    declared = Declared(tuple(value["features"]), document["features"], ("frame",) in sieve.taken)
     return [_at_home(finding, kept) for finding in check_sense(document, declared)]
 
 

@@ -1,8 +1,9 @@
 """What pydantic refuses, said in the words of the file: what is wrong there, and what to write instead."""
 
+from dataclasses import dataclass
 from typing import Any, Final
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from tactfix.models.document import AngleModel, DistanceModel, FixtureDocument, ProbeModel, TouchModel
 from tactfix.models.features import CylinderModel, PlaneModel, SphereModel
@@ -30,9 +31,28 @@ _EXAMPLES: Final[dict[str, str]] = {
 }
 
 
-def findings_of(errors: list[Any]) -> list[Finding]:
-    """The errors of a pydantic ValidationError, one finding each."""
-    return [_finding(error) for error in errors]
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A finding, the path that pydantic refuses, and whether it is a key that nobody knows."""
+
+    finding: Finding
+    path: Path
+    is_unknown_key: bool
+
+
+def refusals_of(value: Any) -> list[Refusal]:
+    """What is wrong with the form of a fixture file, in the order of the models; empty where nothing is."""
+    try:
+        FixtureDocument.model_validate(value)
+    except ValidationError as error:
+        return [_refusal(detail) for detail in error.errors(include_url=False)]
+    return []
+
+
+def _refusal(error: Any) -> Refusal:
+    missing = error["type"] == "missing" and len(error["loc"]) > 1
+    path = plain_path(error["loc"][:-1] if missing else error["loc"])
+    return Refusal(_finding(error), path, error["type"] == "extra_forbidden")
 
 
 def _finding(error: Any) -> Finding:

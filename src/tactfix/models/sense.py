@@ -2,7 +2,7 @@
 
 from tactfix.models.agreement import check_agreement
 from tactfix.models.declared import Declared
-from tactfix.models.document import FixtureDocument
+from tactfix.models.entries import FixtureEntry
 from tactfix.models.feature_sense import check_features
 from tactfix.models.findings import Finding
 from tactfix.models.frame_sense import check_frame
@@ -10,7 +10,7 @@ from tactfix.models.relation_sense import check_relations
 from tactfix.models.touch_sense import check_touch
 
 
-def check_sense(document: FixtureDocument, declared: Declared) -> list[Finding]:
+def check_sense(document: FixtureEntry, declared: Declared) -> list[Finding]:
     """Everything that is well formed and makes no sense; the geometry is only judged where all else is in order."""
     findings = [
         *check_features(document, declared),

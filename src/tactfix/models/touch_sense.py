@@ -2,17 +2,18 @@
 
 from collections.abc import Iterator
 
+from tactfix.models.build import AXES
 from tactfix.models.declared import Declared
-from tactfix.models.document import FixtureDocument
+from tactfix.models.entries import FixtureEntry
 from tactfix.models.findings import Finding
 
 
-def check_touch(document: FixtureDocument, declared: Declared) -> Iterator[Finding]:
+def check_touch(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
     """Findings about touch boxes as such; whether a box leaves something of its surface is a matter of geometry."""
-    for name, box in document.touch.items():
+    for name, box in document.get("touch", {}).items():
         yield from declared.unknown(name, ("touch", name), at_key=True)
-        for axis in ("x", "y", "z"):
-            low, high = getattr(box, axis) or (None, None)
+        for axis in AXES:
+            low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:
                 what = f"touch.{name}.{axis} goes from {low:g} to {high:g}"
                 remedy = "write [low, high] with low below high, null for an open end, or leave the axis out"

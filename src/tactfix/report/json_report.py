@@ -3,15 +3,17 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from tactfix.fit import FitCandidate, FitResult
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import Candidate, LocateResult, NextContact, Reason
 from tactfix.version import VERSION
+
+if TYPE_CHECKING:
+    from tactfix.fit import FitCandidate, FitResult
 
 Json: TypeAlias = dict[str, Any]
 
@@ -65,7 +67,7 @@ def locate_json(result: LocateResult) -> Json:
     }
 
 
-def fit_json(result: FitResult, units: str) -> Json:
+def fit_json(result: "FitResult", units: str) -> Json:
     """The JSON of fit, in base coordinates and the contact file's units."""
     return {
         "schema": FIT_SCHEMA,
@@ -126,7 +128,7 @@ def _candidate(candidate: Candidate) -> Json:
     }
 
 
-def _fit_candidate(candidate: FitCandidate) -> Json:
+def _fit_candidate(candidate: "FitCandidate") -> Json:
     return {
         "surface": surface_json(candidate.surface),
         "chi2": number(candidate.chi2),

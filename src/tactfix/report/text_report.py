@@ -1,11 +1,14 @@
 """Results as lines of plain text: what goes to standard output, and the verdict in words."""
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
-from tactfix.fit import FitResult
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import LocateResult, Reason
+
+if TYPE_CHECKING:
+    from tactfix.fit import FitResult
 
 _MOST_REASONS = 3
 
@@ -54,7 +57,7 @@ def verdict_lines(result: LocateResult) -> Iterator[str]:
         yield f"next contact: {result.next_contact.message}"
 
 
-def fit_verdict_lines(result: FitResult) -> Iterator[str]:
+def fit_verdict_lines(result: "FitResult") -> Iterator[str]:
     """Why there is no surface; nothing where there is one."""
     match result.status:
         case "underdetermined":

@@ -1,0 +1,94 @@
+"""Whether plain values keep to a JSON Schema, for the part of JSON Schema that the models of this package make.
+
+pydantic could tell as well, and does where something is wrong; but importing it and building its validators takes
+longer than all else that locating a fixture does.
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+# What describes and does not restrict, says again what oneOf says, or has been seen to before.
+_NOTES: Final = frozenset({"$schema", "$defs", "title", "description", "default", "discriminator", "type"})
+
+
+@cache
+def fixture_schema_text() -> str:
+    """The JSON Schema of fixture files, format 1, as pydantic makes it of the models."""
+    return (Path(__file__).parent / "fixture.schema.json").read_text(encoding="utf-8")
+
+
+@cache
+def _fixture_schema() -> Mapping[str, Any]:
+    schema: Mapping[str, Any] = json.loads(fixture_schema_text())
+    return schema
+
+
+def is_well_formed(value: Any) -> bool:
+    """Whether value, read from a file, keeps to the schema of fixture files."""
+    schema = _fixture_schema()
+    return conforms(value, schema, schema["$defs"])
+
+
+def conforms(value: Any, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:
+    """Whether value keeps to schema; a number must be finite too, which JSON takes for granted.
+
+    Raises KeyError for a word of JSON Schema that is not known here: no restriction is passed over in silence.
+    """
+    # The type first: the other words take it for granted.
+    if "type" in schema and not _TYPES[schema["type"]](value):
+        return False
+    return all(_keeps(value, word, schema, definitions) for word in schema if word not in _NOTES)
+
+
+def _keeps(value: Any, word: str, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:
+    """Whether value keeps to one word of the schema."""
+    said = schema[word]
+    if word in _SIMPLE:
+        return _SIMPLE[word](value, said)
+    if word == "$ref":
+        return conforms(value, definitions[said.removeprefix("#/$defs/")], definitions)
+    if word in ("anyOf", "oneOf"):
+        return any(conforms(value, choice, definitions) for choice in said)
+    parts = _PARTS[word](value, schema)
+    return all(inner is not False and conforms(part, inner, definitions) for part, inner in parts)
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
+
+
+_TYPES: Final[Mapping[str, Callable[[Any], bool]]] = {
+    "object": lambda value: isinstance(value, dict),
+    "array": lambda value: isinstance(value, list),
+    "string": lambda value: isinstance(value, str),
+    "integer": lambda value: type(value) is int,
+    "number": _is_number,
+    "null": lambda value: value is None,
+}
+_SIMPLE: Final[Mapping[str, Callable[[Any, Any], bool]]] = {
+    "const": lambda value, said: type(value) is type(said) and value == said,
+    "enum": lambda value, said: isinstance(value, str) and value in said,
+    "required": lambda value, said: all(key in value for key in said),
+    "minimum": lambda value, said: value >= said,
+    "maximum": lambda value, said: value <= said,
+    "exclusiveMinimum": lambda value, said: value > said,
+    "minLength": lambda value, said: len(value) >= said,
+    "minItems": lambda value, said: len(value) >= said,
+    "maxItems": lambda value, said: len(value) <= said,
+    "minProperties": lambda value, said: len(value) >= said,
+}
+# The parts of a value that a word restricts, each with its schema; False lets nothing be there.
+_PARTS: Final[Mapping[str, Callable[[Any, Mapping[str, Any]], Iterable[tuple[Any, Any]]]]] = {
+    "properties": lambda value, schema: [
+        (value[key], inner) for key, inner in schema["properties"].items() if key in value
+    ],
+    "additionalProperties": lambda value, schema: [
+        (part, schema["additionalProperties"]) for key, part in value.items() if key not in schema.get("properties", ())
+    ],
+    "propertyNames": lambda value, schema: [(key, schema["propertyNames"]) for key in value],
+    "items": lambda value, schema: [(part, schema["items"]) for part in value],
+}
