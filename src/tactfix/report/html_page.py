@@ -1,0 +1,130 @@
+"""The record of a locate as one HTML page that works offline: what was found, from what, under which conventions."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.resources import files
+from typing import Any, Final
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import MissingExtraError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.report.html_scene import ELLIPSOID_SIGMAS, feature_colors, locate_figure
+from tactfix.report.text_report import decimal, matrix_text, reason_text, verdict_lines
+from tactfix.results import LocateResult
+from tactfix.version import VERSION
+
+CONVENTIONS: Final = (
+    "base is the frame in which the probe reports contacts (robot base, machine or work frame); fixture is the frame "
+    "of the fixture file.",
+    "base_from_fixture takes fixture coordinates to base coordinates: x_base = R x_fixture + t, column vectors, both "
+    "frames right-handed, det R = +1. The columns of R are the axes of the fixture in base, t is its origin.",
+    "The approach of a contact is the direction in which the probe travelled, pointing into the material.",
+    "With a tip radius above zero, contacts are centres of the tip, and touch surfaces offset by that radius; with a "
+    "tip radius of zero they are points of the surface. No contact is moved along its approach.",
+    "A residual is the distance of a contact from touching along the outward normal, positive out of the material.",
+    "Sigma is one standard deviation. The covariance is of (d_rot, d_t) with R_true = exp([d_rot]) R and "
+    "t_true = t + d_t: base axes, rotation about the fixture's origin, in rad and the fixture's unit.",
+    "The ellipsoid holds the fixture's true origin in 95 of 100 cases, if sigma is right; it is drawn enlarged.",
+    "All lengths on this page are in the fixture's unit.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class InputFile:
+    """An input as it was read: what it is, its name, its bytes."""
+
+    role: str
+    name: str
+    content: bytes
+
+    @property
+    def sha256(self) -> str:
+        """The checksum that sha256sum prints."""
+        return hashlib.sha256(self.content).hexdigest()
+
+    @property
+    def text(self) -> str:
+        """The content for reading."""
+        return self.content.decode("utf-8-sig", errors="replace")
+
+
+def locate_page(
+    fixture: Fixture,
+    contacts: Contacts,
+    result: LocateResult,
+    inputs: Sequence[InputFile],
+    settings: Mapping[str, str],
+    made_at: datetime,
+) -> str:
+    """The page of a locate. settings: what else decided the result, in words. MissingExtraError without the extra."""
+    limits = 3.5 * float(np.max(contacts.sigmas))
+    return render(
+        "locate.html.j2",
+        title=f"{result.fixture}: {result.status}",
+        figure=locate_figure(fixture, contacts, result),
+        result=result,
+        colors=feature_colors(fixture),
+        verdict=list(verdict_lines(result)),
+        matrix=None if result.base_from_fixture is None else matrix_text(result.base_from_fixture),
+        axes=_ellipsoid_axes(result.covariance),
+        sigmas=_sigmas(result.covariance),
+        residual_scale=max([limits, *(abs(contact.residual) for contact in result.contacts)]),
+        reason_text=reason_text,
+        inputs=inputs,
+        settings=settings,
+        made_at=made_at,
+    )
+
+
+def render(template: str, *, figure: Mapping[str, Any], **context: Any) -> str:
+    """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""
+    try:
+        from jinja2 import Environment, StrictUndefined
+        from plotly.offline import get_plotlyjs  # type: ignore[import-untyped]
+    except ImportError as error:
+        raise MissingExtraError("report", "an HTML report") from error
+
+    environment = Environment(
+        loader=_loader(), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["decimal"] = decimal
+    return environment.get_template(template).render(
+        # Through JSON once: what is not finite must not reach a script as a bare NaN.
+        figure=json.loads(json.dumps(figure, allow_nan=False)),
+        plotly_script=get_plotlyjs(),
+        conventions=CONVENTIONS,
+        version=VERSION,
+        **context,
+    )
+
+
+def _loader() -> Any:
+    """The templates beside this module, also where the package is a zip file."""
+    from jinja2 import FunctionLoader
+
+    folder = files("tactfix.report") / "templates"
+    return FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8"))
+
+
+def _sigmas(covariance: Floats | None) -> dict[str, float]:
+    """Sigma of each coordinate of the pose: degrees about, lengths along the base axes."""
+    if covariance is None:
+        return {}
+    spread = np.sqrt(np.diag(covariance))
+    turns = {f"turn about {axis} of base (deg)": float(np.rad2deg(spread[k])) for k, axis in enumerate("xyz")}
+    return {**{f"origin along {axis} of base": float(spread[3 + k]) for k, axis in enumerate("xyz")}, **turns}
+
+
+def _ellipsoid_axes(covariance: Floats | None) -> list[tuple[float, list[float]]]:
+    """Half axes of the 95 per cent ellipsoid of the origin, the longest first, each with its direction in base."""
+    if covariance is None:
+        return []
+    values, vectors = np.linalg.eigh(covariance[3:, 3:])
+    lengths = ELLIPSOID_SIGMAS * np.sqrt(np.maximum(values, 0.0))
+    return [(float(lengths[k]), vectors[:, k].tolist()) for k in (2, 1, 0)]

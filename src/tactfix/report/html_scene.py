@@ -1,0 +1,195 @@
+"""The fixture, its contacts and its uncertainty in 3D: traces and layout as plotly.js takes them.
+
+A figure is plain JSON, built here without plotly; only the page that shows it needs plotly's script.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.surfaces import Surface, moved, outward_normals
+from tactfix.report.html_shapes import ellipsoid_grid, patch
+from tactfix.results import Candidate, ContactResidual, LocateResult
+from tactfix.touchable import extent_of
+
+Figure: TypeAlias = dict[str, Any]
+Trace: TypeAlias = dict[str, Any]
+
+# Okabe and Ito's palette: told apart by colour-blind eyes too.
+_COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+_AXES: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
+_MOST_CANDIDATES: Final = 12
+# Radius, in sigma, of the ellipsoid that holds a normal point of three dimensions in 95 of 100 cases.
+ELLIPSOID_SIGMAS: Final = 2.7955
+
+
+def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) -> Figure:
+    """The figure of a result of locate, in base: surfaces, contacts, approaches, frame, ellipsoid, other candidates."""
+    colors = feature_colors(fixture)
+    pose = result.base_from_fixture
+    surfaces = result.surfaces or (result.candidates[0].surfaces if result.candidates else {})
+    size = _size(contacts.points, surfaces)
+    traces = surface_traces(fixture, surfaces, pose, colors, contacts)
+    traces += _contact_traces(contacts, result.contacts, surfaces, colors, size)
+    if pose is not None:
+        traces += frame_traces(pose, 0.3 * size, "fixture frame")
+    if pose is not None and result.covariance is not None:
+        traces.append(_ellipsoid_trace(pose, result.covariance, size, result.units))
+    for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
+        if pose is None or not candidate.accepted:
+            traces += _candidate_traces(fixture, candidate, number, 0.2 * size)
+    return {"data": traces, "layout": layout(result.units, "base")}
+
+
+def fixture_figure(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Figure:
+    """The figure of a fixture alone, in its own frame."""
+    size = extent_of(surfaces, fixture.touch)[1]
+    traces = surface_traces(fixture, surfaces, np.eye(4), feature_colors(fixture))
+    return {
+        "data": [*traces, *frame_traces(np.eye(4), 0.5 * size, "fixture frame")],
+        "layout": layout(fixture.units, "fixture"),
+    }
+
+
+def feature_colors(fixture: Fixture) -> dict[str, str]:
+    """A colour for each feature, in file order."""
+    return {name: _COLORS[i % len(_COLORS)] for i, name in enumerate(fixture.features)}
+
+
+def layout(units: str, frame: str) -> dict[str, Any]:
+    """Axes of equal scale, named with frame and unit; dragging turns freely."""
+    axes = {f"{axis}axis": {"title": {"text": f"{axis} of {frame} ({units})"}} for axis in "xyz"}
+    return {
+        "scene": {"aspectmode": "data", "dragmode": "orbit", **axes},
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "legend": {"itemsizing": "constant", "y": 0.92},
+        "uirevision": "kept",
+    }
+
+
+def surface_traces(
+    fixture: Fixture,
+    surfaces: Mapping[str, Surface],
+    base_from_fixture: Floats | None,
+    colors: Mapping[str, str],
+    contacts: Contacts | None = None,
+    **more: Any,
+) -> list[Trace]:
+    """Each surface as far as its touch box or its contacts reach."""
+    if not surfaces:
+        return []
+    pose = np.eye(4) if base_from_fixture is None else base_from_fixture
+    boxes = {} if base_from_fixture is None else fixture.touch
+    at_home = {name: moved(inverse(pose), surface) for name, surface in surfaces.items()}
+    middle, radius = extent_of(at_home, boxes)
+    traces = []
+    for name, surface in at_home.items():
+        points = np.zeros((0, 3)) if contacts is None else contacts.on(name).points
+        grid = patch(surface, boxes.get(name), middle, radius, transform_points(inverse(pose), points))
+        if grid is not None:
+            traces.append(_grid_trace(name, colors[name], transform_points(pose, grid), **more))
+    return traces
+
+
+def frame_traces(base_from_fixture: Floats, length: float, name: str, **more: Any) -> list[Trace]:
+    """Three arrows without heads, named at their ends; one entry of the legend for all."""
+    origin, rotation = base_from_fixture[:3, 3], base_from_fixture[:3, :3]
+    return [
+        {
+            **_line([origin, origin + length * rotation[:, k]], color, 6),
+            **{"mode": "lines+text", "text": ["", axis], "name": name, "legendgroup": name, "showlegend": k == 0},
+            **more,
+        }
+        for k, (axis, color) in enumerate(_AXES)
+    ]
+
+
+def magnification(covariance: Floats, size: float) -> float:
+    """A round factor by which the 95 per cent ellipsoid of the origin must grow to be seen in a scene of that size."""
+    largest = ELLIPSOID_SIGMAS * float(np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1]))
+    return float(10.0 ** np.floor(np.log10(0.15 * size / largest))) if largest > 0 else 1.0
+
+
+def _size(points: Floats, surfaces: Mapping[str, Surface]) -> float:
+    """Half the diagonal of the box around contacts and centres."""
+    places = [points, *(np.atleast_2d(getattr(s, "center", points[0])) for s in surfaces.values())]
+    spread = np.ptp(np.concatenate(places), axis=0)
+    return float(np.linalg.norm(spread)) / 2 or 1.0
+
+
+def _grid_trace(name: str, color: str, grid: Floats, **more: Any) -> Trace:
+    x, y, z = np.moveaxis(grid, -1, 0).tolist()
+    flat = {"colorscale": [[0, color], [1, color]], "showscale": False, "opacity": 0.45, "hoverinfo": "name"}
+    return {"type": "surface", "name": name, "showlegend": True, "x": x, "y": y, "z": z, **flat, **more}
+
+
+def _line(points: Sequence[Floats | None], color: str, width: float) -> Trace:
+    """A line through points; None lifts the pen."""
+    rows = [[None] * 3 if point is None else np.asarray(point).tolist() for point in points]
+    x, y, z = zip(*rows, strict=True) if rows else ((), (), ())
+    pen = {"color": color, "width": width}
+    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "line": pen, "hoverinfo": "skip"}
+
+
+def _contact_traces(
+    contacts: Contacts,
+    residuals: Sequence[ContactResidual],
+    surfaces: Mapping[str, Surface],
+    colors: Mapping[str, str],
+    size: float,
+) -> list[Trace]:
+    """The contacts of each feature as points, and lines along which the probe came."""
+    said = {residual.row: residual for residual in residuals}
+    traces: list[Trace] = []
+    for name in dict.fromkeys(contacts.features):
+        on = contacts.on(name)
+        touched = on.points
+        if name in surfaces and on.tip_radius > 0:
+            touched = on.points - on.tip_radius * outward_normals(surfaces[name], on.points)
+        x, y, z = touched.T.tolist()
+        text = [_hover(on, i, said.get(row)) for i, row in enumerate(on.rows)]
+        marker = {"size": 5, "color": colors[name], "line": {"color": "#222", "width": 1}}
+        legend = {"name": f"contacts on {name}", "legendgroup": f"contacts {name}"}
+        points = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker, "text": text}
+        traces.append({**points, **legend, "hoverinfo": "text"})
+        ways: list[Floats | None] = []
+        for point, approach in zip(touched, on.approaches, strict=True):
+            if np.isfinite(approach).all():
+                ways += [point - 0.15 * size * approach, point, None]
+        if ways:
+            traces.append({**_line(ways, "#444", 3), **legend, "showlegend": False})
+    return traces
+
+
+def _hover(contacts: Contacts, index: int, residual: ContactResidual | None) -> str:
+    """What a contact says under the mouse; plotly takes <br> alone, and names are made harmless."""
+    name = contacts.features[index].replace("<", "(").replace(">", ")")
+    label = contacts.label(index).replace("<", "(").replace(">", ")")
+    lines = [f"{name}, {label}"]
+    if residual is not None:
+        lines.append(f"residual {residual.residual:+.3g}")
+        if residual.approach_angle_deg is not None:
+            lines.append(f"approach {residual.approach_angle_deg:.0f} degrees off the normal")
+    return "<br>".join(lines)
+
+
+def _ellipsoid_trace(pose: Floats, covariance: Floats, size: float, units: str) -> Trace:
+    factor = magnification(covariance, size)
+    values, axes = np.linalg.eigh(covariance[3:, 3:])
+    half_axes = factor * ELLIPSOID_SIGMAS * np.sqrt(np.maximum(values, 0.0))
+    grid = pose[:3, 3] + ellipsoid_grid(half_axes, axes)
+    return _grid_trace(f"95 % of the origin, {factor:g} times larger", "#7f3fbf", grid)
+
+
+def _candidate_traces(fixture: Fixture, candidate: Candidate, number: int, size: float) -> list[Trace]:
+    """Another candidate: its frame, and its surfaces once its entry in the legend is clicked."""
+    name = f"pose {number}" + ("" if candidate.accepted else " (fell)")
+    hidden: dict[str, Any] = {"visible": "legendonly", "legendgroup": name, "opacity": 0.25}
+    grey = dict.fromkeys(fixture.features, "#888888")
+    shapes = surface_traces(fixture, candidate.surfaces, candidate.base_from_fixture, grey, **hidden, showlegend=False)
+    return [*frame_traces(candidate.base_from_fixture, size, name, visible="legendonly"), *shapes]
