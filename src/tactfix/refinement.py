@@ -129,7 +129,7 @@ def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
     """The motion (6,), in the sensitivity's columns, that the linearised contacts ask for."""
     step, *_ = np.linalg.lstsq(fit.sensitivity.jacobian, -fit.residuals / sigmas, rcond=SMALLEST_RATIO)
     # No further than one spread of the contacts at a time: beyond that the linear model means nothing.
-    return np.asarray(step * min(1.0, fit.sensitivity.scale / max(float(np.linalg.norm(step)), np.finfo(float).tiny)))
+    return np.asarray(step * (fit.sensitivity.scale / max(fit.sensitivity.scale, float(np.linalg.norm(step)))))
 
 
 def _line_search(

@@ -15,6 +15,7 @@ from tactfix.version import VERSION
 COMMANDS: Final[dict[str, str]] = {
     "locate": "Find where a fixture stands from contacts.",
     "fit": "Find one plane, sphere or cylinder from contacts.",
+    "design-check": "Tell whether a fixture will locate, how surely, and what it would not notice.",
     "schema": "Print the JSON Schema of fixture files, for editors.",
     "init": "Write a commented fixture file to start from.",
     "simulate": "Make a contact file as a probe would report it, with the truth in it.",

@@ -13,8 +13,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactfix.design.motions import Fixed, Line, are_parallel, common_motions
-from tactfix.design.scale import Tolerance, anchored, middle_of, size_of, tolerance_for
-from tactfix.design.touch_regions import regions_meet
+from tactfix.design.scale import Tolerance, anchored, middle_of, tolerance_for
+from tactfix.design.touch_regions import reach_of, regions_meet
 from tactfix.design.words import line_in_words, listed
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, frozen
@@ -206,7 +206,7 @@ def _symmetry(
         n for n, s in surfaces.items() if isinstance(s, Plane) and not _keeps_side(motion, s, surfaces[images[n]])
     ]
     sides_kept = all(_keeps_side(motion, s, surfaces[images[n]]) for n, s in surfaces.items())
-    length = _reach(surfaces, boxes, middle)
+    length = reach_of(surfaces, boxes, middle)
     apart = [n for n, s in surfaces.items() if not regions_meet(s, boxes.get(n), boxes.get(images[n]), motion, length)]
     broken_by: BrokenBy | None = "labels" if exchanged else "approach" if turned else "touch" if apart else None
     return Symmetry(
@@ -241,13 +241,6 @@ def _keeps_box(motion: Floats, box: TouchBox | None, surface: Surface, length: f
             if is_closed and regions_meet(surface, box, TouchBox(beyond_low, beyond_high), motion, length):
                 return False
     return True
-
-
-def _reach(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], middle: Floats) -> float:
-    """A length that holds the surfaces' distances and the closed sides of the boxes; 1 where there is no length."""
-    sides = [np.abs(side - middle) for box in boxes.values() for side in (box.low, box.high)]
-    closed = [float(side[np.isfinite(side)].max(initial=0.0)) for side in sides]
-    return max(size_of(surfaces.values()), *closed, 0.0) or 1.0
 
 
 def _in_words(

@@ -5,11 +5,12 @@ polytope of at most twelve faces. It is connected, so the distance from a centre
 between its least and its greatest there: the surface has a point in it when its radius lies between the two.
 """
 
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
 
-from tactfix.design.scale import block_of
+from tactfix.design.scale import block_of, size_of
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, Sphere, Surface
@@ -39,6 +40,13 @@ def regions_meet(
     least = np.linalg.norm(nearest @ block, axis=1).min()
     greatest = np.linalg.norm(corners @ block, axis=1).max()
     return bool(least <= radius + _SLACK and greatest >= radius - _SLACK)
+
+
+def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], middle: Floats) -> float:
+    """A length that holds the surfaces' distances and the closed sides of the boxes; 1 where there is no length."""
+    sides = [np.abs(side - middle) for box in boxes.values() for side in (box.low, box.high)]
+    closed = [float(side[np.isfinite(side)].max(initial=0.0)) for side in sides]
+    return max(size_of(surfaces.values()), *closed, 0.0) or 1.0
 
 
 # Rounding of the small systems below, in fixture sizes: far below what shrinking by _SHRINK takes off each face.

@@ -1,0 +1,121 @@
+"""tactfix design-check."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactfix.cli.arguments import vector
+from tactfix.cli.contacts_input import read_contacts
+from tactfix.cli.exits import Exit
+from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, TipOffset, Units
+from tactfix.cli.output import emit
+from tactfix.cli.progress import progress_bar
+from tactfix.contacts import Contacts
+from tactfix.design.explanations import explanation
+from tactfix.design_check import DesignReport, Wishes, design_check
+from tactfix.errors import UsageError
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.fixture_file import load_fixture
+from tactfix.files.writing import write_whole
+from tactfix.fixture import Fixture
+from tactfix.report.design_json import design_json
+from tactfix.report.design_junit import design_junit
+from tactfix.report.design_table import design_text
+from tactfix.report.json_report import text_of
+
+
+def command(
+    fixture: Annotated[
+        Path | None, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
+    ] = None,
+    contacts: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="CONTACTS-OR-PLAN",
+            help="Contacts made in base, or planned in the fixture frame (CSV); - is standard input.",
+            show_default=False,
+        ),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
+    ] = None,
+    sigma: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=0, help="Sigma of a contact, in the unit of the contacts or fixture."),
+    ] = None,
+    tip_radius: Annotated[
+        float | None, typer.Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
+    ] = None,
+    max_sigma: Annotated[
+        float | None, typer.Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
+    ] = None,
+    study: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, help="Locate N random layouts for each number of contacts; takes its time."),
+    ] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
+    units: Units = None,
+    contacts_format: ContactsFormat = "csv",
+    features: Features = None,
+    tip_offset: TipOffset = None,
+    as_json: AsJson = False,
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
+    ] = None,
+    output: Output = None,
+    explain: Annotated[
+        str | None, typer.Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
+    ] = None,
+    quiet: Quiet = False,
+) -> int:
+    """Tell whether a fixture will locate, how surely, and which mistakes it would never notice.
+
+    Contacts that lie on the fixture's surfaces as they stand are a plan in the fixture frame; others are located first.
+
+    Exit status: 0 fine or with warnings, 1 an error was found.
+    """
+    if explain is not None:
+        emit(explanation(explain), output)
+        return Exit.DONE
+    if fixture is None:
+        raise UsageError("name a fixture file, or a finding with --explain CODE")
+    points = tuple(vector(text, "--at") for text in at or ())
+    there = load_fixture(fixture)
+    options = ContactOptions(units, tip_radius, sigma)
+    given = _contacts(contacts, there, options, contacts_format, features, tip_offset, quiet=quiet)
+    own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)
+    wishes = Wishes(points, own_sigma, own_tip, max_sigma, study, seed)
+    with progress_bar("studying", quiet=quiet or not study) as progress:
+        report = design_check(there, given, wishes, progress)
+    if junit is not None:
+        write_whole(junit, design_junit(report))
+    emit(_text(report, output, as_json=as_json), output)
+    return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE
+
+
+def _contacts(
+    path: str | None,
+    fixture: Fixture,
+    options: ContactOptions,
+    format_name: str,
+    features: str | None,
+    tip_offset: str | None,
+    *,
+    quiet: bool,
+) -> Contacts | None:
+    if path is None:
+        return None
+    return read_contacts(path, format_name, fixture, options, features, tip_offset, quiet=quiet).contacts
+
+
+def _text(report: DesignReport, output: Path | None, *, as_json: bool) -> str:
+    """JSON where it is asked for by option or suffix, else tables, in colour on a terminal that wants it."""
+    if as_json or (output is not None and output.suffix.lower() == ".json"):
+        return text_of(design_json(report))
+    is_terminal = output is None and sys.stdout.isatty()
+    width = os.get_terminal_size().columns if is_terminal else 100
+    return design_text(report, max(width, 60), color=is_terminal and "NO_COLOR" not in os.environ)

@@ -1,0 +1,152 @@
+"""Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.access import Access, access_of
+from tactfix.contacts import Contacts
+from tactfix.design.blind_spots import (
+    SIGMAS_OFF,
+    Alternatives,
+    BlindSpot,
+    Locator,
+    Touched,
+    blind_spots,
+    tip_blind_spots,
+)
+from tactfix.design.certainty import Certainty, certainty, free_of
+from tactfix.design.findings import Finding
+from tactfix.design.geometry_check import GeometryCheck
+from tactfix.design.layout import Source, into_fixture, lies_on, nominal, spread_contacts
+from tactfix.design.margins import Margins, margins
+from tactfix.design.misplaced import misplaced
+from tactfix.design.plan_findings import (
+    blind_spot_findings,
+    certainty_findings,
+    contact_findings,
+    margin_findings,
+    tidy_cylinders,
+    tidy_findings,
+)
+from tactfix.design.scale import size_of
+from tactfix.design.symmetries import symmetries
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.refinement import contact_sigmas
+from tactfix.touchable import extreme_points
+from tactfix.units import factor
+
+# The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
+_USUAL_TIP: Final = 0.003
+_BORE_SHARE: Final = 0.5
+# Features that change places to within this share of the fixture's size are tried with their labels exchanged.
+_LOOSE: Final = 0.02
+_LOOSEST: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactCheck:
+    """The verdict on contacts. certainty and margins are None where they leave a motion free.
+
+    is_settled: the contacts leave one pose only. unreachable: features that no spread contact can touch.
+    """
+
+    certainty: Certainty | None
+    margins: Margins | None
+    blind_spots: tuple[BlindSpot, ...]
+    is_settled: bool
+    unreachable: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+
+def check_contacts(
+    fixture: Fixture,
+    geometry: GeometryCheck,
+    given: Contacts | None,
+    probe: tuple[float, float],
+    at: Floats,
+    max_sigma: float | None,
+    locator: Locator,
+) -> ContactCheck:
+    """The verdict on the given contacts, on well spread ones where there are none.
+
+    probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is told.
+    """
+    access = access_of(fixture, geometry.surfaces, probe[1])
+    spread, unreachable = spread_contacts(access, probe[0])
+    if geometry.free_motions or (given is None and unreachable):
+        return ContactCheck(None, None, (), False, unreachable, ())
+    contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)
+    free = free_of(contacts, geometry.surfaces, geometry.tolerance)
+    findings += contact_findings(contacts, free, geometry.symmetries, source)
+    findings += tidy_findings(tidy_cylinders(contacts, geometry.surfaces))
+    if free:
+        return ContactCheck(None, None, (), False, unreachable, tuple(findings))
+    touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
+    spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
+    tip = _forgotten_tip(fixture, touched)
+    sure = certainty(
+        touched.contacts, touched.surfaces, touched.sigmas, touched.corners, at, geometry.tolerance, source
+    )
+    margin = margins(touched, locator, with_losses=source != "spread")
+    spots = blind_spots(touched, tip, _alternatives(fixture, touched), locator)
+    sees_tip = spread_touched is not None and tip_blind_spots(spread_touched, tip)[0].detectable
+    sigma = float(np.sqrt((touched.sigmas**2).mean()))
+    is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
+    findings += certainty_findings(sure, sigma, max_sigma, fixture.units)
+    findings += margin_findings(margin, source, is_symmetric, fixture.units)
+    findings += blind_spot_findings(spots, sees_tip, sure, source, fixture.units)
+    return ContactCheck(sure, margin, spots, margin.is_unique, unreachable, tuple(findings))
+
+
+def _alternatives(fixture: Fixture, touched: Touched) -> Alternatives:
+    """What the fixture can be mistaken for when labels are exchanged or a distance is wrong."""
+    sigma = float(np.sqrt((touched.sigmas**2).mean()))
+    ratio = min(_LOOSEST, max(_LOOSE, SIGMAS_OFF * sigma / (size_of(touched.surfaces.values()) or np.inf)))
+    near = symmetries(touched.surfaces, fixture.touch, ratio)
+    exchanges = tuple(s for s in near if s.confusable)
+    return Alternatives(exchanges, tuple(misplaced(touched.surfaces, SIGMAS_OFF * sigma)))
+
+
+def _in_fixture_frame(
+    fixture: Fixture, surfaces: Mapping[str, Surface], given: Contacts | None, spread: Contacts, locator: Locator
+) -> tuple[Contacts, Source, list[Finding]]:
+    """The contacts to judge, in the fixture frame, and where they come from.
+
+    Contacts that lie on the surfaces as they stand are a plan; others are measured and are located first.
+    """
+    if given is None:
+        return spread, "spread", []
+    if lies_on(surfaces, given, _sigmas(fixture, given)):
+        return given, "plan", []
+    result = locator(given)
+    best = min((c for c in result.candidates if c.accepted), key=lambda c: c.chi2, default=None)
+    if best is not None:
+        return into_fixture(given, best.base_from_fixture), "contacts", []
+    hint = "tactfix locate says why; well spread contacts are judged instead"
+    message = f"the contacts are no plan in the fixture frame and give no pose ({result.status})"
+    return spread, "spread", [Finding("contacts_not_located", "error", message, hint)]
+
+
+def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
+    """Sigma (n,) of each residual, the feature's own included."""
+    return contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
+
+
+def _touched(fixture: Fixture, surfaces: Mapping[str, Surface], contacts: Contacts, access: Access) -> Touched:
+    corners = extreme_points(surfaces, fixture.touch, least=access.radius)
+    return Touched(surfaces, contacts, _sigmas(fixture, contacts), corners)
+
+
+def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:
+    """The tip radius that is forgotten: that of the contacts or the fixture, else the usual one, where it fits."""
+    said = touched.contacts.tip_radius or fixture.probe.tip_radius or 0.0
+    if said > 0:
+        return said
+    curved = [surface for surface in touched.surfaces.values() if not isinstance(surface, Plane)]
+    bores = [_BORE_SHARE * surface.radius for surface in curved if surface.side == "inner"]
+    return min([_USUAL_TIP * factor("m", fixture.units), *bores])

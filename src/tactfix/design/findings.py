@@ -1,0 +1,186 @@
+"""What design-check has to say of a fixture's geometry: findings with a code, a severity, and what to do."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.design.contact_counts import ContactCounts
+from tactfix.design.remedies import feature_remedy, touch_box_remedy
+from tactfix.design.symmetries import Symmetry
+from tactfix.design.touch_regions import regions_meet
+from tactfix.design.words import listed
+from tactfix.fixture import Fixture
+from tactfix.geometry.surfaces import Surface
+from tactfix.results import FreeMotion
+
+Severity: TypeAlias = Literal["ok", "warning", "error"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing found. code: what `--explain` knows it by; hint: what to do about it, empty where nothing is to do."""
+
+    code: str
+    status: Severity
+    message: str
+    hint: str = ""
+
+
+def worst(findings: Sequence[Finding]) -> Severity:
+    """The severity of the gravest finding."""
+    statuses = {finding.status for finding in findings}
+    return "error" if "error" in statuses else "warning" if "warning" in statuses else "ok"
+
+
+def motion_findings(
+    motions: Sequence[FreeMotion], weak: Sequence[FreeMotion], surfaces: Mapping[str, Surface]
+) -> Iterator[Finding]:
+    """Free motions, and motions that only a few sigma of offset hold."""
+    for motion in motions:
+        yield Finding(
+            "free_motion",
+            "error",
+            f"no contact on these features removes this motion: {motion.message}",
+            feature_remedy(motion, surfaces),
+        )
+    if not motions:
+        yield Finding("free_motion", "ok", "no motion is common to all features")
+    held = {motion.message for motion in motions}
+    for motion in weak:
+        if motion.message not in held:
+            yield Finding(
+                "weak_motion",
+                "warning",
+                f"a motion is held only by an offset of less than ten sigma: {motion.message}",
+                f"make the offset larger; {feature_remedy(motion, surfaces)}",
+            )
+
+
+def symmetry_findings(
+    found: Sequence[Symmetry],
+    near: Sequence[Symmetry],
+    fixture: Fixture,
+    surfaces: Mapping[str, Surface],
+    is_settled: bool,
+) -> Iterator[Finding]:
+    """Symmetries that nothing breaks, that a box breaks in part, and equal features that could be taken for each other.
+
+    near: symmetries to within ten sigma that are not exact; is_settled: the contacts given leave one pose only.
+    """
+    unbroken = [symmetry for symmetry in found if symmetry.broken_by is None]
+    for symmetry in unbroken:
+        hint = touch_box_remedy(symmetry, surfaces, fixture.touch)
+        if symmetry.partly:
+            yield Finding(
+                "symmetry_overlap",
+                "warning" if is_settled else "error",
+                f"the {symmetry.message} lays the fixture on itself, and the touch box of {listed(symmetry.partly)} "
+                "breaks it only in part: contacts in the part that the motion keeps inside the box do not settle it",
+                hint,
+            )
+        else:
+            yield Finding(
+                "symmetry", "error", f"the {symmetry.message} lays the fixture on itself: nothing settles it", hint
+            )
+    if not unbroken:
+        yield Finding("symmetry", "ok", _settled(found))
+    yield from _equal_features(found, "exactly")
+    yield from _equal_features(near, "to within ten sigma")
+    for symmetry in near:
+        if symmetry.broken_by is None:
+            yield Finding(
+                "near_symmetry",
+                "warning",
+                f"the {symmetry.message} lays the fixture on itself to within ten sigma",
+                touch_box_remedy(symmetry, surfaces, fixture.touch),
+            )
+
+
+def _settled(found: Sequence[Symmetry]) -> str:
+    """Which symmetries there are, and what settles them."""
+    if not found:
+        return "no motion lays the fixture on itself"
+    by = {way: sum(s.broken_by == way for s in found) for way in ("labels", "approach", "touch")}
+    ways = [f"{count} by {way}" for way, count in by.items() if count]
+    return f"all symmetries are settled: {', '.join(ways)}"
+
+
+def _equal_features(found: Sequence[Symmetry], how: str) -> Iterator[Finding]:
+    groups = dict.fromkeys(tuple(n for n, image in s.images.items() if n != image) for s in found if s.confusable)
+    for names in groups:
+        yield Finding(
+            "equal_features",
+            "warning",
+            f"{listed(names)} can change places {how}: contacts with their labels mixed up still fit",
+            "make their distances or radii differ by more than ten sigma, or check the labels on the first part",
+        )
+
+
+def touch_findings(
+    fixture: Fixture, surfaces: Mapping[str, Surface], unreachable: Sequence[str], size: float
+) -> Iterator[Finding]:
+    """Features that cannot be touched where the file says that they may be."""
+    for name, box in fixture.touch.items():
+        if name in surfaces and not regions_meet(surfaces[name], box, box, np.eye(4), size):
+            yield Finding(
+                "touch_box",
+                "error",
+                f"the touch box of {name} does not meet its surface",
+                f"correct the limits of touch: {name} (fixture frame, {fixture.units})",
+            )
+        elif name in unreachable:
+            yield _blocked(name)
+    yield from (_blocked(name) for name in unreachable if name not in fixture.touch)
+
+
+def _blocked(name: str) -> Finding:
+    return Finding(
+        "touch_box",
+        "error",
+        f"{name} cannot be touched: other features block every straight approach, or its box is too small",
+        "enlarge its touch box, limit those of the features in the way, or say probe: approach_distance",
+    )
+
+
+def count_findings(counts: ContactCounts, is_rigid: bool) -> Iterator[Finding]:
+    """How few contacts do."""
+    if not is_rigid:
+        need = ", ".join(f"{name} {count}" for name, count in counts.each.alone.items())
+        yield Finding(
+            "relations_incomplete",
+            "warning",
+            "the known distances and angles do not make the features one rigid body; "
+            f"each needs contacts that locate it alone: {need}",
+            "add the missing relations, or give every feature its place, so that fewer contacts do and more is checked",
+        )
+        return
+    shown = counts.minimal_sets[:4]
+    sets = "; ".join(" + ".join(f"{n} {name}" for name, n in chosen.items() if n) for chosen in shown)
+    left = len(counts.minimal_sets) - len(shown)
+    more = f"; and {left} more" if left else ""
+    total = f"{counts.minimum_total} contacts" if counts.complete else f"{counts.minimum_total} contacts, in many ways"
+    yield Finding("contacts", "ok", f"at least {total}: {sets}{more}")
+
+
+def shape_findings(shapes: int) -> Iterator[Finding]:
+    """Relations that hold for more than one shape."""
+    if shapes > 1:
+        yield Finding(
+            "several_shapes",
+            "warning",
+            f"the known distances and angles hold for {shapes} different shapes; the first one is judged here",
+            "add a relation that only the real shape keeps, or give every feature its place",
+        )
+
+
+def same_surface_findings(pairs: Sequence[tuple[str, str]]) -> Iterator[Finding]:
+    """Features that are one and the same surface."""
+    for one, other in pairs:
+        yield Finding(
+            "same_surface",
+            "warning",
+            f"{one} and {other} are the same surface: the second adds no independent contact",
+            "check their places; where it is meant, one feature with a larger touch box is enough",
+        )

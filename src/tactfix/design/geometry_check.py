@@ -1,0 +1,116 @@
+"""The fixture's geometry judged exactly: motions, symmetries, fewest contacts, positions that are nearly special."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Final
+
+from tactfix.design.contact_counts import ContactCounts, contact_counts
+from tactfix.design.findings import (
+    Finding,
+    count_findings,
+    motion_findings,
+    same_surface_findings,
+    shape_findings,
+)
+from tactfix.design.misplaced import separation
+from tactfix.design.scale import EXACT, Tolerance, middle_of, tolerance_for
+from tactfix.design.symmetries import Symmetry, symmetries
+from tactfix.design.touch_regions import reach_of
+from tactfix.design.words import free_motions
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import rotation_angle
+from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.results import FreeMotion
+from tactfix.sameness import same_surface
+
+# A position that is special to within this many sigma is as weak as one that is exactly so.
+_NEAR_SIGMAS: Final = 10.0
+# ... unless that is a large part of the fixture: then sigma says nothing about positions.
+_NEAREST: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GeometryCheck:
+    """The verdict on unbounded surfaces and their touch boxes; near: symmetries to within ten sigma that are not exact.
+
+    size: how far surfaces and boxes reach (units); findings: all but those on symmetries and on touching, which take
+    the contacts into account.
+    """
+
+    surfaces: Mapping[str, Surface]
+    tolerance: Tolerance
+    size: float
+    free_motions: tuple[FreeMotion, ...]
+    symmetries: tuple[Symmetry, ...]
+    near: tuple[Symmetry, ...]
+    counts: ContactCounts
+    findings: tuple[Finding, ...]
+
+
+def check_geometry(
+    fixture: Fixture, surfaces: Mapping[str, Surface], shapes: int, sigma: float | None
+) -> GeometryCheck:
+    """The verdict on a rigid fixture with its features at surfaces; sigma: of a contact, None where nothing says it.
+
+    shapes: how many different shapes the fixture's relations allow.
+    """
+    tolerance = tolerance_for(surfaces)
+    motions = free_motions(surfaces, tolerance)
+    found = symmetries(surfaces, fixture.touch)
+    counts = contact_counts(fixture.features, surfaces, _distances(surfaces), tolerance)
+    weak: tuple[FreeMotion, ...] = ()
+    near: tuple[Symmetry, ...] = ()
+    ratio = _near_ratio(sigma, tolerance)
+    if ratio is not None:
+        weak = free_motions(surfaces, tolerance_for(surfaces, ratio))
+        near = tuple(s for s in symmetries(surfaces, fixture.touch, ratio) if not _is_among(s, found, ratio))
+    return GeometryCheck(
+        surfaces=surfaces,
+        tolerance=tolerance,
+        size=reach_of(surfaces, fixture.touch, middle_of(surfaces.values())),
+        free_motions=motions,
+        symmetries=found,
+        near=near,
+        counts=counts,
+        findings=(
+            *shape_findings(shapes),
+            *motion_findings(motions, weak, surfaces),
+            *count_findings(counts, is_rigid=True),
+            *same_surface_findings(list(_same(surfaces, tolerance))),
+        ),
+    )
+
+
+def _near_ratio(sigma: float | None, tolerance: Tolerance) -> float | None:
+    """Ten sigma against the fixture's size; None where that is no small part of it, or not above the exact ratio."""
+    size = tolerance.length / tolerance.angle
+    if sigma is None or size == 0:
+        return None
+    ratio = _NEAR_SIGMAS * sigma / size
+    return ratio if EXACT < ratio < _NEAREST else None
+
+
+def _is_among(symmetry: Symmetry, found: tuple[Symmetry, ...], ratio: float) -> bool:
+    """Whether a near symmetry is an exact one."""
+    turn = symmetry.image_from_fixture[:3, :3]
+    turns: list[Floats] = [s.image_from_fixture[:3, :3] for s in found]
+    # Different elements of one group differ by far more than the positions that are taken for equal.
+    return any(rotation_angle(turn.T @ other) < 100 * ratio for other in turns)
+
+
+def _distances(surfaces: Mapping[str, Surface]) -> set[frozenset[str]]:
+    """The pairs between which a rigid fixture has a distance."""
+    pairs = combinations(surfaces, 2)
+    return {frozenset(pair) for pair in pairs if separation(surfaces[pair[0]], surfaces[pair[1]]) is not None}
+
+
+def _same(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> Iterator[tuple[str, str]]:
+    """Pairs of features that are one surface, touched from one side."""
+    for one, other in combinations(surfaces, 2):
+        a, b = surfaces[one], surfaces[other]
+        if not same_surface(a, b, tolerance.length, tolerance.angle):
+            continue
+        if isinstance(a, Plane) or isinstance(b, Plane) or (a.radius, a.side) == (b.radius, b.side):
+            yield one, other

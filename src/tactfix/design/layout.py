@@ -1,0 +1,88 @@
+"""The contacts that a design is judged by: a plan, contacts already made, or well spread ones on every feature."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.access import Access
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.noise import SURE, chi_square_limit
+from tactfix.refinement import contact_residuals
+
+Source: TypeAlias = Literal["plan", "contacts", "spread"]
+
+# What each feature needs alone whatever its size, and one more to check it by.
+_PLENTY: Final = {Plane: 4, Cylinder: 6}
+_PLENTY_BALL: Final = 5
+# Touches to choose the spread ones from.
+_CHOICE: Final = 200
+
+
+def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, ...]]:
+    """Well spread nominal contacts in the fixture frame, approached square, and the features that cannot be touched.
+
+    On each feature the touches that lie farthest from each other, four on a plane, five on a sphere, six on a cylinder.
+    """
+    names: list[str] = []
+    points: list[Floats] = []
+    normals: list[Floats] = []
+    unreachable: list[str] = []
+    for name, surface in access.surfaces.items():
+        choice, outward = access.spread(name, _CHOICE)
+        pick = _farthest(choice, _PLENTY.get(type(surface), _PLENTY_BALL))
+        if not len(pick):
+            unreachable.append(name)
+        names += [name] * len(pick)
+        points.append(choice[pick].reshape(-1, 3))
+        normals.append(outward[pick].reshape(-1, 3))
+    surface_points, outward_normals = np.concatenate(points), np.concatenate(normals)
+    contacts = Contacts(
+        features=tuple(names),
+        points=surface_points + access.tip_radius * outward_normals,
+        approaches=-outward_normals,
+        sigmas=np.full(len(names), sigma),
+        tip_radius=access.tip_radius,
+        rows=tuple(range(1, len(names) + 1)),
+        ids=(None,) * len(names),
+    )
+    return contacts, tuple(unreachable)
+
+
+def _farthest(points: Floats, count: int) -> list[int]:
+    """Indices of at most count of the points (n, 3), each as far as can be from those before it."""
+    if not len(points):
+        return []
+    chosen = [int(np.argmax(((points - points.mean(axis=0)) ** 2).sum(axis=1)))]
+    gaps = ((points - points[chosen[0]]) ** 2).sum(axis=1)
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(np.argmax(gaps)))
+        gaps = np.minimum(gaps, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
+    return chosen
+
+
+def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> bool:
+    """Whether the contacts, as they stand, lie on the surfaces within noise: then they are in the surfaces' frame.
+
+    sigmas (n,) of the residuals. A plan is written with few digits, so each contact may also be SURE sigma off.
+    """
+    values, _ = contact_residuals(surfaces, contacts)
+    scaled = values / sigmas
+    return bool((scaled**2).sum() <= chi_square_limit(len(contacts)) or np.abs(scaled).max() <= SURE)
+
+
+def into_fixture(contacts: Contacts, base_from_fixture: Floats) -> Contacts:
+    """Contacts of the base in the fixture frame."""
+    fixture_from_base = inverse(base_from_fixture)
+    points = transform_points(fixture_from_base, contacts.points)
+    return replace(contacts, points=points, approaches=contacts.approaches @ fixture_from_base[:3, :3].T)
+
+
+def nominal(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Contacts:
+    """The contacts without their noise: each moved along the normal to where its tip just touches."""
+    values, normals = contact_residuals(surfaces, contacts)
+    return replace(contacts, points=contacts.points - values[:, None] * normals)

@@ -1,0 +1,74 @@
+"""The fixture with one of its distances wrong: every way in which the file can be wrong by that much."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from tactfix.design.scale import EXACT, anchor_of
+from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Misplaced:
+    """The surfaces as the wrong file has them, and what is wrong."""
+
+    surfaces: Mapping[str, Surface]
+    message: str
+
+
+def misplaced(surfaces: Mapping[str, Surface], off: float) -> Iterator[Misplaced]:
+    """Each feature moved by off (units) away from each other one to which it has a distance."""
+    for name, other in permutations(surfaces, 2):
+        direction = separation(surfaces[other], surfaces[name])
+        if direction is not None:
+            motion = homogeneous(np.eye(3), off * direction)
+            message = f"{name} {off:.3g} farther from {other} than the file says"
+            yield Misplaced({**surfaces, name: moved(motion, surfaces[name])}, message)
+
+
+def separation(from_surface: Surface, to_surface: Surface) -> Floats | None:
+    """The unit direction (3,) along which their distance is measured; None where they have none.
+
+    Distances as in the fixture file: between centres, axes, and parallel planes. Where it is zero any direction square
+    to both will do for two axes, and none is taken for the rest.
+    """
+    match from_surface, to_surface:
+        case (Plane() as plane, other) | (other, Plane() as plane):
+            return _off_plane(plane, other)
+        case Cylinder(), Cylinder():
+            return _between_axes(from_surface, to_surface)
+        case Sphere(), _:
+            return _along(anchor_of(to_surface, from_surface.center) - from_surface.center)
+        case _, Sphere():
+            return _along(to_surface.center - anchor_of(from_surface, to_surface.center))
+        case _:  # pragma: no cover - all pairs of the three types stand above
+            return None
+
+
+def _off_plane(plane: Plane, other: Surface) -> Floats | None:
+    """The plane's normal, where the other one keeps its distance all along it."""
+    match other:
+        case Plane():
+            has_distance = bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= EXACT)
+        case Cylinder():
+            has_distance = bool(abs(plane.normal @ other.direction) <= EXACT)
+        case Sphere():
+            has_distance = True
+    return plane.normal if has_distance else None
+
+
+def _between_axes(first: Cylinder, second: Cylinder) -> Floats | None:
+    """Along the common perpendicular of two axes, square to both where they are parallel."""
+    square = np.cross(first.direction, second.direction)
+    if np.linalg.norm(square) > EXACT:
+        return unit(square)
+    return _along(anchor_of(second, first.point) - first.point)
+
+
+def _along(vector: Floats) -> Floats | None:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0 else None

@@ -1,0 +1,132 @@
+"""The JSON of design-check, in the fixture frame and units."""
+
+from typing import Final
+
+import numpy as np
+
+from tactfix.design.certainty import Certainty, Influence, PointSigma
+from tactfix.design.margins import Margins
+from tactfix.design_check import DesignReport
+from tactfix.geometry.arrays import Floats
+from tactfix.report.json_report import Json, array, number
+from tactfix.results import FreeMotion
+from tactfix.version import VERSION
+
+DESIGN_SCHEMA: Final = "tactfix/design-check/1"
+# Values below this against 1 or the fixture's size are rounding of exact zeros: not worth their digits.
+_ROUNDING: Final = 1e-14
+
+
+def design_json(report: DesignReport) -> Json:
+    """The JSON of design-check, as the README describes it field by field."""
+    return {
+        "schema": DESIGN_SCHEMA,
+        "tactfix_version": VERSION,
+        "fixture": report.fixture.name,
+        "units": report.fixture.units,
+        "status": report.status,
+        "rigid": report.is_rigid,
+        "free_motions": [_motion(motion) for motion in report.free_motions],
+        "symmetries": [
+            {
+                "transform": array(_clean(symmetry.image_from_fixture)),
+                "broken_by": symmetry.broken_by,
+                "broken_in_part_by": list(symmetry.partly),
+                "exchanges": {name: image for name, image in symmetry.images.items() if name != image},
+                "message": symmetry.message,
+            }
+            for symmetry in report.symmetries
+        ],
+        "contacts": _contacts(report),
+        "accuracy": None if report.certainty is None else _accuracy(report.certainty),
+        "margins": None if report.margins is None else _margins(report.margins),
+        "blind_spots": [
+            {
+                "error": spot.error,
+                "detectable": spot.detectable,
+                "pose_shift": number(spot.pose_shift),
+                "probability_shown": number(spot.power),
+                "message": spot.message,
+            }
+            for spot in report.blind_spots
+        ],
+        "checks": [{"code": f.code, "status": f.status, "message": f.message, "hint": f.hint} for f in report.findings],
+    }
+
+
+def _clean(matrix: Floats) -> Floats:
+    return np.where(np.abs(matrix) < _ROUNDING * max(1.0, float(np.abs(matrix).max())), 0.0, matrix)
+
+
+def _motion(motion: FreeMotion) -> Json:
+    return {
+        "rotation": array(motion.rotation),
+        "translation": array(motion.translation),
+        "message": motion.message,
+    }
+
+
+def _contacts(report: DesignReport) -> Json:
+    counts = report.counts
+    return {
+        "minimum_total": counts.minimum_total,
+        "alone": dict(counts.each.alone),
+        "alone_radius_unknown": dict(counts.each.alone_any_size),
+        "minimal_sets": [dict(chosen) for chosen in counts.minimal_sets],
+        "minimal_sets_complete": counts.complete,
+        "complex_poses": list(report.complex_poses),
+        "paper": dict(counts.each.paper),
+        "paper_radius_unknown": dict(counts.each.paper_any_size),
+        "random_layouts": [
+            {
+                "contacts": share.contacts,
+                "layouts": share.layouts,
+                "ambiguous": number(share.ambiguous),
+                "underdetermined": number(share.underdetermined),
+            }
+            for share in report.shares
+        ],
+    }
+
+
+def _accuracy(certainty: Certainty) -> Json:
+    indices = {name: number(value) for name, value in certainty.observability.indices.items()}
+    return {
+        "of": certainty.source,
+        "contacts": certainty.contacts,
+        "covariance": array(certainty.covariance),
+        "observability": {**indices, "length": number(certainty.observability.length)},
+        "worst_point": _point(certainty.worst),
+        "at": [_point(point) for point in certainty.at],
+        "worst_motion": _motion(certainty.weakest),
+        "matters_most": _influence(certainty.most),
+        "matters_least": _influence(certainty.least),
+    }
+
+
+def _point(point: PointSigma) -> Json:
+    return {"point": array(point.point), "sigma": number(point.sigma), "direction": array(point.direction)}
+
+
+def _influence(influence: Influence) -> Json:
+    return {
+        "contact": influence.label,
+        "feature": influence.feature,
+        "point": list(influence.point),
+        "worst_sigma_without": number(influence.sigma_without),
+    }
+
+
+def _margins(margins: Margins) -> Json:
+    rival = margins.rival
+    return {
+        "nearest_wrong_pose": None
+        if rival is None
+        else {
+            "transform": array(rival.image_from_fixture),
+            "sigmas_behind": number(rival.sigmas_behind),
+            "shift": number(rival.shift),
+        },
+        "looked_within_sigmas": number(margins.reach),
+        "must_not_be_lost": [{"contact": f.label, "feature": f.feature, "leaves": f.outcome} for f in margins.fragile],
+    }

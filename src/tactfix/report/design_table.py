@@ -1,0 +1,131 @@
+"""The report of design-check for people: findings with what to do, symmetries, contacts, accuracy, mistakes."""
+
+from collections.abc import Iterator
+from io import StringIO
+from typing import Final
+
+from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from tactfix.design.certainty import Certainty, Influence
+from tactfix.design.contact_counts import ContactCounts
+from tactfix.design.findings import Severity
+from tactfix.design.words import vector
+from tactfix.design_check import DesignReport
+
+_COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
+_MOST_SYMMETRIES: Final = 8
+_MOST_SETS: Final = 12
+
+
+def design_text(report: DesignReport, width: int = 100, *, color: bool = False) -> str:
+    """The report as text, with colour codes where wanted."""
+    page = StringIO()
+    console = Console(
+        file=page, width=width, force_terminal=color, no_color=not color, highlight=False, legacy_windows=False
+    )
+    console.print(Group(*(Padding(part, (0, 0, 1, 0)) for part in _parts(report))))
+    return "".join(line.rstrip() + "\n" for line in page.getvalue().splitlines()).rstrip("\n") + "\n"
+
+
+def _parts(report: DesignReport) -> Iterator[RenderableType]:
+    yield Text.assemble((report.fixture.name, "bold"), "  ", (report.status, f"bold {_COLORS[report.status]}"))
+    yield _findings(report)
+    if report.symmetries:
+        yield _symmetries(report)
+    yield _counts(report.counts)
+    if report.counts.minimum_total == 6 and report.is_rigid:
+        yield _sets(report)
+    if report.shares:
+        yield _shares(report)
+    if report.certainty is not None:
+        yield _certainty(report.certainty, report.fixture.units)
+    if report.blind_spots:
+        yield _blind_spots(report)
+
+
+def _table(*headers: str, title: str) -> Table:
+    return Table(*headers, title=title, title_justify="left", title_style="bold", box=None, header_style="dim")
+
+
+def _findings(report: DesignReport) -> Table:
+    table = Table("", "check", "finding", box=None, pad_edge=False, header_style="dim")
+    for finding in sorted(report.findings, key=lambda f: ("error", "warning", "ok").index(f.status)):
+        text = Text(finding.message)
+        if finding.hint:
+            text.append(f"\n> {finding.hint}", "cyan")
+        table.add_row(Text(finding.status, _COLORS[finding.status]), finding.code, text)
+    return table
+
+
+def _symmetries(report: DesignReport) -> Table:
+    table = _table("settled by", "motion that lays the fixture on itself", title="Symmetries")
+    for symmetry in report.symmetries[:_MOST_SYMMETRIES]:
+        settled = Text(symmetry.broken_by or "nothing", "green" if symmetry.broken_by else "red")
+        table.add_row(settled, Text(symmetry.message))
+    if len(report.symmetries) > _MOST_SYMMETRIES:
+        table.add_row("", f"and {len(report.symmetries) - _MOST_SYMMETRIES} more")
+    return table
+
+
+def _counts(counts: ContactCounts) -> Table:
+    table = _table(
+        "feature", "alone", "radius unknown", "paper", "radius unknown", title="Contacts, feature by feature"
+    )
+    for name in counts.each.alone:
+        each = counts.each
+        row = (each.alone[name], each.alone_any_size[name], each.paper[name], each.paper_any_size[name])
+        table.add_row(Text(name), *map(str, row))
+    return table
+
+
+def _sets(report: DesignReport) -> Table:
+    table = _table("fewest contacts, all at once", "poses at most", title="Minimal sets")
+    chosen = list(zip(report.counts.minimal_sets, report.complex_poses, strict=True))
+    for counts, poses in chosen[:_MOST_SETS]:
+        names = " + ".join(f"{count} {name}" for name, count in counts.items() if count)
+        table.add_row(Text(names), "not known" if poses is None else str(poses))
+    if len(chosen) > _MOST_SETS:
+        table.add_row(f"and {len(chosen) - _MOST_SETS} more", "")
+    return table
+
+
+def _shares(report: DesignReport) -> Table:
+    table = _table("contacts", "ambiguous", "underdetermined", title=f"Of {report.shares[0].layouts} random layouts")
+    for share in report.shares:
+        table.add_row(str(share.contacts), f"{share.ambiguous:.0%}", f"{share.underdetermined:.0%}")
+    return table
+
+
+def _certainty(certainty: Certainty, units: str) -> Table:
+    of = {"plan": "of the plan", "contacts": "of the contacts", "spread": "of well spread contacts"}[certainty.source]
+    table = _table("", "", title=f"Accuracy {of} ({certainty.contacts})")
+    table.show_header = False
+    worst = certainty.worst
+    table.add_row("worst extreme point", f"{worst.sigma:.3g} {units} at {vector(worst.point)}")
+    for point in certainty.at:
+        table.add_row(f"at {vector(point.point)}", f"{point.sigma:.3g} {units} along {vector(point.direction)}")
+    table.add_row("worst motion", Text(certainty.weakest.message))
+    table.add_row("matters most", Text(_influence(certainty.most, units)))
+    table.add_row("matters least", Text(_influence(certainty.least, units)))
+    indices = "  ".join(f"{name} {value:.3g}" for name, value in certainty.observability.indices.items())
+    table.add_row("observability", f"{indices}  (length {certainty.observability.length:.4g} {units})")
+    return table
+
+
+def _influence(influence: Influence, units: str) -> str:
+    without = influence.sigma_without
+    then = "a motion is free" if without is None else f"worst point {without:.3g} {units}"
+    where = ", ".join(f"{value:.4g}" for value in influence.point)
+    return f"{influence.label} on {influence.feature} at ({where}); without it {then}"
+
+
+def _blind_spots(report: DesignReport) -> Table:
+    table = _table("mistake", "shown", f"pose off {report.fixture.units}", "", title="Mistakes, each at its worst")
+    for spot in report.blind_spots:
+        shown = Text("yes", "green") if spot.detectable else Text(f"{spot.power:.0%}", "red")
+        off = "no pose" if spot.pose_shift is None else f"{spot.pose_shift:.3g}"
+        table.add_row(spot.error, shown, off, Text(spot.message.split(":")[0]))
+    return table
