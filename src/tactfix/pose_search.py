@@ -41,6 +41,13 @@ class Zeros:
     complete: bool
     continuum: bool
 
+    def sample(self, most: int) -> "Zeros":
+        """At most so many of them, spread over the list."""
+        index = np.unique(np.linspace(0, len(self.costs) - 1, min(most, len(self.costs))).astype(np.intp))
+        return Zeros(
+            self.rotations[..., index], self.offsets[:, index], self.costs[index], self.complete, self.continuum
+        )
+
 
 def find_zeros(equations: PoseEquations, cost_limit: float, starts: int = START_ROTATIONS) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
@@ -53,17 +60,28 @@ def find_zeros(equations: PoseEquations, cost_limit: float, starts: int = START_
     found = descend(equations, rotations, centred_offsets(equations, rotations), cost_limit)
     kept, counts = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     fresh = kept
+    continuum = _is_continuum(equations, kept)
     for _ in range(MOST_ROUNDS):
-        lonely = kept[counts < 2]
-        centres = np.concatenate([fresh, lonely])
-        if not len(centres) or len(kept) > MOST_ZEROS:
+        centres = np.concatenate([fresh, kept[counts < 2]])
+        if not len(centres) or continuum:
             break
         before = len(kept)
         found = descend(equations, *_around(centres, rng), cost_limit)
         kept, counts = _distinct(found, kept, counts)
         fresh = kept[before:]
+        continuum = _is_continuum(equations, kept)
     complete = not len(fresh) and bool((counts >= 2).all())
-    return Zeros(*_split(kept), complete=complete, continuum=len(kept) > MOST_ZEROS)
+    return Zeros(*_split(kept), complete=complete and not continuum, continuum=continuum)
+
+
+def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
+    """Whether the poses (k, 13) are samples of a free motion: too many of them, or too many with a singular Jacobian."""
+    if len(equations) < 6 or len(poses) > MOST_ZEROS:
+        return True
+    rotations, offsets, _ = _split(poses)
+    _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
+    values = np.linalg.svd(np.moveaxis(jacobian, -1, 0), compute_uv=False)
+    return int((values[:, -1] < SINGULAR * values[:, 0]).sum()) > MOST_SINGULAR
 
 
 def polish(equations: PoseEquations, zeros: Zeros) -> Zeros:
@@ -129,6 +147,11 @@ def _distinct(found: Floats, kept: Floats, counts: Ints) -> tuple[Floats, Ints]:
     return kept, counts
 
 
+SINGULAR = 1e-5
+"""Ratio of singular values below which a pose is a double root or one of a continuum, ..."""
+MOST_SINGULAR = 12
+"""... which it is when there are more of them than double roots in any problem."""
+
 SAME_POSE = 1e-5
 """Largest entry by which two meetings of one zero differ: far above what convergence leaves, far below two zeros."""
 
@@ -142,10 +165,12 @@ def descend(
     cost = (residual**2).sum(axis=0)
     ends = []
     for _ in range(MOST_ITERATIONS):
-        step = _damped_step(residual, jacobian, damping)
-        new_rotations, new_offsets = _turned(step[:3], rotations), offsets + step[3:]
-        new_residual, new_jacobian = evaluate(equations, new_rotations, new_offsets, geometric)
-        new_cost = (new_residual**2).sum(axis=0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = _damped_step(residual, jacobian, damping)
+            new_rotations, new_offsets = _turned(step[:3], rotations), offsets + step[3:]
+            new_residual, new_jacobian = evaluate(equations, new_rotations, new_offsets, geometric)
+            new_cost = (new_residual**2).sum(axis=0)
+        # A start in a singular place may step to infinity: nan is never better.
         better = new_cost < cost
         gain = np.where(better, cost - new_cost, cost)
         rotations, offsets = np.where(better, new_rotations, rotations), np.where(better, new_offsets, offsets)

@@ -26,6 +26,10 @@ SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
 
 
+SAMPLES = 8
+"""Poses of a continuum that are kept."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSearch:
     """All poses found, best chi-square first; complete and continuum as in `pose_search.Zeros`.
@@ -60,10 +64,12 @@ def all_poses(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Float
     # The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size
     # of the fixture it is all rounding.
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
-    starts = START_ROTATIONS if len(index) < 8 else START_ROTATIONS // 2
+    starts = START_ROTATIONS >> min(max(len(index) - 6, 0), 3)
     zeros = find_zeros(searched, cost_limit, starts)
     if not len(zeros.costs):
         zeros = find_zeros(searched, np.inf, starts // 4)
+    if zeros.continuum:
+        zeros = zeros.sample(SAMPLES)
     zeros = polish(equations, zeros)
     limit = chi_square_limit(len(contacts) - 6)
     fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
