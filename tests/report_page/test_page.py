@@ -16,7 +16,7 @@ from tactfix.errors import MissingExtraError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.locate import locate
-from tactfix.report.html_page import InputFile, locate_page
+from tactfix.report.html_page import InputFile, Record, locate_page
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, magnification
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def located(contacts_file):
 
 
 def page_of(fixture, contacts, result, inputs=(), settings=None):
-    return locate_page(fixture, contacts, result, inputs, settings or {}, WHEN)
+    return locate_page(Record(fixture, list(inputs), settings or {}, WHEN), contacts, result)
 
 
 def figure_of(page):
@@ -146,3 +146,16 @@ def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
     with pytest.raises(MissingExtraError, match=r"tactfix\[report\]"):
         page_of(*located)
+
+
+@pytest.mark.parametrize("name", ["robot-cell-plate", "cylinder-sphere", "three-spheres"])
+def test_a_design_has_a_record_too(name, tmp_path, capsys):
+    path, out = ROOT / "fixtures" / f"{name}.yaml", tmp_path / "design.html"
+    status = run(["report", str(path), "--output", str(out), "--sigma", "0.01", "--tip-radius", "1"])
+    page = out.read_text()
+    assert status == (1 if 'badge error">error</span></h1>' in page else 0)
+    assert hashlib.sha256(path.read_bytes()).hexdigest() in page
+    names = {trace["name"] for trace in figure_of(page)["data"]}
+    assert set(load_fixture(path).features) <= names
+    assert "x_base = R x_fixture + t" in page
+    assert run(["report", str(path), "--features", "a:1"]) == 2

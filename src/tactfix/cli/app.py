@@ -23,7 +23,7 @@ COMMANDS: Final[dict[str, str]] = {
     "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
     "compare": "Tell how far a fixture has moved between two poses.",
     "import": "Write the log of a machine as a contact file.",
-    "report": "Locate a fixture and write the record as one HTML page.",
+    "report": "Locate a fixture, or check its design, and write the record as one HTML page.",
 }
 """Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
 

@@ -46,9 +46,7 @@ def command(
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     dialect = _wanted(to, None if output is None else output.suffix.lower())
-    written = write_pose(
-        dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm
-    )
+    written = write_pose(dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm)
     emit(written.text, output)
     tell(written.notes, quiet=quiet)
     return 0

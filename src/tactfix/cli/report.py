@@ -7,10 +7,9 @@ from typing import Annotated
 import typer
 
 from tactfix.cli.contacts_input import read_contacts
-from tactfix.cli.exits import exit_of_status
+from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     ContactsFormat,
-    ContactsPath,
     Features,
     FixturePath,
     Quiet,
@@ -25,13 +24,16 @@ from tactfix.files.contact_options import ContactOptions
 from tactfix.files.fixture_file import load_fixture
 from tactfix.files.reading import read_bytes
 from tactfix.locate import locate
-from tactfix.report.html_page import InputFile, locate_page
+from tactfix.report.html_page import InputFile, Record, locate_page
 from tactfix.report.text_report import verdict_lines
 
 
 def command(
     fixture: FixturePath,
-    contacts: ContactsPath,
+    contacts: Annotated[
+        str | None,
+        typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
     ] = None,
@@ -46,19 +48,14 @@ def command(
     ] = False,
     quiet: Quiet = False,
 ) -> int:
-    """Locate a fixture and write the record as one HTML page that works offline.
+    """Locate a fixture, or check its design, and write the record as one HTML page that works offline.
 
-    Fixture and contacts in 3D, candidates and why they fell, residuals, uncertainty, conventions, and all inputs with
-    their checksums. Needs the extra: pip install 'tactfix[report]'. Exit status as of locate.
+    With CONTACTS: fixture and contacts in 3D, candidates and why they fell, residuals, uncertainty. Without: what
+    design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra: pip install
+    'tactfix[report]'. Exit status as of locate or design-check.
     """
-    if contacts == "-":
-        raise UsageError("a record names its inputs; give the contacts as a file")
     there = load_fixture(fixture)
-    options = ContactOptions(units, tip_radius, sigma)
-    read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
-    result = locate(there, read.contacts, scale_sigma=scale_sigma)
     said = {
-        "contacts format": contacts_format,
         "--features": features,
         "--units": units,
         "--tip-radius": tip_radius,
@@ -66,10 +63,34 @@ def command(
         "--tip-offset": tip_offset,
         "--scale-sigma": "yes" if scale_sigma else None,
     }
-    files = {"fixture": str(fixture), "contacts": contacts}
-    inputs = [InputFile(role, path, read_bytes(path)) for role, path in files.items()]
     settings = {name: str(value) for name, value in said.items() if value is not None}
-    emit(locate_page(there, read.contacts, result, inputs, settings, datetime.now(UTC)), output)
+    record = Record(there, [_input("fixture", str(fixture))], settings, datetime.now(UTC))
+    if contacts is None:
+        if contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
+            raise UsageError("without contacts only --sigma and --tip-radius can be given")
+        return _design(record, sigma, tip_radius, output)
+    if contacts == "-":
+        raise UsageError("a record names its inputs; give the contacts as a file")
+    record.inputs.append(_input("contacts", contacts))
+    record.settings["contacts format"] = contacts_format
+    options = ContactOptions(units, tip_radius, sigma)
+    read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
+    result = locate(there, read.contacts, scale_sigma=scale_sigma)
+    emit(locate_page(record, read.contacts, result), output)
     tell(verdict_lines(result))
     tell(result.warnings, quiet=quiet)
     return exit_of_status(result.status)
+
+
+def _input(role: str, path: str) -> InputFile:
+    return InputFile(role, path, read_bytes(path))
+
+
+def _design(record: Record, sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
+    """The page of a design check, and its exit status."""
+    from tactfix.design_check import Wishes, design_check
+    from tactfix.report.html_design import design_page
+
+    report = design_check(record.fixture, None, Wishes(sigma=sigma, tip_radius=tip_radius))
+    emit(design_page(record, report), output)
+    return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE

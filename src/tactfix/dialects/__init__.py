@@ -12,20 +12,22 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
     {dialect.name: dialect for dialect in (*PLAIN, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)}
 )
 
-SUFFIXES: Final[Mapping[str, str]] = MappingProxyType({
-    ".txt": "matrix",
-    ".json": "json",
-    ".yaml": "yaml",
-    ".yml": "yaml",
-    ".csv": "csv",
-    ".npy": "npy",
-    ".urdf": "urdf",
-    ".src": "kuka",
-    ".mod": "abb-wobjdata",
-    ".script": "ur",
-    ".h": "heidenhain",
-    ".mpf": "siemens",
-    ".ngc": "g10",
-    ".nc": "g68.2",
-})
+SUFFIXES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        ".txt": "matrix",
+        ".json": "json",
+        ".yaml": "yaml",
+        ".yml": "yaml",
+        ".csv": "csv",
+        ".npy": "npy",
+        ".urdf": "urdf",
+        ".src": "kuka",
+        ".mod": "abb-wobjdata",
+        ".script": "ur",
+        ".h": "heidenhain",
+        ".mpf": "siemens",
+        ".ngc": "g10",
+        ".nc": "g68.2",
+    }
+)
 """Which dialect a file name's ending means."""

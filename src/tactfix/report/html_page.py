@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from importlib.resources import files
@@ -54,35 +54,36 @@ class InputFile:
         return self.content.decode("utf-8-sig", errors="replace")
 
 
-def locate_page(
-    fixture: Fixture,
-    contacts: Contacts,
-    result: LocateResult,
-    inputs: Sequence[InputFile],
-    settings: Mapping[str, str],
-    made_at: datetime,
-) -> str:
-    """The page of a locate. settings: what else decided the result, in words. MissingExtraError without the extra."""
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What a page is the record of: the fixture, all inputs, what else was said (settings), and when it was made."""
+
+    fixture: Fixture
+    inputs: list[InputFile]
+    settings: dict[str, str]
+    made_at: datetime
+
+
+def locate_page(record: Record, contacts: Contacts, result: LocateResult) -> str:
+    """The page of a locate. MissingExtraError without the extra."""
     limits = 3.5 * float(np.max(contacts.sigmas))
     return render(
         "locate.html.j2",
+        record,
         title=f"{result.fixture}: {result.status}",
-        figure=locate_figure(fixture, contacts, result),
+        figure=locate_figure(record.fixture, contacts, result),
         result=result,
-        colors=feature_colors(fixture),
+        colors=feature_colors(record.fixture),
         verdict=list(verdict_lines(result)),
         matrix=None if result.base_from_fixture is None else matrix_text(result.base_from_fixture),
         axes=_ellipsoid_axes(result.covariance),
         sigmas=_sigmas(result.covariance),
         residual_scale=max([limits, *(abs(contact.residual) for contact in result.contacts)]),
         reason_text=reason_text,
-        inputs=inputs,
-        settings=settings,
-        made_at=made_at,
     )
 
 
-def render(template: str, *, figure: Mapping[str, Any], **context: Any) -> str:
+def render(template: str, record: Record, *, figure: Mapping[str, Any], **context: Any) -> str:
     """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""
     try:
         from jinja2 import Environment, StrictUndefined
@@ -100,6 +101,9 @@ def render(template: str, *, figure: Mapping[str, Any], **context: Any) -> str:
         plotly_script=get_plotlyjs(),
         conventions=CONVENTIONS,
         version=VERSION,
+        inputs=record.inputs,
+        settings=record.settings,
+        made_at=record.made_at,
         **context,
     )
 

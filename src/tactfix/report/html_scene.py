@@ -48,7 +48,7 @@ def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) ->
 
 def fixture_figure(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Figure:
     """The figure of a fixture alone, in its own frame."""
-    size = extent_of(surfaces, fixture.touch)[1]
+    size = extent_of(surfaces, fixture.touch)[1] if surfaces else 1.0
     traces = surface_traces(fixture, surfaces, np.eye(4), feature_colors(fixture))
     return {
         "data": [*traces, *frame_traces(np.eye(4), 0.5 * size, "fixture frame")],

@@ -204,9 +204,9 @@ def _points(contacts: Sequence[LogContact], tip_offset: Vector | None) -> Floats
 
 def _approaches(contacts: Sequence[LogContact]) -> Floats:
     """Unit approaches (n, 3), nan where the log tells none."""
-    return np.array([
-        np.full(3, np.nan) if contact.approach is None else unit(contact.approach) for contact in contacts
-    ])
+    return np.array(
+        [np.full(3, np.nan) if contact.approach is None else unit(contact.approach) for contact in contacts]
+    )
 
 
 def _overruled(options: ContactOptions, header: ContactOptions) -> tuple[str, ...]:

@@ -1,0 +1,42 @@
+"""The record of a design check as one HTML page that works offline."""
+
+from typing import Final
+
+import numpy as np
+
+from tactfix.design_check import DesignReport
+from tactfix.realization import realize
+from tactfix.report.html_page import Record, render
+from tactfix.report.html_scene import fixture_figure
+
+_BREAKERS: Final = {
+    "labels": "the labels on the contacts",
+    "approach": "the outward side, by the approach",
+    "touch": "a touch box",
+    None: "nothing: this is an error",
+}
+
+
+def design_page(record: Record, report: DesignReport) -> str:
+    """The page of a design check, in the fixture frame. MissingExtraError without the extra."""
+    shapes = realize(report.fixture)
+    surfaces = shapes[0] if shapes else {}
+    return render(
+        "design.html.j2",
+        record,
+        title=f"{report.fixture.name}: design {report.status}",
+        figure=fixture_figure(report.fixture, surfaces),
+        report=report,
+        symmetries=[(symmetry.message, _BREAKERS[symmetry.broken_by]) for symmetry in report.symmetries],
+        indices=_indices(report),
+        blind=[(spot, _shift(spot.pose_shift)) for spot in report.blind_spots],
+    )
+
+
+def _indices(report: DesignReport) -> dict[str, float]:
+    """O1 to O5, empty where no contacts were judged."""
+    return {} if report.certainty is None else dict(report.certainty.observability.indices)
+
+
+def _shift(shift: float | None) -> str:
+    return "" if shift is None or not np.isfinite(shift) else f"{shift:.3g}"
