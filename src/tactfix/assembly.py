@@ -16,8 +16,8 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.features_alone import surfaces_alone, surfaces_by_distance
-from tactfix.fixture import Fixture
-from tactfix.frame import FrameError, frames
+from tactfix.fixture import Fixture, FrameRecipe
+from tactfix.frame import FrameError, frame, frames, sign_choices
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.nearest import foot
@@ -33,6 +33,8 @@ from tactfix.solution import Solution, Solutions, solution_from
 MOST_COMBINATIONS = 4000
 KEPT = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
+DIFFERENCE = 1e-6
+"""Step of the central differences of the frame (rad, and fixture sizes): their error, its square, is rounding."""
 
 
 def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Solutions:
@@ -184,26 +186,28 @@ def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[
         return
     factor, free = fit.spread()
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    for choice, base_from_fixture in enumerate(poses):
-        moves = _frame_jacobian(fixture, fit, choice)
+    moves = _frame_jacobian(fixture.frame, fit)
+    for base_from_fixture in poses:
         yield solution_from(
             base_from_fixture, fit.surfaces, problem.contacts, values, normals, fit.chi2, moves @ factor, moves @ free.T
         )
 
 
-def _frame_jacobian(fixture: Fixture, fit: JointFit, choice: int) -> Floats:
-    """How the frame moves (6, width), rotation and origin, with each displacement: central differences."""
-    assert fixture.frame is not None
-    size = 1e-6
+def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
+    """How the frame moves (6, width), rotation and origin, with each displacement: central differences.
+
+    The same for every choice of signs: turning an axis round turns the frame, not how it moves.
+    """
+    signs = sign_choices(recipe, fit.surfaces)[0]
     columns = []
     for name, surface in fit.surfaces.items():
         span = fit.columns[name]
         for k in range(span.start, span.stop):
             step = np.zeros(span.stop - span.start)
-            step[k - span.start] = size * fit.lengths[k]
-            ahead = frames(fixture.frame, {**fit.surfaces, name: displaced(surface, step)})[choice]
-            behind = frames(fixture.frame, {**fit.surfaces, name: displaced(surface, -step)})[choice]
+            step[k - span.start] = DIFFERENCE * fit.lengths[k]
+            ahead = frame(recipe, {**fit.surfaces, name: displaced(surface, step)}, signs)
+            behind = frame(recipe, {**fit.surfaces, name: displaced(surface, -step)}, signs)
             turn = ahead[:3, :3] @ behind[:3, :3].T
             rotation = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-            columns.append(np.concatenate([rotation, ahead[:3, 3] - behind[:3, 3]]) / (2 * size))
+            columns.append(np.concatenate([rotation, ahead[:3, 3] - behind[:3, 3]]) / (2 * DIFFERENCE))
     return np.array(columns).T

@@ -29,14 +29,21 @@ def frames(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[Floats]
 
     Raises FrameError where an axis or the origin is not defined: features that coincide, directions that are parallel.
     """
-    rules = [rule for _, rule in (recipe.first, recipe.second)]
-    unsigned = [rule.kind == "along" and isinstance(surfaces[rule.features[0]], Cylinder) for rule in rules]
-    choices = product(*((1.0, -1.0) if free else (1.0,) for free in unsigned))
-    origin = _origin(recipe.origin, surfaces)
-    directions = [_direction(rule, surfaces) for rule in rules]
-    return [
-        homogeneous(_rotation(recipe, sign[0] * directions[0], sign[1] * directions[1]), origin) for sign in choices
-    ]
+    return [frame(recipe, surfaces, signs) for signs in sign_choices(recipe, surfaces)]
+
+
+def sign_choices(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[tuple[float, float]]:
+    """The signs of the two given axes that the recipe leaves open: both where an axis is along a cylinder."""
+    rules = (recipe.first[1], recipe.second[1])
+    free = [rule.kind == "along" and isinstance(surfaces[rule.features[0]], Cylinder) for rule in rules]
+    return [(one, two) for one, two in product((1.0, -1.0), repeat=2) if (one > 0 or free[0]) and (two > 0 or free[1])]
+
+
+def frame(recipe: FrameRecipe, surfaces: Mapping[str, Surface], signs: tuple[float, float]) -> Floats:
+    """The frame (4, 4) for one choice of signs; raises FrameError like `frames`."""
+    first = signs[0] * _direction(recipe.first[1], surfaces)
+    second = signs[1] * _direction(recipe.second[1], surfaces)
+    return homogeneous(_rotation(recipe, first, second), _origin(recipe.origin, surfaces))
 
 
 def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:

@@ -140,7 +140,7 @@ def _result(
         candidates=candidates[:SAMPLES_SHOWN] if solutions.continuum else candidates,
         surfaces=_agreed(left or solutions.found) if status != "inconsistent" else {},
         contacts=_contact_residuals(contacts, best) if best else (),
-        warnings=_warnings(solutions, verdicts, left),
+        warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),
     )
 
 
