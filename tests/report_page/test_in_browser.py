@@ -69,6 +69,13 @@ def test_no_request_leaves_it(page):
     assert page.errors == []
 
 
+def test_no_button_leads_away(page):
+    titles = page.run("[...document.querySelectorAll('#scene .modebar-btn')].map(b => b.dataset.title)")
+    assert len(titles) == 6
+    assert not any(word in title.lower() for title in titles for word in ("share", "link", "cloud", "edit", "logo"))
+    assert page.run("document.querySelectorAll('a[href]').length") == 0
+
+
 def test_what_would_call_home_is_stopped_by_the_page_itself(page):
     # The check above would see a request: this one is made, and refused before it leaves.
     blocked = page.run("fetch('http://127.0.0.1:9/').then(() => 'left', () => 'refused')")
