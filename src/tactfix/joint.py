@@ -1,7 +1,7 @@
 """All contacts and all relations at once: least squares over the surfaces of a fixture that is not one rigid body.
 
-Unknown are the displacements of every feature. Contacts and relations with a sigma are observations; relations with sigma 0
-hold exactly. Each step solves  min |r + J d|^2  subject to  c + C d = 0  in the null space of C.
+Unknown are the displacements of every feature. Contacts and relations with a sigma are observations; relations with
+sigma 0 hold exactly. Each step solves  min |r + J d|^2  subject to  c + C d = 0  in the null space of C.
 """
 
 from collections.abc import Mapping
@@ -18,6 +18,8 @@ from tactfix.relations import columns_of, relation_jacobian, relation_residuals
 
 MOST_STEPS = 60
 RANK = 1e-9
+TRUSTED_STEP = 1e-6
+"""A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
 LEAST_SIGMA = 1e-12
 """A relation surer than this share of the fixture's size is exact."""
 
@@ -34,8 +36,11 @@ class JointProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointFit:
-    """Surfaces of least chi-square. rows: number of observations and constraints. jacobian (m, width) of residual over
-    sigma and constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is."""
+    """Surfaces of least chi-square, and the linear model there.
+
+    missing: the most by which an exact relation fails (rad, fixture sizes). jacobian (m, width) of residual over sigma
+    and constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
+    """
 
     surfaces: Mapping[str, Surface]
     residuals: Floats
@@ -52,9 +57,9 @@ class JointFit:
         return len(self.jacobian) + len(self.constraints) - int(self.jacobian.shape[1])
 
     def spread(self) -> tuple[Floats, Floats]:
-        """A factor (width, m) of the covariance of all displacements, S S^T, and what is free (k, width), in scaled units.
+        """A factor S (width, m) of the covariance S S^T of all displacements, and what is free (k, width).
 
-        Free displacements are left out of S.
+        In scaled units; free displacements are left out of S.
         """
         span = _null_space(self.constraints, self.jacobian.shape[1])
         _, values, motions = np.linalg.svd(self.jacobian @ span, full_matrices=True)
@@ -68,10 +73,10 @@ def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFi
     """Gauss-Newton from surfaces (in base) to the nearest least chi-square with all exact relations kept."""
     fit, target = _linearized(problem, surfaces)
     for _ in range(MOST_STEPS):
-        step = _step(fit, *target)
+        step, price = _step(fit, *target)
         size = float(np.abs(step).max(initial=0.0))
         step = step * min(1.0, 0.5 / max(size, np.finfo(float).tiny))
-        new, new_target = _shortened(problem, fit, step)
+        new, new_target = _shortened(problem, fit, step, price)
         if new is None or new_target is None:
             break
         settled = size < 1e-9 or (abs(fit.chi2 - new.chi2) <= 1e-13 * new.chi2 and new.missing < 1e-12)
@@ -82,20 +87,25 @@ def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFi
 
 
 def _shortened(
-    problem: JointProblem, fit: JointFit, step: Floats
+    problem: JointProblem, fit: JointFit, step: Floats, price: float
 ) -> tuple[JointFit | None, tuple[Floats, Floats] | None]:
     """The fit after the first of the halved steps that improves it; None when none does."""
+    stiffness = float(np.linalg.norm(fit.jacobian))
     for halvings in range(12):
         moved = _displaced(fit, step * 0.5**halvings)
         new, target = _linearized(problem, moved)
-        if _merit(new) < _merit(fit):
+        if _merit(new, price, stiffness) < _merit(fit, price, stiffness) or np.abs(step).max() < TRUSTED_STEP:
             return new, target
     return None, None
 
 
-def _merit(fit: JointFit) -> float:
-    """Chi-square, and above it what is missing to the exact relations (squared, in millionths of the fixture's size)."""
-    return fit.chi2 + (fit.missing * 1e6) ** 2
+def _merit(fit: JointFit, price: float, stiffness: float) -> float:
+    """Chi-square and, in the same coin, what is missing to the exact relations.
+
+    price is above the Lagrange multipliers, so that giving up a relation never pays (exact penalty); the square keeps
+    far starts from buying chi-square with relations.
+    """
+    return fit.chi2 + price * fit.missing + (stiffness * fit.missing) ** 2
 
 
 def _displaced(fit: JointFit, step: Floats) -> dict[str, Surface]:
@@ -153,13 +163,20 @@ def _lengths(surfaces: Mapping[str, Surface], columns: Mapping[str, slice], widt
     return lengths
 
 
-def _step(fit: JointFit, residual: Floats, missing: Floats) -> Floats:
-    """The displacement that the linearised problem asks for, in scaled units."""
+def _step(fit: JointFit, residual: Floats, missing: Floats) -> tuple[Floats, float]:
+    """The displacement that the linearised problem asks for, in scaled units, and twice what the relations cost there.
+
+    That cost is the sum of the Lagrange multipliers: the chi-square that is lost per unit of what is missing.
+    """
     width = fit.jacobian.shape[1]
     onto = np.linalg.lstsq(fit.constraints, -missing, rcond=RANK)[0] if len(missing) else np.zeros(width)
     span = _null_space(fit.constraints, width)
     within = np.linalg.lstsq(fit.jacobian @ span, -(residual + fit.jacobian @ onto), rcond=RANK)[0]
-    return np.asarray(onto + span @ within)
+    step = np.asarray(onto + span @ within, dtype=np.float64)
+    if not len(missing):
+        return step, 0.0
+    pull = 2 * fit.jacobian.T @ (residual + fit.jacobian @ step)
+    return step, 2 * float(np.abs(np.linalg.lstsq(fit.constraints.T, pull, rcond=RANK)[0]).sum())
 
 
 def _null_space(constraints: Floats, width: int) -> Floats:
