@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, unit
+from tactfix.geometry.arrays import Floats, Ints
 from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.localizers.cylinder_refinement import basis_across, circle_states
 from tactfix.localizers.homogeneous_forms import Complexes
@@ -39,7 +39,7 @@ def starting_states(points: Floats, weights: Floats, radius: float | None) -> Fl
     """
     if radius is None:
         subsets = _minimal_subsets(points, 5)
-        states = circle_states(_real_directions(direction_zeros, points[subsets]), points, weights)
+        states = circle_states(real_directions(direction_zeros, points[subsets])[0], points, weights)
     else:
         subsets = _minimal_subsets(points, 4)
         parts = [tangent_states(points[subset], np.full(4, radius)) for subset in subsets]
@@ -55,7 +55,7 @@ def tangent_states(centers: Floats, radii: Floats) -> Floats:
     Each direction gives two feet: along the wider spread of the projected centres the foot follows from linear
     equations, along the narrower one only up to a sign when the centres lie on two parallels to it.
     """
-    directions = _real_directions(lambda x: tangent_zeros(x, np.broadcast_to(radii, x.shape[:-1])), centers[None])
+    directions, _ = real_directions(lambda x: tangent_zeros(x, np.broadcast_to(radii, x.shape[:-1])), centers[None])
     across = basis_across(directions)
     middle = centers.mean(axis=0)
     flat = (centers - middle) @ np.swapaxes(across, -1, -2)
@@ -73,15 +73,24 @@ def tangent_states(centers: Floats, radii: Floats) -> Floats:
     return np.concatenate(parts)
 
 
-def _real_directions(zeros: Callable[[Floats], tuple[Complexes, Floats]], subsets: Floats) -> Floats:
-    """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and of a nudged copy where those are crowded."""
+def real_directions(zeros: Callable[[Floats], tuple[Complexes, Floats]], subsets: Floats) -> tuple[Floats, Ints]:
+    """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and the subset (B,) that each belongs to.
+
+    Where the zeros are crowded, those of a nudged copy of the subset come on top.
+    """
     found, gap = zeros(subsets)
-    parts = [found.reshape(-1, 3)]
-    if crowded := list(np.flatnonzero(gap < _GAP)):
+    parts, owners = [found.real], [np.arange(len(subsets))]
+    crowded = np.flatnonzero(gap < _GAP)
+    if crowded.size:
         nudges = np.random.default_rng(5).normal(scale=_NUDGE, size=subsets[crowded].shape)
-        parts.append(zeros(subsets[crowded] + nudges)[0].reshape(-1, 3))
-    real = np.concatenate(parts).real
-    return unit(real[np.linalg.norm(real, axis=-1) > 0])
+        parts.append(zeros(subsets[crowded] + nudges)[0].real)
+        owners.append(crowded)
+    real = np.concatenate(parts)
+    owner = np.repeat(np.concatenate(owners), real.shape[1])
+    real = real.reshape(-1, 3)
+    length = np.linalg.norm(real, axis=-1)
+    usable = length > 0
+    return real[usable] / length[usable, None], owner[usable]
 
 
 def _minimal_subsets(points: Floats, size: int) -> Ints:
