@@ -6,6 +6,7 @@ sigma 0 hold exactly. Each step solves  min |r + J d|^2  subject to  c + C d = 0
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,7 +17,13 @@ from tactfix.geometry.charts import displaced, residual_jacobian
 from tactfix.geometry.surfaces import Sphere, Surface, residuals
 from tactfix.relations import columns_of, relation_jacobian, relation_residuals
 
+Linear: TypeAlias = tuple[Floats, Floats]
+"""Right-hand sides of the linear model: residuals over sigma (m,), and what is missing to the exact relations (k,)."""
+
 MOST_STEPS = 60
+MOST_DAMPINGS = 16
+LEAST_DAMPING = 1e-12
+"""The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
 RANK = 1e-9
 TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
@@ -70,33 +77,49 @@ class JointFit:
 
 
 def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFit:
-    """Gauss-Newton from surfaces (in base) to the nearest least chi-square with all exact relations kept."""
+    """Levenberg-Marquardt from surfaces (in base) to the nearest least chi-square with all exact relations kept.
+
+    Without damping a start next to a double root would creep along the direction that nothing resists.
+    """
     fit, target = _linearized(problem, surfaces)
+    damping = 0.0
     for _ in range(MOST_STEPS):
-        step, price = _step(fit, *target)
-        size = float(np.abs(step).max(initial=0.0))
-        step = step * min(1.0, 0.5 / max(size, np.finfo(float).tiny))
-        new, new_target = _shortened(problem, fit, step, price)
-        if new is None or new_target is None:
+        size, damping, better = _improved(problem, fit, target, damping)
+        if better is None:
             break
+        new, target = better
         settled = size < 1e-9 or (abs(fit.chi2 - new.chi2) <= 1e-13 * new.chi2 and new.missing < 1e-12)
-        fit, target = new, new_target
+        fit = new
         if settled:
             break
-    return fit
+    return _restored(problem, fit, target)
 
 
-def _shortened(
-    problem: JointProblem, fit: JointFit, step: Floats, price: float
-) -> tuple[JointFit | None, tuple[Floats, Floats] | None]:
-    """The fit after the first of the halved steps that improves it; None when none does."""
+def _improved(
+    problem: JointProblem, fit: JointFit, target: Linear, damping: float
+) -> tuple[float, float, tuple[JointFit, Linear] | None]:
+    """The size of the first step that improves the fit, more and more damped; the damping to go on with; the new fit."""
     stiffness = float(np.linalg.norm(fit.jacobian))
-    for halvings in range(12):
-        moved = _displaced(fit, step * 0.5**halvings)
-        new, target = _linearized(problem, moved)
-        if _merit(new, price, stiffness) < _merit(fit, price, stiffness) or np.abs(step).max() < TRUSTED_STEP:
-            return new, target
-    return None, None
+    size = np.inf
+    for _ in range(MOST_DAMPINGS):
+        step, price = _step(fit, *target, damping)
+        size = float(np.abs(step).max(initial=0.0))
+        step = step * min(1.0, 0.5 / max(size, np.finfo(float).tiny))
+        new, new_target = _linearized(problem, _displaced(fit, step))
+        if _merit(new, price, stiffness) < _merit(fit, price, stiffness) or size < TRUSTED_STEP:
+            return size, damping / 10 if damping > LEAST_DAMPING * stiffness**2 else 0.0, (new, new_target)
+        damping = max(10 * damping, LEAST_DAMPING * stiffness**2)
+    return size, damping, None
+
+
+def _restored(problem: JointProblem, fit: JointFit, target: Linear) -> JointFit:
+    """The fit moved onto the exact relations by the shortest way, where they do not quite hold yet."""
+    for _ in range(3):
+        if fit.missing < 1e-13:
+            break
+        onto = np.linalg.lstsq(fit.constraints, -target[1], rcond=RANK)[0]
+        fit, target = _linearized(problem, _displaced(fit, onto * min(1.0, 0.5 / np.abs(onto).max())))
+    return fit
 
 
 def _merit(fit: JointFit, price: float, stiffness: float) -> float:
@@ -115,7 +138,7 @@ def _displaced(fit: JointFit, step: Floats) -> dict[str, Surface]:
     }
 
 
-def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple[JointFit, tuple[Floats, Floats]]:
+def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple[JointFit, Linear]:
     """The fit as it stands, and the right-hand sides: residuals over sigma, and what is missing to exact relations."""
     columns, width = columns_of(surfaces)
     lengths = _lengths(surfaces, columns, width, problem.scale)
@@ -163,7 +186,7 @@ def _lengths(surfaces: Mapping[str, Surface], columns: Mapping[str, slice], widt
     return lengths
 
 
-def _step(fit: JointFit, residual: Floats, missing: Floats) -> tuple[Floats, float]:
+def _step(fit: JointFit, residual: Floats, missing: Floats, damping: float) -> tuple[Floats, float]:
     """The displacement that the linearised problem asks for, in scaled units, and twice what the relations cost there.
 
     That cost is the sum of the Lagrange multipliers: the chi-square that is lost per unit of what is missing.
@@ -171,7 +194,11 @@ def _step(fit: JointFit, residual: Floats, missing: Floats) -> tuple[Floats, flo
     width = fit.jacobian.shape[1]
     onto = np.linalg.lstsq(fit.constraints, -missing, rcond=RANK)[0] if len(missing) else np.zeros(width)
     span = _null_space(fit.constraints, width)
-    within = np.linalg.lstsq(fit.jacobian @ span, -(residual + fit.jacobian @ onto), rcond=RANK)[0]
+    rows, right = fit.jacobian @ span, -(residual + fit.jacobian @ onto)
+    if damping > 0:
+        free = rows.shape[1]
+        rows, right = np.vstack([rows, np.sqrt(damping) * np.eye(free)]), np.concatenate([right, np.zeros(free)])
+    within = np.linalg.lstsq(rows, right, rcond=RANK)[0]
     step = np.asarray(onto + span @ within, dtype=np.float64)
     if not len(missing):
         return step, 0.0

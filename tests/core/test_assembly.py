@@ -2,7 +2,18 @@
 
 import numpy as np
 import pytest
-from core.problems import BALLS, BALLS_RECIPE, ball_distances, pose_error, related, touch_all
+from core.problems import (
+    BALLS,
+    BALLS_RECIPE,
+    CYLINDER_SPHERE,
+    CYLINDER_SPHERE_RECIPE,
+    CYLINDER_SPHERE_TOUCH,
+    ball_distances,
+    distance,
+    pose_error,
+    related,
+    touch_all,
+)
 
 from tactfix.assembly import assembled_solutions
 
@@ -29,3 +40,22 @@ def test_exact_distances_hold_and_no_noise_loses_the_truth(sigma, unit):
 
 def scaled_distances(unit):
     return [type(r)(r.kind, r.between, r.value * unit, r.sigma * unit) for r in ball_distances()]
+
+
+NEXT_TO_A_DOUBLE_ROOT = [(48, 1e-4), (95, 1e-4), (71, 1e-3), (12, 5e-3), (22, 5e-3), (56, 5e-3), (92, 5e-3)]
+
+
+@pytest.mark.parametrize(("seed", "sigma"), NEXT_TO_A_DOUBLE_ROOT)
+def test_ball_whose_two_places_all_but_coincide_is_not_lost(seed, sigma):
+    """Two contacts and the distance leave two places for the ball; noise pushes them together and beyond."""
+    rng = np.random.default_rng([7, seed])
+    fixture = related(CYLINDER_SPHERE, [distance("bar", "ball", 3.0)], CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH)
+    truth = touch_all(CYLINDER_SPHERE, {"bar": 5, "ball": 2}, rng, sigma=sigma)
+    contacts = truth.contacts(rng)
+    found = assembled_solutions(fixture, contacts, contacts.sigmas).found
+    assert min(np.linalg.norm(pose_error(s.base_from_fixture, truth.pose)[:3]) for s in found) < 0.3
+    for solution in found:
+        gap = np.cross(
+            solution.surfaces["ball"].center - solution.surfaces["bar"].point, solution.surfaces["bar"].direction
+        )
+        assert np.linalg.norm(gap) == pytest.approx(3.0, abs=1e-8)
