@@ -98,7 +98,7 @@ def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFi
 def _improved(
     problem: JointProblem, fit: JointFit, target: Linear, damping: float
 ) -> tuple[float, float, tuple[JointFit, Linear] | None]:
-    """The size of the first step that improves the fit, more and more damped; the damping to go on with; the new fit."""
+    """The size of the first step that improves the fit, more and more damped; the next damping; the new fit."""
     stiffness = float(np.linalg.norm(fit.jacobian))
     size = np.inf
     for _ in range(MOST_DAMPINGS):
