@@ -60,9 +60,11 @@ def test_what_is_made_already_counts():
     search = search_on(ball_and_bar())
     touches = polished(search, exchanged(search, start(search, 7))).touches
     made = Search(search.objective, search.pool, touches.take(np.arange(5)))
-    beside = exchanged(made, start(made, 2))
-    assert beside.score <= search.choice(touches).score * 1.02
-    assert np.linalg.norm(beside.touches.points[:, None] - made.made.points[None], axis=2).min() > 1e-3
+    beside = min((exchanged(made, start(made, 2, seed)) for seed in range(4)), key=lambda choice: choice.score)
+    random = [made.choice(start(made, 2, seed)).score for seed in range(100, 600)]
+    assert beside.score <= min(random)
+    assert polished(made, beside).score <= search.choice(touches).score * 1.05
+    assert not search.pool.crowded(beside.touches, made.made).any()
 
 
 def test_one_start_gives_one_set():

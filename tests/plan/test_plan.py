@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from reach.cells import all_cells, ball_and_bar, cube_corner, placed, plate_with_all, surfaces_of, three_balls
 from reach.ray_walk import deepest, depth_in_ball, depth_in_bar
+from studies.plan_against_random import plan_worst_sigma
 
 from tactfix.accuracy import point_covariance, worst_sigma
 from tactfix.errors import UsageError
@@ -27,11 +28,8 @@ def test_a_plan_is_unique_and_locate_agrees_on_its_covariance(fixture, count):
     result = locate(fixture, found.contacts)
     assert result.status == "located"
     assert np.allclose(result.base_from_fixture, np.eye(4), atol=1e-6)
-    assert np.allclose(result.covariance, found.covariance, rtol=2e-2, atol=2e-2 * np.abs(found.covariance).max())
-    at_corners = worst_sigma(
-        point_covariance(np.eye(4), result.covariance, extreme_points(surfaces_of(fixture), fixture.touch))
-    )
-    assert found.worst_sigma == pytest.approx(at_corners.max(), rel=1e-3)
+    assert np.allclose(result.covariance, found.covariance, rtol=1e-6)
+    assert found.worst_sigma == pytest.approx(plan_worst_sigma(fixture, found), rel=1e-3)
 
 
 @pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactfix.access import access_of
+from tactfix.accuracy import point_covariance, worst_sigma
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
@@ -13,7 +14,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.locate import locate
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
-from tactfix.planning.information import Criterion, Objective, rows_of, worst_sigma
+from tactfix.planning.information import Criterion, Objective, rows_of
 from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
 from tactfix.planning.pool import Touches, joined, pool_of
 from tactfix.planning.result import Plan, PlanStep
@@ -142,8 +143,11 @@ class Task:
             second = judged(self.fixture, joined_contacts(fixed, turned))
             if second.located and len(second.rivals) < len(verdict.rivals):
                 nominal, verdict = turned, second
-        information = self.search.information(touches)
-        sigma, corner = worst_sigma(information, self.search.objective.corners)
+        # What locate says of the covariance counts relations with a sigma of their own; the search took them as exact.
+        covariance = verdict.result.covariance
+        covariance = self._covariance(touches) if covariance is None else covariance
+        corners = pool.access.centre + pool.access.radius * self.search.objective.corners
+        sigmas = worst_sigma(point_covariance(np.eye(4), covariance, corners))
         base_from_fixture = None if self.made is None else self.made.base_from_fixture
         return Plan(
             fixture=self.fixture.name,
@@ -151,9 +155,9 @@ class Task:
             contacts=nominal if base_from_fixture is None else _moved(nominal, base_from_fixture),
             base_from_fixture=base_from_fixture,
             criterion=self.search.objective.criterion,
-            worst_sigma=sigma,
-            worst_point=pool.access.centre + pool.access.radius * self.search.objective.corners[corner],
-            covariance=self._covariance(touches),
+            worst_sigma=float(sigmas.max()),
+            worst_point=corners[np.argmax(sigmas)],
+            covariance=covariance,
             located=verdict.located,
             rivals=len(verdict.rivals),
         )
@@ -179,7 +183,7 @@ def _refuse_free_motion(fixture: Fixture, touches: Touches) -> None:
 
 def _made(fixture: Fixture, existing: Contacts) -> _Made:
     """The contacts already made, carried into the fixture frame by the pose (the best one left) that they give."""
-    result = locate(fixture, existing)
+    result = locate(fixture, existing, explain=False)
     accepted = [candidate for candidate in result.candidates if candidate.accepted]
     if not accepted:
         raise UsageError(
