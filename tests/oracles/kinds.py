@@ -1,0 +1,43 @@
+"""Kinds of problems: which feature types, and how many of the six contacts on each; written cylinder4+sphere2."""
+
+import re
+
+TYPE_ORDER = ("cylinder", "sphere", "plane")
+
+# kind: number of complex poses. Confirmed by the reference table of this project (made by another method).
+CONFIRMED = {
+    "plane3+plane2+plane1": 4,
+    "plane2+plane2+plane2": 8,
+    "sphere3+plane2+plane1": 8,
+    "sphere2+plane3+plane1": 8,
+    "sphere2+plane2+plane2": 16,
+    "sphere1+plane3+plane2": 8,
+    "sphere3+sphere2+plane1": 8,
+    "sphere3+sphere1+plane2": 8,
+    "sphere2+sphere2+plane2": 16,
+    "sphere2+sphere1+plane3": 8,
+    "sphere3+sphere2+sphere1": 8,
+    "sphere2+sphere2+sphere2": 16,
+    "cylinder4+plane2": 48,
+    "cylinder3+plane3": 24,
+    "cylinder4+sphere2": 96,
+    "cylinder3+sphere3": 48,
+    "cylinder4+cylinder2": 192,
+    "cylinder3+cylinder3": 288,
+    "sphere1+sphere1+sphere1+sphere1+sphere1+sphere1": 40,
+}
+KINDS = dict(CONFIRMED)
+
+
+def kind_of(counts: list[tuple[str, int]]) -> str:
+    """The name of a kind from (type, contacts) of each feature, in any order."""
+    ordered = sorted(counts, key=lambda item: (TYPE_ORDER.index(item[0]), -item[1]))
+    return "+".join(f"{name}{count}" for name, count in ordered)
+
+
+def feature_list(kind: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Feature types and contacts on each, in the order of the name."""
+    parts = [re.fullmatch(r"(plane|sphere|cylinder)(\d)", part) for part in kind.split("+")]
+    if not all(parts) or sum(int(p[2]) for p in parts if p) != 6:
+        raise ValueError(f"not a kind of problem with six contacts: {kind!r}")
+    return tuple(p[1] for p in parts if p), tuple(int(p[2]) for p in parts if p)
