@@ -165,5 +165,5 @@ def _sigmas(numbers: Numbers, pose: Pose) -> str:
     rows = list(zip(numbers.labels, sigmas, units, strict=True))
     parts = [f"{label} {sigma:.2g} {unit}".strip() for label, sigma, unit in rows if not np.isnan(sigma)]
     if np.isnan(sigmas).any():
-        parts.append(f"rotation {np.rad2deg(_rotation_sigma(pose)):.2g} deg (gimbal lock: no angle for itself)")
+        parts.append(f"rotation {np.rad2deg(_rotation_sigma(pose)):.2g} deg, no angle for itself in gimbal lock")
     return "sigma: " + ", ".join(parts)

@@ -107,8 +107,17 @@ def test_sigmas_stand_in_a_comment_where_there_are_comments():
 def test_gimbal_lock_is_named_instead_of_a_sigma_without_bounds():
     for name, rotation in [("kuka", turn("y", 90)), ("kuka", turn("y", -89.8)), ("kawasaki", np.eye(3))]:
         text = write_pose(name, pose(rotation, covariance=covariance(1e-3, 0.1))).text
-        assert "Z 0.1 mm, rotation 0.057 deg (gimbal lock" in text
+        assert "Z 0.1 mm, rotation 0.057 deg, no angle for itself in gimbal lock" in text
     assert "gimbal" not in write_pose("kuka", pose(turn("y", 89), covariance=covariance(1e-3, 0.1))).text
+
+
+@pytest.mark.parametrize("name", [name for name, dialect in DIALECTS.items() if dialect.comments and dialect.numbers])
+def test_a_remark_cannot_end_its_comment(name):
+    text = write_pose(name, pose(np.eye(3), covariance=covariance(1e-3, 0.1)), force=True).text
+    remark = next(line for line in text.splitlines() if "sigma: " in line)
+    assert remark.count("(") <= 1
+    assert remark.count(")") <= 1
+    assert remark.removeprefix("<!--").removesuffix("-->").count("--") == remark.startswith("--")
 
 
 def test_a_covariance_follows_the_units():
