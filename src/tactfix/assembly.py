@@ -37,7 +37,7 @@ DIFFERENCE = 1e-6
 """Step of the central differences of the frame (rad, and fixture sizes): their error, its square, is rounding."""
 
 
-def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Solutions:
+def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
     """Every pose of a fixture by relations that explains contacts and relations; sigmas (n,) of the residuals.
 
     Where none does, the best one alone, its chi2 above the limit. Where contacts and relations leave something free,
@@ -46,7 +46,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats) ->
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     located = _located(fixture, contacts, sigmas)
     if located is None:
-        return _unlocated(fixture, contacts, sigmas, problem)
+        return _unlocated(fixture, contacts, sigmas, problem, with_misses)
     fits = [joint_fit(problem, _anchored(surfaces, contacts)) for surfaces in located]
     return _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
 
@@ -118,12 +118,14 @@ def _alike(one: JointFit, other: JointFit, scale: float) -> bool:
     return all(same_surface(s, other.surfaces[n], 1e-7 * scale, 1e-7) for n, s in one.surfaces.items())
 
 
-def _unlocated(fixture: Fixture, contacts: Contacts, sigmas: Floats, problem: JointProblem) -> Solutions:
+def _unlocated(
+    fixture: Fixture, contacts: Contacts, sigmas: Floats, problem: JointProblem, with_misses: bool
+) -> Solutions:
     """The rigid shapes where the relations fix one, and otherwise samples of what is free."""
     shapes = realize(fixture)
     if not shapes:
         return _samples(fixture, contacts, problem)
-    parts = [rigid_solutions(shape, contacts, sigmas) for shape in shapes]
+    parts = [rigid_solutions(shape, contacts, sigmas, with_misses) for shape in shapes]
     if all(r.sigma == 0 for r in fixture.relations) or any(part.continuum or part.dof < 0 for part in parts):
         return _merged(parts)
     fits = [joint_fit(problem, _anchored(solution.surfaces, contacts)) for part in parts for solution in part.found]

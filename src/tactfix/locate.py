@@ -34,15 +34,15 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     """Find where a fixture stands.
 
     contacts are in base and in the fixture's units. With scale_sigma the covariance is scaled by chi2 / dof where there
-    are degrees of freedom, instead of trusting sigma. With explain=False an inconsistent result comes without the search
-    for what would make it consistent.
+    are degrees of freedom, instead of trusting sigma. With explain=False an inconsistent result comes without the
+    nearest miss and the search for what would make it consistent.
 
     Returns a LocateResult whose status is "located" exactly when one pose is left.
     Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
     """
     _refuse_foreign(fixture, contacts)
-    sigmas = contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
-    solutions = solve(fixture, contacts, sigmas)
+    sigmas = _sigmas(fixture, contacts)
+    solutions = solve(fixture, contacts, sigmas, with_misses=explain)
     verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
     verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
     left = [s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons]
@@ -54,15 +54,23 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
         return _with_next_contact(result, fixture, contacts, left)
     if status == "underdetermined":
         return _with_free_motions(result, fixture, contacts, solutions, left)
-    return replace(result, warnings=(*result.warnings, *suspicions(fixture, contacts))) if explain else result
+    return _with_suspicions(result, fixture, contacts) if explain else result
 
 
-def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Solutions:
-    """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations."""
+def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
+    """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
+
+    Where there is none the nearest miss, unless without with_misses.
+    """
     if fixture.is_placed:
         surfaces = {name: f.surface for name, f in fixture.features.items() if f.surface is not None}
-        return rigid_solutions(surfaces, contacts, sigmas)
-    return assembled_solutions(fixture, contacts, sigmas)
+        return rigid_solutions(surfaces, contacts, sigmas, with_misses)
+    return assembled_solutions(fixture, contacts, sigmas, with_misses)
+
+
+def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
+    """Standard deviation (n,) of each residual, the features' own included."""
+    return contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
@@ -202,3 +210,17 @@ def _with_free_motions(
     samples = left or solutions.found
     motions = free_motions(fixture, contacts, samples[0]) if samples else ()
     return replace(result, free_motions=motions)
+
+
+def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts) -> LocateResult:
+    """The result with what would make the contacts consistent."""
+
+    def solve_again(corrected: Contacts) -> Solutions:
+        return solve(fixture, corrected, _sigmas(fixture, corrected))
+
+    def is_consistent(corrected: Contacts) -> bool:
+        return locate(fixture, corrected, explain=False).status in ("located", "ambiguous")
+
+    fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
+    found = suspicions(fixture, contacts, fits, solve_again, is_consistent)
+    return replace(result, warnings=(*result.warnings, *found))

@@ -74,6 +74,14 @@ def find_zeros(equations: PoseEquations, cost_limit: float, starts: int = START_
     return Zeros(*_split(kept), complete=complete and not continuum, continuum=continuum)
 
 
+def nearest_misses(equations: PoseEquations, starts: int) -> Zeros:
+    """Local minima of the residuals where there is no zero: one descent from each start, nothing claimed of the rest."""
+    rotations = rotations_from_quaternions(covering_quaternions(starts))
+    found = descend(equations, rotations, centred_offsets(equations, rotations), np.inf)
+    best = found[np.argsort(found[:, 12])[:MISSES]]
+    return Zeros(*_split(best), complete=True, continuum=False)
+
+
 def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
     """Whether the poses (k, 13) are samples of a free motion: too many of them, or too many with a singular Jacobian."""
     if len(equations) < 6 or len(poses) > MOST_ZEROS:
@@ -146,6 +154,9 @@ def _distinct(found: Floats, kept: Floats, counts: Ints) -> tuple[Floats, Ints]:
         kept, counts = np.concatenate([kept, pose[None]]), np.append(counts, 1)
     return kept, counts
 
+
+MISSES = 8
+"""Nearest misses that are looked at again with all contacts."""
 
 SINGULAR = 1e-5
 """Ratio of singular values below which a pose is a double root or one of a continuum, ..."""

@@ -19,7 +19,7 @@ from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.pose_equations import PoseEquations, pose_equations
-from tactfix.pose_search import START_ROTATIONS, Zeros, find_zeros, polish
+from tactfix.pose_search import START_ROTATIONS, Zeros, find_zeros, nearest_misses, polish
 from tactfix.refinement import PoseFit, fit_at
 
 SEARCHED = 18
@@ -50,8 +50,12 @@ class PoseSearch:
         return np.array(kept).reshape(-1, 4, 4)
 
 
-def all_poses(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> PoseSearch:
+def all_poses(
+    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+) -> PoseSearch:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
+
+    Where there is none the nearest miss, or nothing without with_misses.
 
     With fewer than six contacts, or six that leave a motion free, the fits are samples of a continuum.
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
@@ -66,8 +70,8 @@ def all_poses(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Float
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
     starts = START_ROTATIONS >> min(max(len(index) - 6, 0), 3)
     zeros = find_zeros(searched, cost_limit, starts)
-    if not len(zeros.costs):
-        zeros = find_zeros(searched, np.inf, starts // 4)
+    if not len(zeros.costs) and with_misses:
+        zeros = nearest_misses(searched, starts)
     if zeros.continuum:
         zeros = zeros.sample(SAMPLES)
     zeros = polish(equations, zeros)

@@ -15,12 +15,14 @@ UNRESOLVED = 0.5
 """Two poses whose residuals differ by less than this many sigma in all are one: no contact at hand tells them apart."""
 
 
-def rigid_solutions(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> Solutions:
+def rigid_solutions(
+    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+) -> Solutions:
     """Every pose of a rigid fixture that explains the contacts; surfaces in its frame, sigmas (n,) of the residuals.
 
-    Where none does, the best one alone, its chi2 above the limit.
+    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
-    search = all_poses(surfaces, contacts, sigmas)
+    search = all_poses(surfaces, contacts, sigmas, with_misses)
     found = [_solution(fit, contacts) for fit in distinct(search.fits)]
     return Solutions(tuple(found), len(contacts) - 6, search.limit, search.complete, search.continuum)
 

@@ -1,22 +1,32 @@
 """Why no pose explains the contacts: single mistakes that would make them consistent.
 
-Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are reported, the
-most telling first. A cell makes these mistakes: one bad contact, two labels swapped, one or all approaches reversed, a
-wrong unit, a forgotten or wrong tip radius.
+Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are reported.
+A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit, one bad contact,
+two labels swapped. Only approaches are doubted where a pose fits but for them; labels only where nothing else explains it.
+
+The tip radius is estimated: at the best pose the residuals that no motion of the fixture explains are projected on what
+a change of the tip radius does (the same shift along every outward normal), and the fixture is solved again, a few
+times.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
+from tactfix.refinement import SMALLEST_RATIO, sensitivity
+from tactfix.solution import Solutions
 
 MOST_CONTACTS = 12
 """Contacts that are doubted one by one, those with the largest residuals first."""
+TIP_STEPS = 6
+SEEN = 1e-3
+"""Share of a change of the tip radius that some residual must show: three faces of a cube do not show any."""
 UNIT_FACTORS = {25.4: "inches", 1 / 25.4: "mm read as inches", 1000.0: "metres", 1e-3: "micrometres"}
 
 
@@ -28,34 +38,41 @@ class Hypothesis:
     contacts: Contacts
 
 
-def suspicions(fixture: Fixture, contacts: Contacts) -> tuple[str, ...]:
-    """What would make the contacts consistent, in words; says so where no single mistake explains them."""
-    found = tuple(h.message for h in _hypotheses(fixture, contacts) if _is_consistent(fixture, h.contacts))
-    return found or (
-        "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?",
-    )
+Solve: TypeAlias = Callable[[Contacts], Solutions]
+IsConsistent: TypeAlias = Callable[[Contacts], bool]
+
+NOTHING_EXPLAINS = (
+    "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
+)
 
 
-def _is_consistent(fixture: Fixture, contacts: Contacts) -> bool:
-    from tactfix.locate import locate
+def suspicions(
+    fixture: Fixture, contacts: Contacts, fits: bool, solve: Solve, is_consistent: IsConsistent
+) -> tuple[str, ...]:
+    """What would make the contacts consistent, in words; says so where no single mistake explains them.
 
+    fits: whether a pose fits the points, and only approach, touch box or path speak against it. solve gives the solutions
+    for corrected contacts, is_consistent says whether a pose is left for them.
+    """
+    stages = [_approaches(contacts)] if fits else [_tip_radii(fixture, contacts, solve), _units(contacts)]
+    stages += [_single_contacts(contacts), _labels(contacts)]
+    found: list[str] = []
+    for stage in stages:
+        if stage is stages[-1] and found:
+            break
+        found += [hypothesis.message for hypothesis in stage if _holds(hypothesis.contacts, is_consistent)]
+    return tuple(found) or (NOTHING_EXPLAINS,)
+
+
+def _holds(contacts: Contacts, is_consistent: IsConsistent) -> bool:
     try:
-        return locate(fixture, contacts, explain=False).status in ("located", "ambiguous")
+        return is_consistent(contacts)
     except TactfixError:
         return False
 
 
-def _hypotheses(fixture: Fixture, contacts: Contacts) -> Iterator[Hypothesis]:
-    yield from _approaches(contacts)
-    yield from _tip_radii(contacts)
-    yield from _units(contacts)
-    yield from _labels(contacts)
-    if len(contacts) > 6:
-        yield from _single_contacts(contacts)
-
-
 def _single_contacts(contacts: Contacts) -> Iterator[Hypothesis]:
-    for i in range(min(len(contacts), MOST_CONTACTS)):
+    for i in range(min(len(contacts), MOST_CONTACTS) if len(contacts) > 6 else 0):
         rest = contacts.subset([k for k in range(len(contacts)) if k != i])
         label = f"{contacts.label(i)} ({contacts.features[i]})"
         yield Hypothesis(f"without {label} the others are consistent: touch it again", rest)
@@ -74,10 +91,38 @@ def _approaches(contacts: Contacts) -> Iterator[Hypothesis]:
         yield Hypothesis(message, replace(contacts, approaches=approaches))
 
 
-def _tip_radii(contacts: Contacts) -> Iterator[Hypothesis]:
+def _tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Iterator[Hypothesis]:
+    given = f"{contacts.tip_radius:g} {fixture.units}"
     if contacts.tip_radius > 0:
-        message = f"with tip radius 0 instead of {contacts.tip_radius:g} the contacts are consistent: are they corrected for the tip?"
+        message = f"with tip radius 0 instead of {given} the contacts are consistent: are they corrected for the tip?"
         yield Hypothesis(message, replace(contacts, tip_radius=0.0))
+    try:
+        corrected = _with_estimated_tip(contacts, solve)
+    except TactfixError:
+        return
+    if corrected is not None and corrected.tip_radius > 0:
+        value = f"{corrected.tip_radius:.4g} {fixture.units}"
+        yield Hypothesis(f"with a tip radius of {value} instead of {given} the contacts are consistent", corrected)
+
+
+def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
+    """The contacts with the tip radius that fits best, None where it cannot be told."""
+    for _ in range(TIP_STEPS):
+        solution = next(iter(solve(contacts).found), None)
+        if solution is None:
+            return None
+        jacobian = sensitivity(contacts.points, solution.normals, contacts.sigmas).jacobian
+        span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
+        span = span[:, values > SMALLEST_RATIO * values[0]]
+        shift = 1 / contacts.sigmas
+        unexplained = shift - span @ (span.T @ shift)
+        if np.linalg.norm(unexplained) < SEEN * np.linalg.norm(shift):
+            return None
+        change = float(unexplained @ (solution.residuals / contacts.sigmas) / (unexplained @ unexplained))
+        contacts = replace(contacts, tip_radius=contacts.tip_radius + change)
+        if abs(change) < 0.1 * contacts.sigmas.min():
+            break
+    return contacts
 
 
 def _units(contacts: Contacts) -> Iterator[Hypothesis]:
