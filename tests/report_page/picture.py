@@ -12,7 +12,7 @@ from report_page.browser import chromium
 from tactfix.cli.app import run
 
 SIZE = "{format: 'png', width: 1000, height: 560}"
-EYE = "{'scene.camera.eye': {x: 0.9, y: -1.1, z: 0.8}, showlegend: true}"
+EYE = "{'scene.camera.eye': {x: 1.3, y: -1.6, z: 1.1}, showlegend: true}"
 SCENE = "document.getElementById('scene')"
 
 
