@@ -44,6 +44,17 @@ class Patch:
             return Sphere(at, self.radius * scale, self.side)
         return Cylinder(at, self.along, self.radius * scale, self.side)
 
+    def clears(self, point: np.ndarray, approach: np.ndarray) -> bool:
+        """Whether the line on which a probe comes to a point keeps out of this ball, or bar without end."""
+        if self.kind == "plane" or self.side == "inner":
+            return True
+        arm, step = point - np.asarray(self.at, float), -approach
+        if self.kind == "cylinder":
+            along = np.asarray(self.along, float) / np.linalg.norm(self.along)
+            arm, step = arm - (arm @ along) * along, step - (step @ along) * along
+        far = max(0.0, -(arm @ step) / max(step @ step, 1e-12))
+        return bool(np.linalg.norm(arm + far * step) > self.radius)
+
     def touch(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """A random point of the surface and the outward normal there."""
         along = np.asarray(self.along, float) / np.linalg.norm(self.along)
@@ -131,18 +142,38 @@ def touch_all(
     scale: float = 1.0,
     feature_sigmas: Mapping[str, float] | None = None,
 ) -> Truth:
-    """Random touches, counts[name] on each feature; all lengths of patches, sigma and tip are multiplied by scale."""
+    """Random touches, counts[name] on each feature, that a probe can make on a straight line from far away.
+
+    All lengths of patches, sigma and tip are multiplied by scale.
+    """
     pose = random_pose(rng) if pose is None else np.array(pose, float)
     pose[:3, 3] *= scale
     names = tuple(name for name, n in counts.items() for _ in range(n))
-    drawn = [patches[name].touch(rng) for name in names]
-    points = scale * np.array([p for p, _ in drawn]).reshape(-1, 3)
-    normals = np.array([n for _, n in drawn]).reshape(-1, 3)
+    drawn = [_reachable_touch(patches, name, rng, cone, tip) for name in names]
+    points, normals, approaches = (np.array(part).reshape(-1, 3) for part in zip(*drawn, strict=True))
     turn = pose[:3, :3]
-    normals = normals @ turn.T
-    approaches = tilted(normals, rng, cone) if cone else -normals
     own = {n: s * scale for n, s in (feature_sigmas or {}).items()}
-    return Truth(pose, names, points @ turn.T + pose[:3, 3], normals, approaches, sigma * scale, tip * scale, own)
+    return Truth(
+        pose,
+        names,
+        scale * points @ turn.T + pose[:3, 3],
+        normals @ turn.T,
+        approaches @ turn.T,
+        sigma * scale,
+        tip * scale,
+        own,
+    )
+
+
+def _reachable_touch(patches, name, rng, cone, tip):
+    """A point, outward normal and approach on one feature, past all others."""
+    for _ in range(1000):
+        point, normal = patches[name].touch(rng)
+        approach = tilted(normal[None], rng, cone)[0] if cone else -normal
+        others = (patch for other, patch in patches.items() if other != name)
+        if all(patch.clears(point + tip * normal, approach) for patch in others):
+            return point, normal, approach
+    raise AssertionError(f"{name} cannot be reached")
 
 
 def box(x=(-INF, INF), y=(-INF, INF), z=(-INF, INF), scale: float = 1.0) -> TouchBox:
