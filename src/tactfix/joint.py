@@ -15,6 +15,7 @@ from tactfix.fixture import Relation
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced, residual_jacobian
 from tactfix.geometry.surfaces import Sphere, Surface, residuals
+from tactfix.noise import chi_square_limit
 from tactfix.relations import columns_of, relation_jacobian, relation_residuals
 
 Linear: TypeAlias = tuple[Floats, Floats]
@@ -27,6 +28,8 @@ LEAST_DAMPING = 1e-12
 RANK = 1e-9
 TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
+HOPELESS = 100.0
+"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit."""
 LEAST_SIGMA = 1e-12
 """A relation surer than this share of the fixture's size is exact."""
 
@@ -88,9 +91,11 @@ def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface]) -> JointFi
         if better is None:
             break
         new, target = better
-        settled = size < 1e-9 or (abs(fit.chi2 - new.chi2) <= 1e-13 * new.chi2 and new.missing < 1e-12)
+        gain = abs(fit.chi2 - new.chi2)
+        settled = size < 1e-9 or (gain <= 1e-13 * new.chi2 and new.missing < 1e-12)
+        hopeless = new.chi2 > HOPELESS * chi_square_limit(new.dof) and gain < 0.01 * new.chi2 and new.missing < 1e-9
         fit = new
-        if settled:
+        if settled or hopeless:
             break
     return _restored(problem, fit, target)
 
