@@ -31,11 +31,11 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
     xyz (a cubic through the corners of the frame has no others). caution: pairs whose cubic, relative to its
     amplitude, comes so close to zero without reaching it are not sure either.
     """
-    circle, real = circle_of_conic(conic)
+    circle, real, clear = circle_of_conic(conic)
     places, sure = trigonometric_zeros(_samples(circle, cubic), caution)
     places[:, :, ~real] = np.nan
     zeros = _on_circle(circle[:, :, None], places)
-    return CommonZeros(_polished(zeros, conic, cubic), sure | ~real)
+    return CommonZeros(_polished(zeros, conic, cubic), (sure | ~real) & clear)
 
 
 def _samples(circle: Floats, cubic: Floats) -> Floats:

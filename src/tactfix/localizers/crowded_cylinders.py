@@ -2,13 +2,11 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import Floats
 from tactfix.localizers.cylinder_directions import DIRECTIONS, direction_zeros
 from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states
 from tactfix.localizers.cylinder_search import real_directions
-
-_SAME = 1e-6
-_LARGEST_RADIUS = 1e5
+from tactfix.localizers.distinct_cylinders import distinct_roots
 
 _STEPS = 30
 """Real zeros need a few; the real part of a pair far from real may wander on and is not waited for."""
@@ -31,21 +29,14 @@ def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
     problem = CylinderProblem(contacts, np.ones(5), radius_known=False)
     states = problem.refined(states, _STEPS)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
-    good = (misses <= tolerance[owner] / scale[owner]) & (states[:, 6] < _LARGEST_RADIUS)
+    granted = tolerance / scale
+    good = misses <= granted[owner]
     found = np.full((len(points), DIRECTIONS, 7), np.nan)
     for k in np.unique(owner[good]):
-        mine = states[good & (owner == k)]
-        kept = mine[_distinct(mine)][:DIRECTIONS]
+        mine = np.flatnonzero(good & (owner == k))
+        own = CylinderProblem(unit_points[k], np.ones(5), radius_known=False)
+        kept = states[mine[distinct_roots(own, states[mine], misses[mine], float(granted[k]))[:DIRECTIONS]]]
         found[k, : len(kept)] = kept
         found[k, : len(kept), :3] = kept[:, :3] * scale[k] + origin[k]
         found[k, : len(kept), 6] *= scale[k]
     return found
-
-
-def _distinct(states: Floats) -> Ints:
-    """The indices of states (k, 7) that differ as surfaces."""
-    tilt_squared = 1.0 - (states[:, 3:6] @ states[:, 3:6].T) ** 2
-    place = states[:, [0, 1, 2, 6]]
-    shift_squared = np.sum((place[:, None] - place) ** 2, axis=-1)
-    same = np.maximum(tilt_squared, shift_squared) < _SAME**2
-    return np.flatnonzero(~np.tril(same, -1).any(axis=1))

@@ -9,28 +9,23 @@ from tactfix.localizers.cylinder_refinement import CylinderProblem
 from tactfix.localizers.cylinder_search import spread_subset, starting_states
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
 from tactfix.localizers.determination import determination
+from tactfix.localizers.distinct_cylinders import distinct, distinct_roots
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
 
-_SAME = 1e-6
-"""Axes nearer than this, in rad and in units of the contacts' extent, are one root reached twice."""
-
 _SAMPLE = 24
 """Contacts that the search looks at; the rest only refine what it found."""
 
 _FIRST_LOOK = 10
-"""Every start is followed for so many steps. Whatever explains the contacts has then all but settled."""
+"""Of more contacts than the fewest, every start is followed so many steps: what explains them has all but settled."""
 
 _HOPELESS = 1e4
 """A start so many times above the limit of chi-square is given up then, ..."""
 
 _BEST = 3
 """... but for the best of a redundant set, one of which is the least-squares optimum."""
-
-_LARGEST_RADIUS = 1e5
-"""In units of the contacts' extent: beyond, the contacts lie on a plane as far as doubles can tell."""
 
 
 def localize_cylinder(
@@ -75,26 +70,15 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
-    states = sample.refined(starting_states(points, weights, radius), _FIRST_LOOK)
-    chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
+    states = starting_states(points, weights, radius)
     dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
-    bound = _HOPELESS * chi_square_limit(dof)
-    order = _distinct(states, chi2)
-    promising = [i for rank, i in enumerate(order) if chi2[i] <= bound or (rank < _BEST and dof > 0)]
-    return _problem(contacts, radius).refined(states[promising])
-
-
-def _distinct(states: Floats, cost: Floats) -> list[int]:
-    """The indices of states (B, 7) that differ as surfaces, cheapest first."""
-    direction, place = states[:, 3:6], states[:, [0, 1, 2, 6]]
-    tilt_squared = 1.0 - (direction @ direction.T) ** 2
-    shift_squared = np.sum((place[:, None] - place) ** 2, axis=-1)
-    same = np.maximum(tilt_squared, shift_squared) < _SAME**2
-    kept: list[int] = []
-    for i in np.argsort(cost, kind="stable"):
-        if np.isfinite(cost[i]) and states[i, 6] < _LARGEST_RADIUS and not same[i, kept].any():
-            kept.append(int(i))
-    return kept
+    if dof > 0:
+        states = sample.refined(states, _FIRST_LOOK)
+        chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
+        bound = _HOPELESS * chi_square_limit(dof)
+        order = distinct(states, chi2)
+        states = states[[i for rank, i in enumerate(order) if chi2[i] <= bound or rank < _BEST]]
+    return _problem(contacts, radius).refined(states)
 
 
 def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:
@@ -102,7 +86,7 @@ def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats
     residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
     dof = len(contacts.points) - jacobians.shape[-1]
-    order = _distinct(states, chi2)
+    order = distinct_roots(problem, states, chi2, contacts.rounding)
     kept = [i for rank, i in enumerate(order) if chi2[i] <= chi_square_limit(dof) or (rank == 0 and dof > 0)]
     if not kept:
         return ()

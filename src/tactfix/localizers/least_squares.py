@@ -13,6 +13,12 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 """States (B, q) and parameter changes (B, p) -> new states (B, q)."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
+_NEARLY_A_ROOT = 1e-8
+"""Sum of squared residuals, in problems of unit size, below which a multiple root may be near."""
+
+_LAST_STEPS = 25
+"""Undamped steps near a multiple root: one of order three comes nearer by a third at each."""
+
 _EPS = float(np.finfo(np.float64).eps)
 
 _SETTLED = 1e-20
@@ -48,6 +54,39 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
             break
         active, damping = active[keep], damping[keep]
         residuals, jacobians, cost = residuals[keep], jacobians[keep], cost[keep]
+    return _finished(evaluate, step, states)
+
+
+def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
+    """The states of problems with as many parameters as residuals, taken on to the root if there is one.
+
+    Near a multiple root every damped step is short, whatever is left to go: here they are not damped.
+    """
+    active: Ints = np.arange(len(states))
+    residuals, jacobians = evaluate(states, active)
+    if jacobians.shape[-1] != jacobians.shape[-2]:
+        return states
+    cost = np.sum(residuals**2, axis=-1)
+    for _ in range(_LAST_STEPS):
+        keep = ~_exact(states[active], residuals, cost) & (cost < _NEARLY_A_ROOT)
+        active, residuals, jacobians, cost = active[keep], residuals[keep], jacobians[keep], cost[keep]
+        if not active.size:
+            break
+        trial = step(states[active], _undamped_step(residuals, jacobians))
+        new_residuals, new_jacobians = evaluate(trial, active)
+        # The valley of a multiple root is curved: the well determined parameters have to follow the weak one.
+        for _ in range(2):
+            trial = step(trial, _undamped_step(new_residuals, new_jacobians, weakest=False))
+            new_residuals, new_jacobians = evaluate(trial, active)
+        new_cost = np.sum(new_residuals**2, axis=-1)
+        better = new_cost < cost
+        active, residuals, jacobians, cost = (
+            active[better],
+            new_residuals[better],
+            new_jacobians[better],
+            new_cost[better],
+        )
+        states[active] = trial[better]
     return states
 
 
@@ -69,3 +108,15 @@ def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
     change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
     return np.asarray(change), np.asarray(-np.sum(change * gradient, axis=-1))
+
+
+def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -> Floats:
+    """The Gauss-Newton steps (B, p) by singular values: J^T J would lose those below the root of the rounding.
+
+    weakest: whether the step may go along the direction that the residuals see least.
+    """
+    u, singular, vh = np.linalg.svd(jacobians, full_matrices=False)
+    along = np.einsum("bnk,bn->bk", u, residuals)
+    seen = singular > 8 * _EPS * singular[:, :1]
+    seen[:, -1] &= weakest
+    return np.asarray(-np.einsum("bkp,bk->bp", vh, np.divide(along, singular, out=np.zeros_like(along), where=seen)))

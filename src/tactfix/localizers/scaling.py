@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.localizers.rounding import effective_sigmas
+from tactfix.localizers.rounding import ROUNDING, effective_sigmas
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -13,7 +13,7 @@ class UnitContacts:
     """points (n, 3) = (contacts - origin) / scale, of unit rms size about their mean.
 
     weights (n,): 1 on average, larger for surer contacts. sigma: one standard deviation of a weighted residual, in
-    units of scale.
+    units of scale. rounding: what rounding of the coordinates makes of a residual, in units of scale.
     """
 
     points: Floats
@@ -21,6 +21,7 @@ class UnitContacts:
     sigma: float
     origin: Floats
     scale: float
+    rounding: float
 
     def __post_init__(self) -> None:
         for name in ("points", "weights", "origin"):
@@ -35,4 +36,5 @@ def unit_contacts(points: Floats, sigmas: Floats | float | None) -> UnitContacts
     scale = float(np.sqrt(np.mean(np.sum(centred**2, axis=1)))) or 1.0
     # The sigma that all contacts would need to carry the same information together.
     common = float(1.0 / np.sqrt(np.mean(deviations**-2)))
-    return UnitContacts(centred / scale, common / deviations, common / scale, origin, scale)
+    rounding = 16 * ROUNDING * float(np.max(np.abs(points))) / scale
+    return UnitContacts(centred / scale, common / deviations, common / scale, origin, scale, rounding)
