@@ -1,0 +1,8 @@
+"""`python -m tactfix`: the command line, also where the script is not on the PATH."""
+
+import sys
+
+from tactfix.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,77 @@
+"""Every contact file of samples/ through the command line, held against what its generator knows."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from samples.generate import SAMPLES, SIGMAS_ALLOWED, all_files
+
+FILES = all_files()
+CASES = [path for path in FILES if path.suffix == ".csv"]
+
+
+def located(path: Path, *options: str) -> tuple[subprocess.CompletedProcess[str], dict]:
+    expected = json.loads(FILES[path.with_name(path.stem.replace("contacts", "expected") + ".json")])
+    fixture = SAMPLES.parent / expected["fixture"]
+    command = [sys.executable, "-m", "tactfix", "locate", str(fixture), str(SAMPLES / path), *options]
+    return subprocess.run(command, capture_output=True, text=True, check=False), expected
+
+
+def turn_and_shift(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Angle (rad) and distance of the origins between two poses."""
+    chord = np.linalg.norm(one[:3, :3] - other[:3, :3]) / np.sqrt(8)
+    return float(2 * np.arcsin(min(chord, 1.0))), float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+
+
+def is_near(found: np.ndarray, true: np.ndarray, tolerance: dict[str, float]) -> bool:
+    turn, shift = turn_and_shift(found, true)
+    return turn <= tolerance["rotation"] and shift <= tolerance["translation"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_the_files_are_what_the_generator_makes(path: Path) -> None:
+    assert (SAMPLES / path).read_text(encoding="utf-8") == FILES[path]
+
+
+@pytest.mark.parametrize("path", CASES, ids=str)
+def test_exit_status_and_matrix(path: Path) -> None:
+    done, expected = located(path)
+    assert done.returncode == expected["exit"], done.stderr
+    if expected["transform"] is None:
+        assert not done.stdout
+        return
+    found = np.loadtxt(done.stdout.splitlines())
+    assert found.shape == (4, 4)
+    assert is_near(found, np.array(expected["transform"]), expected["tolerance"])
+
+
+@pytest.mark.parametrize("path", CASES, ids=str)
+def test_json(path: Path) -> None:
+    done, expected = located(path, "--json")
+    said = json.loads(done.stdout)
+    assert (said["status"], said["units"]) == (expected["status"], expected["units"])
+    left = [np.array(c["transform"]) for c in said["candidates"] if c["accepted"]]
+    wanted = [np.array(p) for p in expected.get("poses", [expected["transform"]])]
+    assert len(left) == len(wanted)
+    assert all(any(is_near(found, true, expected["tolerance"]) for found in left) for true in wanted)
+    assert (said["transform"] is None) == (expected["transform"] is None)
+
+
+@pytest.mark.parametrize("path", [p for p in CASES if p.parent.name != "cylinder-sphere"], ids=str)
+def test_sigma_is_that_of_the_generators_own_jacobian(path: Path) -> None:
+    """Within the few per cent by which features of unequal sigma differ from the generator's one sigma for all."""
+    done, expected = located(path, "--json")
+    covariance = np.array(json.loads(done.stdout)["covariance"])
+    for part, name in ((covariance[:3, :3], "rotation"), (covariance[3:, 3:], "translation")):
+        sigma = np.sqrt(np.linalg.eigvalsh(part)[-1])
+        assert sigma == pytest.approx(expected["tolerance"][name] / SIGMAS_ALLOWED, rel=0.1)
+
+
+def test_the_samples_differ_by_more_than_their_tolerance() -> None:
+    """Else any pose would do: the second pose of the paper's ambiguous case is far outside the tolerance."""
+    expected = json.loads(FILES[Path("cylinder-sphere/expected-normal.json")])
+    one, other = (np.array(p) for p in expected["poses"])
+    assert not is_near(one, other, {name: 1000 * value for name, value in expected["tolerance"].items()})
