@@ -52,7 +52,7 @@ _LOOSEST: Final = 0.1
 class ContactCheck:
     """The verdict on contacts. certainty and margins are None where they leave a motion free.
 
-    is_settled: the contacts leave one pose only. unreachable: features that no spread contact can touch.
+    is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
     """
 
     certainty: Certainty | None
@@ -100,7 +100,8 @@ def check_contacts(
     findings += certainty_findings(sure, sigma, max_sigma, fixture.units)
     findings += margin_findings(margin, source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, sure, source, fixture.units)
-    return ContactCheck(sure, margin, spots, margin.is_unique, unreachable, tuple(findings))
+    is_settled = source != "spread" and margin.is_unique
+    return ContactCheck(sure, margin, spots, is_settled, unreachable, tuple(findings))
 
 
 def _alternatives(fixture: Fixture, touched: Touched) -> Alternatives:

@@ -54,14 +54,20 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
 
 
 def _farthest(points: Floats, count: int) -> list[int]:
-    """Indices of at most count of the points (n, 3), each as far as can be from those before it."""
+    """Indices of at most count of the points (n, 3), each as far as can be from those before it.
+
+    Distances are compared to nine digits, so that points as far as each other are taken in order in every unit.
+    """
     if not len(points):
         return []
-    chosen = [int(np.argmax(((points - points.mean(axis=0)) ** 2).sum(axis=1)))]
-    gaps = ((points - points[chosen[0]]) ** 2).sum(axis=1)
+    arms = points - points.mean(axis=0)
+    scaled = arms / (np.abs(arms).max() or 1.0)
+    gaps = (scaled**2).sum(axis=1)
+    chosen: list[int] = []
     while len(chosen) < min(count, len(points)):
-        chosen.append(int(np.argmax(gaps)))
-        gaps = np.minimum(gaps, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
+        chosen.append(int(np.argmax(np.round(gaps, 9))))
+        nearer = ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1)
+        gaps = nearer if len(chosen) == 1 else np.minimum(gaps, nearer)
     return chosen
 
 

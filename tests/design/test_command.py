@@ -1,0 +1,108 @@
+"""tactfix design-check from outside: exit status, JSON, tables, JUnit, explanations."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from tactfix.cli import main
+
+BAD = Path(__file__).parent / "bad"
+
+
+def run(capsys, *arguments):
+    status = main(["design-check", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_json_holds_what_the_contract_says(capsys):
+    status, out, err = run(capsys, BAD / "ball-beside-bar.yaml", "--json", "--at", "1,2,3")
+    report = json.loads(out)
+    assert status == 1
+    assert err == ""
+    assert report["schema"] == "tactfix/design-check/1"
+    assert report["status"] == "error"
+    (symmetry,) = report["symmetries"]
+    assert symmetry["broken_by"] is None
+    np.testing.assert_allclose(symmetry["transform"], np.diag([1, -1, -1, 1]), atol=1e-12)
+    contacts = report["contacts"]
+    assert contacts["minimum_total"] == 6
+    assert contacts["alone"] == {"bar": 4, "ball": 3}
+    assert contacts["paper"] == {"bar": 5, "ball": 2}
+    assert contacts["minimal_sets"] == [{"bar": 4, "ball": 2}, {"bar": 3, "ball": 3}]
+    assert contacts["complex_poses"] == [96, 48]
+    assert np.shape(report["accuracy"]["covariance"]) == (6, 6)
+    assert report["accuracy"]["at"][0]["point"] == [1.0, 2.0, 3.0]
+    assert {"O1", "O2", "O3", "O4", "O5", "length"} == set(report["accuracy"]["observability"])
+    assert {"error", "detectable", "pose_shift", "message"} <= set(report["blind_spots"][0])
+    assert {"code", "status", "message", "hint"} == set(report["checks"][0])
+
+
+def test_free_motions_in_json(capsys):
+    status, out, _ = run(capsys, BAD / "ball-on-axis.yaml", "--json")
+    (motion,) = json.loads(out)["free_motions"]
+    assert status == 1
+    assert motion["message"] == "rotates about the axis of bar"
+    np.testing.assert_allclose(np.abs(motion["rotation"]), [0, 1, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        (
+            "ball-beside-bar",
+            ["error", "half-turn", "touch: bar: {y: [", "4 bar + 2 ball", "observability", "tip_radius"],
+        ),
+        ("loose", ["relations_incomplete", "bar 4, ball 3"]),
+    ],
+)
+def test_table(capsys, name, lines):
+    _, out, _ = run(capsys, BAD / f"{name}.yaml")
+    for words in lines:
+        assert words in " ".join(out.split())
+    assert max(map(len, out.splitlines())) <= 100
+    assert "\x1b" not in out
+
+
+def test_output_and_junit_files(capsys, tmp_path):
+    status, out, _ = run(capsys, BAD / "prism.yaml", "--output", tmp_path / "r.json", "--junit", tmp_path / "r.xml")
+    assert status == 1
+    assert out == ""
+    checks = json.loads((tmp_path / "r.json").read_text())["checks"]
+    suite = ElementTree.fromstring((tmp_path / "r.xml").read_text())
+    assert int(suite.get("tests")) == len(checks) == len(suite.findall("testcase"))
+    assert int(suite.get("failures")) == sum(c["status"] == "error" for c in checks) == len(suite.findall(".//failure"))
+
+
+def test_explain(capsys):
+    status, out, _ = run(capsys, "--explain", "blind_tip_radius")
+    assert status == 0
+    assert "3 sqrt 3" in out
+    status, _, err = run(capsys, "--explain", "blind_tip_radios")
+    assert status == 2
+    assert "blind_tip_radius" in err
+
+
+def test_neither_fixture_nor_explain_is_a_usage_error(capsys):
+    status, _, err = run(capsys)
+    assert status == 2
+    assert "fixture" in err
+
+
+def test_a_plan_from_a_file(capsys, tmp_path):
+    plan = tmp_path / "plan.csv"
+    head = "# units: mm\n# tip_radius: 1.0\n# sigma: 0.01\nfeature,x,y,z,nx,ny,nz\n"
+    rows = [
+        ("bar", 9 * np.cos(a), y, 9 * np.sin(a), np.cos(a), 0, np.sin(a))
+        for a, y in ((0, 20), (2, 20), (4, 21), (1, 50))
+    ]
+    rows += [
+        ("ball", 60 + 11 * n[0], 11 * n[1], 11 * n[2], *n) for n in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -0.6, -0.8))
+    ]
+    plan.write_text(head + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    _, out, _ = run(capsys, BAD / "ball-beside-bar.yaml", plan, "--json")
+    accuracy = json.loads(out)["accuracy"]
+    assert (accuracy["of"], accuracy["contacts"]) == ("plan", 8)

@@ -1,0 +1,208 @@
+"""Each shipped fixture and each bad one gives the finding that it must give."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from design.plans import BAD, ROOT, contacts_of, plan_at
+
+from tactfix.design.explanations import explanation, explanations
+from tactfix.design_check import Wishes, design_check
+from tactfix.errors import UsageError
+from tactfix.files.fixture_file import load_fixture
+from tactfix.simulate import simulate
+
+SHIPPED = {
+    "cylinder-sphere": ("warning", ("symmetry", "ok", "1 by touch")),
+    "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion lays")),
+    "robot-cell-plate": ("ok", ("blind_tip_radius", "ok", "the residuals show it")),
+    "three-planes": ("error", ("blind_tip_radius", "error", "off by 2.6 mm")),
+    "three-spheres": ("ok", ("margin", "ok", "no wrong pose")),
+}
+
+
+@cache
+def checked(name):
+    return design_check(load_fixture(ROOT / "fixtures" / f"{name}.yaml"))
+
+
+def codes(report, *severities):
+    return {f.code for f in report.findings if f.status in severities}
+
+
+def test_there_are_at_least_five_bad_fixtures():
+    assert len(list(BAD.glob("*.yaml"))) >= 5
+
+
+@pytest.mark.parametrize("path", sorted(BAD.glob("*.yaml")), ids=lambda p: p.stem)
+def test_bad_fixture(path):
+    code, severity = re.match(r"# must give: (\w+) (\w+)", path.read_text()).groups()
+    report = design_check(load_fixture(path))
+    assert code in codes(report, severity)
+    assert report.status == severity or (severity == "warning" and report.status == "error")
+    assert all(f.hint for f in report.findings if f.status != "ok"), "each finding says what to do"
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_fixture(name):
+    status, (code, severity, words) = SHIPPED[name]
+    report = checked(name)
+    assert report.status == status
+    assert any(f.code == code and f.status == severity and words in f.message for f in report.findings)
+    assert len(codes(report, "error")) == (status == "error")
+
+
+def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
+    """Theory: each face moves by the tip radius along its own normal, the corner by 3 sqrt 3."""
+    report = design_check(load_fixture(BAD / "corner.yaml"))
+    spots = {spot.error: spot for spot in report.blind_spots}
+    assert not spots["tip_radius"].detectable
+    assert spots["tip_radius"].pose_shift == pytest.approx(3 * np.sqrt(3), rel=1e-9)
+    assert spots["tip_sign"].pose_shift == pytest.approx(6 * np.sqrt(3), rel=1e-9)
+
+
+def test_an_opposite_face_or_a_ball_shows_the_tip():
+    """The remedy that the finding names, tried."""
+    text = (BAD / "corner.yaml").read_text()
+    for feature in (
+        "  left: {type: plane, point: [-100.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0]}\n",
+        "  ball: {type: sphere, radius: 12.7, center: [-50.0, -50.0, 60.0]}\n",
+    ):
+        report = design_check(_written(text.replace("touch:\n", feature + "touch:\n")))
+        assert "blind_tip_radius" not in codes(report, "warning", "error")
+
+
+def _written(text, tmp=None):
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "fixture.yaml"
+        path.write_text(text)
+        return load_fixture(path)
+
+
+def test_the_touch_box_that_the_remedy_proposes_breaks_the_symmetry():
+    text = (BAD / "ball-beside-bar.yaml").read_text()
+    report = design_check(_written(text))
+    hint = next(f.hint for f in report.findings if f.code == "symmetry")
+    line = re.search(r"touch: (bar: \{y: \[[^]]*\]\})", hint).group(1)
+    mended = design_check(_written(f"{text}touch:\n  {line}\n"))
+    assert [s.broken_by for s in mended.symmetries] == ["touch"]
+    assert "symmetry" not in codes(mended, "error")
+
+
+def test_contacts_outside_the_overlap_settle_it():
+    """The box keeps the part between -20 and 20; a plan that leaves it is told apart, one inside is not."""
+    fixture = load_fixture(BAD / "box-across-the-middle.yaml")
+    settled, open_ = design_check(fixture, plan_at((-15, 55))), design_check(fixture, plan_at((-15, 15)))
+    assert "symmetry_overlap" in codes(settled, "warning")
+    assert "symmetry_overlap" not in codes(settled, "error")
+    assert "symmetry_overlap" in codes(open_, "error")
+
+
+def test_contacts_in_base_are_located_and_give_the_same_certainty_as_their_plan():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    here = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=5, count=12).contacts
+    plan = contacts_of(here.features, here.points, here.approaches, 0.08, here.tip_radius)
+    there = simulate(fixture, plan=plan, seed=7).contacts
+    planned, made = design_check(fixture, plan), design_check(fixture, there)
+    assert (planned.certainty.source, made.certainty.source) == ("plan", "contacts")
+    assert np.linalg.norm(there.points - plan.points, axis=1).min() > 100
+    np.testing.assert_allclose(made.certainty.covariance, planned.certainty.covariance, rtol=0.02, atol=1e-6)
+
+
+def test_contacts_that_fit_nowhere_are_said_so():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    made = simulate(fixture, seed=1).contacts
+    wrong = contacts_of(made.features, made.points * [1.0, 1.0, 0.5], made.approaches, 0.08, made.tip_radius)
+    report = design_check(fixture, wrong)
+    assert "contacts_not_located" in codes(report, "error")
+    assert report.certainty.source == "spread"
+
+
+def test_contacts_that_leave_a_motion_free_are_an_error():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
+    report = design_check(fixture, made.subset([i for i, name in enumerate(made.features) if name != "ball"]))
+    finding = next(f for f in report.findings if f.code == "plan_free_motion")
+    assert finding.status == "error"
+    assert "rotates about the axis of pin" in finding.message
+
+
+def test_a_plan_of_six_contacts_has_no_redundancy():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    plan = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=3, count=6).contacts
+    report = design_check(fixture, plan)
+    assert "no_redundancy" in codes(report, "warning")
+    assert not any(s.detectable for s in report.blind_spots if s.error in ("pretravel", "contact", "distance"))
+
+
+def test_tidy_contacts_on_a_cylinder_are_told():
+    fixture = load_fixture(BAD / "ball-beside-bar.yaml")
+    plan = plan_at((20, 40))
+    angles = np.radians([0, 120, 240, 60, 180, 300])
+    out = np.stack([np.cos(angles), np.zeros(6), np.sin(angles)], axis=1)
+    points = np.vstack([9 * out + np.outer(np.repeat([20, 40], 3), [0, 1, 0]), plan.points[6:]])
+    tidy = contacts_of(plan.features, points, np.vstack([-out, plan.approaches[6:]]), 0.01, 1.0)
+    assert "tidy_layout" in codes(design_check(fixture, tidy), "warning")
+    assert "tidy_layout" not in codes(design_check(fixture, plan), "warning")
+
+
+def test_nothing_is_said_of_accuracy_without_sigma():
+    text = (BAD / "equal-balls.yaml").read_text().replace(", sigma: 0.01", "")
+    report = design_check(_written(text))
+    assert "sigma_missing" in codes(report, "warning")
+    assert report.certainty is None
+    assert report.blind_spots == ()
+    assert design_check(_written(text), wishes=Wishes(sigma=0.01)).certainty is not None
+
+
+def test_max_sigma_is_a_gate():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    sigma = checked("robot-cell-plate").certainty.worst.sigma
+    assert "accuracy" in codes(design_check(fixture, wishes=Wishes(max_sigma=0.99 * sigma)), "error")
+    assert "accuracy" not in codes(design_check(fixture, wishes=Wishes(max_sigma=1.01 * sigma)), "error")
+
+
+def test_the_verdict_does_not_depend_on_the_unit():
+    text = (ROOT / "fixtures" / "robot-cell-plate.yaml").read_text()
+    number = r"(?<![\w.])-?\d+\.\d+"
+    features, touch = text.index("features:"), len(text)
+    in_metres = (
+        text[: text.index("probe:")].replace("units: mm", "units: m")
+        + "probe:\n  tip_radius: 0.003\n  sigma: 0.00008\n"
+    )
+    lines = []
+    for line in text[features:touch].splitlines():
+        fixed = re.sub(r"(normal|direction): \[[^]]*\]", lambda m: m.group().replace(".0", "@0"), line.split("#")[0])
+        lines.append(re.sub(number, lambda m: repr(float(m.group()) / 1000), fixed).replace("@0", ".0"))
+    here, there = (
+        checked("robot-cell-plate"),
+        design_check(_written(in_metres + "\n".join(lines) + "\n")),
+    )
+    assert [(f.code, f.status) for f in here.findings] == [(f.code, f.status) for f in there.findings]
+    # Which of the equally well spread points of a square face are taken is a matter of rounding.
+    assert there.certainty.worst.sigma == pytest.approx(here.certainty.worst.sigma / 1000, rel=0.02)
+    assert there.certainty.observability.indices == pytest.approx(here.certainty.observability.indices, rel=0.02)
+
+
+def test_foreign_contacts_are_refused():
+    fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    foreign = contacts_of(["bowl"], np.zeros((1, 3)), np.array([[0, 0, -1.0]]), 0.01, 0.0)
+    with pytest.raises(UsageError, match="bowl"):
+        design_check(fixture, foreign)
+
+
+def test_every_finding_has_an_explanation_of_some_lines():
+    sources = [*(ROOT / "src/tactfix/design").glob("*.py"), ROOT / "src/tactfix/design_check.py"]
+    text = "".join(path.read_text() for path in sources)
+    found = set(re.findall(r'Finding\(\s*"(\w+)"', text))
+    mistakes = re.search(r"Mistake: TypeAlias = Literal\[(.*?)\]", text, re.DOTALL).group(1)
+    found |= {f"blind_{name}" for name in re.findall(r'"(\w+)"', mistakes)}
+    assert found == set(explanations())
+    for code in found:
+        assert 4 <= len(explanation(code).splitlines()) <= 15, code
+    with pytest.raises(UsageError, match="did you mean 'symmetry'"):
+        explanation("symetry")
