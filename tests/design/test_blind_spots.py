@@ -1,5 +1,7 @@
 """Blind spots against the mistake itself: simulated with noise and given to locate, many times."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +43,8 @@ CASES = [
 
 @pytest.mark.parametrize(("path", "error"), CASES, ids=[f"{p.stem}-{error}" for p, error in CASES])
 def test_what_locate_says_of_a_simulated_mistake(path, error):
-    fixture = load_fixture(path)
+    # Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
+    fixture = replace(load_fixture(path), touch={}) if path == CORNER else load_fixture(path)
     plan = quiet_plan(fixture, 18)
     report = design_check(fixture, plan)
     spot = next(s for s in report.blind_spots if s.error == error)
@@ -97,9 +100,10 @@ def test_one_bad_contact_is_seen_by_its_redundancy():
     sigmas = np.array([np.hypot(0.08, fixture.features[n].sigma) for n in plan.features])
     a = np.array(rows) / sigmas[:, None]
     hat = a @ np.linalg.pinv(a)
-    worst = min(power_of(100 * (1 - h), 6) for h in np.diag(hat))
-    assert spot.power == pytest.approx(worst, abs=0.05) or spot.detectable
-    assert spot.detectable == all(power_of(100 * (1 - h), 6) >= 0.95 for h in np.diag(hat))
+    powers = [power_of(100 * (1 - h), 6) for h in np.diag(hat)]
+    row = int(re.match(r"row (\d+) ", spot.message).group(1))
+    assert spot.power == pytest.approx(powers[row - 1], abs=0.02)
+    assert spot.detectable == (min(powers) >= 0.95)
 
 
 def test_exchanged_labels_of_equal_balls_are_not_seen():
