@@ -1,0 +1,92 @@
+"""What machines can tell of the house: style, types, layers, cycles, and what may not be imported."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src"
+MODULES = {
+    ".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in SOURCE.rglob("*.py")
+}
+SCRIPTS = Path(sys.executable).parent
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("ruff", "check"), ("ruff", "format", "--check"), ("mypy",), ("lint-imports", "--no-cache")],
+    ids=" ".join,
+)
+def test_the_tool_finds_nothing(command: tuple[str, ...]) -> None:
+    done = subprocess.run([SCRIPTS / command[0], *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}"
+
+
+def imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """Each module imported anywhere in a file, and whether that happens as soon as the file is."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    at_once = set(map(id, tree.body))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, id(node) in at_once) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield (inner if inner in MODULES else node.module), id(node) in at_once
+
+
+def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """One cycle for each module that reaches itself, as the way round."""
+    found = []
+    for start in sorted(graph):
+        ways = [[start, following] for following in sorted(graph[start])]
+        seen: set[str] = set()
+        while ways:
+            way = ways.pop(0)
+            if way[-1] == start:
+                found.append(way)
+                break
+            if way[-1] not in seen:
+                seen.add(way[-1])
+                ways += [[*way, following] for following in sorted(graph.get(way[-1], ()))]
+    return found
+
+
+def test_no_module_imports_itself_by_a_detour() -> None:
+    # The package itself is left out: what it offers, it imports only when asked for it.
+    inner = {name: path for name, path in MODULES.items() if name != "tactfix"}
+    graph = {name: {module for module, _ in imports(path) if module in inner} for name, path in inner.items()}
+    assert not cycles(graph)
+
+
+def test_a_cycle_is_seen() -> None:
+    assert cycles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [
+        ["a", "b", "c", "a"],
+        ["b", "c", "a", "b"],
+        ["c", "a", "b", "c"],
+    ]
+
+
+SLOW = ("scipy.optimize", "scipy.stats")
+"""Importing either takes several times as long as numpy."""
+LATE = ("scipy", "pydantic", "rich", "plotly", "jinja2", "pyarrow", "dask", "distributed")
+"""Imported where they are used, not with the module: a command pays for what it does."""
+MAY_BE_EARLY = {"pydantic": ("tactfix.models",), "rich": ("tactfix.report", "tactfix.cli.progress")}
+
+
+def is_below(module: str, packages: tuple[str, ...]) -> bool:
+    return any(module == package or module.startswith(f"{package}.") for package in packages)
+
+
+@pytest.mark.parametrize("name", sorted(MODULES))
+def test_what_is_slow_to_import_is_imported_late_or_never(name: str) -> None:
+    for module, at_once in imports(MODULES[name]):
+        assert not is_below(module, SLOW), f"{name} imports {module}"
+        library = module.split(".")[0]
+        if at_once and library in LATE:
+            assert is_below(name, MAY_BE_EARLY.get(library, ())), f"{name} imports {module} at its top"
