@@ -11,9 +11,9 @@ import numpy as np
 
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats, frozen
-from tactfix.geometry.surfaces import Plane, Surface, offset_radius
+from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
 from tactfix.reach import path_blocked
-from tactfix.touchable import extent_of, sample_touches
+from tactfix.touchable import closed_box, extreme_points, sample_touches
 from tactfix.units import factor
 
 # A chosen touch keeps this share of the fixture's radius away from other features and from the edge of its box: a plan
@@ -27,22 +27,40 @@ _LEAST = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Access:
-    """A fixture as the probe sees it. centre (3,) and radius: its middle and extent; clearance: kept from all else."""
+    """A fixture as the probe sees it.
+
+    corners (8, 3): of the box around all touchable parts, centre (3,) and radius: of the ball around it. boxes are the
+    fixture's own, limits the boxes in which touches are chosen: closed where the fixture's are open.
+    """
 
     surfaces: Mapping[str, Surface]
     boxes: Mapping[str, TouchBox]
+    limits: Mapping[str, TouchBox | None]
     tip_radius: float
     approach_distance: float | None
-    centre: Floats
-    radius: float
-    clearance: float
+    corners: Floats
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", frozen(self.centre))
+        object.__setattr__(self, "corners", frozen(self.corners))
+
+    @property
+    def centre(self) -> Floats:
+        """The middle (3,) of the touchable parts."""
+        return np.asarray(self.corners.mean(axis=0))
+
+    @property
+    def radius(self) -> float:
+        """How far the touchable parts reach from there."""
+        return float(np.linalg.norm(self.corners[0] - self.centre))
+
+    @property
+    def clearance(self) -> float:
+        """What a chosen touch keeps away from all else."""
+        return _CLEARANCE * self.radius
 
     def can_touch(self, feature: str, points: Floats, normals: Floats, approaches: Floats) -> Bools:
         """Which surface points (n, 3) of feature can be touched: inside the box, not near its edge, path clear."""
-        inside = _far_from_edge(self.boxes.get(feature), points, normals, self.clearance)
+        inside = _far_from_edge(self.limits[feature], points, normals, self.clearance)
         tips = points + self.tip_radius * normals
         margin = -(self.tip_radius + self.clearance)
         blockers = path_blocked(
@@ -53,8 +71,8 @@ class Access:
 
     def spread(self, feature: str, count: int, start: tuple[float, float] = (0.5, 0.5)) -> tuple[Floats, Floats]:
         """About count well spread points (m, 3) that can be touched square to the surface, and their normals."""
-        surface, box = self.surfaces[feature], self.boxes.get(feature)
-        points, normals = sample_touches(surface, box, count, self.centre, self.radius, start)
+        surface, limit = self.surfaces[feature], self.limits[feature]
+        points, normals = sample_touches(surface, limit, count, self.centre, self.radius, start)
         free = self.can_touch(feature, points, normals, -normals)
         return points[free], normals[free]
 
@@ -67,16 +85,13 @@ def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: flo
     for name, surface in surfaces.items():
         if not isinstance(surface, Plane):
             offset_radius(name, surface.radius, surface.side, tip_radius)
-    centre, radius = extent_of(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
-    return Access(
-        surfaces=surfaces,
-        boxes=fixture.touch,
-        tip_radius=tip_radius,
-        approach_distance=fixture.probe.approach_distance,
-        centre=centre,
-        radius=radius,
-        clearance=_CLEARANCE * radius,
-    )
+    corners = extreme_points(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
+    centre, reach = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
+    limits: dict[str, TouchBox | None] = {}
+    for name, surface in surfaces.items():
+        box = fixture.touch.get(name)
+        limits[name] = box if isinstance(surface, Sphere) else closed_box(surface, box, centre, reach)
+    return Access(surfaces, fixture.touch, limits, tip_radius, fixture.probe.approach_distance, corners)
 
 
 def _far_from_edge(box: TouchBox | None, points: Floats, normals: Floats, clearance: float) -> Bools:

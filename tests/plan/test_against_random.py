@@ -15,5 +15,5 @@ def test_a_plan_beats_ten_thousand_random_ones(path, count):
     found = plan(fixture, count)
     worst = plan_worst_sigma(fixture, found)
     # Distances with a sigma of their own make what the plan says of itself a little larger.
-    assert worst * 0.999 < found.worst_sigma < worst * 1.01
+    assert worst * 0.999 < found.worst_sigma < worst * 1.05
     assert worst < random_worst_sigmas(fixture, count).min()

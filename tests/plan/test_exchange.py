@@ -8,14 +8,13 @@ from tactfix.access import access_of
 from tactfix.planning.exchange import Search, exchanged, extended, polished, started
 from tactfix.planning.information import CRITERIA, Objective
 from tactfix.planning.pool import pool_of
-from tactfix.touchable import extreme_points
 
 
 def search_on(fixture, criterion="worst"):
     surfaces = surfaces_of(fixture)
     access = access_of(fixture, surfaces, fixture.probe.tip_radius)
     pool = pool_of(access, dict.fromkeys(surfaces, fixture.probe.sigma))
-    corners = (extreme_points(surfaces, fixture.touch) - access.centre) / access.radius
+    corners = (access.corners - access.centre) / access.radius
     objective = Objective(criterion, corners, fixture.probe.sigma)
     return Search(objective, pool, pool.touches.take(np.zeros(0, dtype=int)))
 

@@ -1,16 +1,17 @@
 """Plans: reachable, unique, honest about their worst sigma, the same for the same seed."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
-from reach.cells import all_cells, ball_and_bar, cube_corner, placed, plate_with_all, surfaces_of, three_balls
+from reach.cells import all_cells, ball_and_bar, placed, surfaces_of, three_balls
 from reach.ray_walk import deepest, depth_in_ball, depth_in_bar
 from studies.plan_against_random import plan_worst_sigma
 
 from tactfix.accuracy import point_covariance, worst_sigma
 from tactfix.errors import UsageError
-from tactfix.geometry.surfaces import Cylinder, Sphere
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.locate import locate
 from tactfix.plan import plan
 from tactfix.simulate import simulate
@@ -19,10 +20,16 @@ from tactfix.touchable import extreme_points
 CELLS = all_cells()
 
 
+@cache
+def planned(fixture, count):
+    """The plan of a fixture, made once for all tests that look at it."""
+    return plan(fixture, count)
+
+
 @pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
-@pytest.mark.parametrize("count", [7, 9])
+@pytest.mark.parametrize("count", [6, 8])
 def test_a_plan_is_unique_and_locate_agrees_on_its_covariance(fixture, count):
-    found = plan(fixture, count)
+    found = planned(fixture, count)
     assert len(found.contacts) == count
     assert found.unique
     result = locate(fixture, found.contacts)
@@ -34,7 +41,7 @@ def test_a_plan_is_unique_and_locate_agrees_on_its_covariance(fixture, count):
 
 @pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
 def test_noisy_contacts_of_a_plan_are_located_every_time(fixture):
-    found = plan(fixture, 8)
+    found = planned(fixture, 8)
     for seed in range(5):
         simulation = simulate(fixture, found.contacts, seed=seed)
         result = locate(fixture, simulation.contacts)
@@ -43,11 +50,11 @@ def test_noisy_contacts_of_a_plan_are_located_every_time(fixture):
         assert off @ np.linalg.solve(result.covariance[3:, 3:], off) < 30
 
 
-@pytest.mark.parametrize("fixture", [three_balls(), ball_and_bar(), plate_with_all()], ids=lambda fixture: fixture.name)
+@pytest.mark.parametrize("fixture", [CELLS[0], CELLS[1], CELLS[3]], ids=lambda fixture: fixture.name)
 def test_every_approach_keeps_clear_of_the_other_features(fixture):
     """An independent walk along each approach: the tip's ball touches nothing but its own feature."""
     surfaces = surfaces_of(fixture)
-    found = plan(fixture, 10)
+    found = planned(fixture, 8)
     for name, point, approach in zip(
         found.contacts.features, found.contacts.points, found.contacts.approaches, strict=True
     ):
@@ -67,7 +74,7 @@ def test_every_approach_keeps_clear_of_the_other_features(fixture):
 
 @pytest.mark.parametrize("fixture", CELLS, ids=lambda fixture: fixture.name)
 def test_approaches_are_no_more_than_45_degrees_off_the_normal(fixture):
-    found = plan(fixture, 6)
+    found = planned(fixture, 6)
     for name, point, approach in zip(
         found.contacts.features, found.contacts.points, found.contacts.approaches, strict=True
     ):
@@ -83,7 +90,7 @@ def test_approaches_are_no_more_than_45_degrees_off_the_normal(fixture):
 
 
 def test_a_seed_gives_one_plan():
-    first, again = plan(ball_and_bar(), 7, seed=4), plan(ball_and_bar(), 7, seed=4)
+    first, again = planned(CELLS[0], 6), plan(ball_and_bar(), 6)
     assert np.array_equal(first.contacts.points, again.contacts.points)
 
 
@@ -105,15 +112,15 @@ def test_each_criterion_is_best_at_its_own():
     def information(found):
         return np.linalg.inv(found.covariance)
 
-    plans = {criterion: plan(cube_corner(), 10, criterion=criterion) for criterion in ("worst", "d", "e")}
+    plans = {criterion: plan(CELLS[2], 8, criterion=criterion) for criterion in ("worst", "d", "e")}
     assert plans["worst"].worst_sigma == min(found.worst_sigma for found in plans.values())
     volumes = {criterion: np.linalg.slogdet(information(found))[1] for criterion, found in plans.items()}
     assert max(volumes, key=volumes.get) == "d"
 
 
 def test_contacts_are_added_to_those_already_made_in_their_frame():
-    fixture = ball_and_bar()
-    made = simulate(fixture, plan(fixture, 7).contacts, seed=11)
+    fixture = CELLS[0]
+    made = simulate(fixture, planned(fixture, 6).contacts, seed=11)
     found = plan(fixture, existing=made.contacts, add=3)
     assert len(found.contacts) == 3
     assert found.unique
@@ -143,6 +150,26 @@ def test_existing_contacts_that_give_no_pose_are_refused():
         plan(fixture, existing=replace(made, points=far), add=1)
 
 
+def test_too_few_existing_contacts_are_refused():
+    fixture = ball_and_bar()
+    made = simulate(fixture, seed=1).contacts.subset([0, 1, 2, 7])
+    with pytest.raises(UsageError, match="underdetermined"):
+        plan(fixture, existing=made, add=1)
+
+
+def test_touches_on_open_surfaces_stay_within_the_fixture():
+    """Planes without boxes have no end: the plan must not run away along them."""
+    planes = {name: Plane([0, 0, 0], axis) for name, axis in zip("abc", np.eye(3), strict=True)}
+    for unit, metre in (("mm", 1000.0), ("m", 1.0)):
+        found = plan(placed("open-cube", planes, {}, 1e-3 * metre, 1e-5 * metre, units=unit), 6)
+        assert found.unique
+        assert 0.05 * metre <= np.abs(found.contacts.points).max() <= 0.1 * metre * 1.02
+    bar = {"bar": Cylinder([0, 0, 0], [0, 1, 0], 8.0), "ball": Sphere([30, 0, 0], 10.0)}
+    found = plan(placed("open-bar", bar, {}, 1.0, 0.01), 8)
+    assert np.abs(found.contacts.points[:, 1]).max() < 60
+    assert not found.unique
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [({"contacts": 5}, "6 or more"), ({"add": 2}, "nothing to add to"), ({"contacts": 8, "sigma": 0.0}, "sigma")],
@@ -160,7 +187,7 @@ def test_features_that_leave_a_motion_free_are_refused():
 
 def test_progress_runs_from_the_beginning_to_the_end():
     told = []
-    plan(ball_and_bar(), 7, progress=lambda share, what: told.append((share, what)))
+    plan(ball_and_bar(), 6, progress=lambda share, what: told.append((share, what)))
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

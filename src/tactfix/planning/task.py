@@ -21,7 +21,6 @@ from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.probe_settings import probe_settings
 from tactfix.simulate import nominal_surfaces
-from tactfix.touchable import extreme_points
 
 # A rigid body has six degrees of freedom.
 FEWEST = 6
@@ -29,9 +28,9 @@ FEWEST = 6
 # wherever approach and touch boxes can tell at all.
 _MOST = 14
 # Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
-_STARTS, _STARTS_IN_TABLE = 12, 3
+_STARTS, _STARTS_IN_TABLE = 8, 2
 # The best of them are polished; the others are only asked where none of these is unique.
-_POLISHED, _POLISHED_IN_TABLE = 4, 1
+_POLISHED, _POLISHED_IN_TABLE = 3, 1
 # Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free.
 _RANK = 1e-7
 
@@ -75,8 +74,8 @@ class Task:
         sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
         pool = pool_of(access, sigmas)
         _refuse_free_motion(fixture, pool.touches)
-        corners = extreme_points(surfaces, fixture.touch, least=access.radius)
-        objective = Objective(criterion, (corners - access.centre) / access.radius, min(sigmas.values()))
+        corners = (access.corners - access.centre) / access.radius
+        objective = Objective(criterion, corners, min(sigmas.values()))
         made = None if existing is None else _made(fixture, existing)
         touches = touches_made(pool, None if made is None else made.contacts, fixture)
         return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress)
@@ -146,7 +145,7 @@ class Task:
         # What locate says of the covariance counts relations with a sigma of their own; the search took them as exact.
         covariance = verdict.result.covariance
         covariance = self._covariance(touches) if covariance is None else covariance
-        corners = pool.access.centre + pool.access.radius * self.search.objective.corners
+        corners = pool.access.corners
         sigmas = worst_sigma(point_covariance(np.eye(4), covariance, corners))
         base_from_fixture = None if self.made is None else self.made.base_from_fixture
         return Plan(
@@ -185,7 +184,7 @@ def _made(fixture: Fixture, existing: Contacts) -> _Made:
     """The contacts already made, carried into the fixture frame by the pose (the best one left) that they give."""
     result = locate(fixture, existing, explain=False)
     accepted = [candidate for candidate in result.candidates if candidate.accepted]
-    if not accepted:
+    if not accepted or result.status not in ("located", "ambiguous"):
         raise UsageError(
             f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
         )
