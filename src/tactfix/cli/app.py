@@ -9,6 +9,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from tactfix.cli.exits import Exit, exit_of_error
+from tactfix.cli.quick_values import QuickCommand, QuickGroup
 from tactfix.errors import TactfixError
 from tactfix.version import VERSION
 
@@ -54,13 +55,18 @@ def _application(words: Sequence[str]) -> typer.Typer:
     """All commands by name and help, but only the one among words with its options."""
     # Markup and pretty tracebacks would import rich; help in plain text is there in half the time.
     app = typer.Typer(
-        name="tactfix", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=_HELP
+        name="tactfix",
+        cls=QuickGroup,
+        no_args_is_help=True,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        help=_HELP,
     )
     app.callback(context_settings={"help_option_names": ["-h", "--help"]})(_options)
     chosen = _chosen(words)
     for name, summary in COMMANDS.items():
         function = importlib.import_module(module_of(name)).command if name == chosen else _placeholder
-        app.command(name, short_help=summary)(function)
+        app.command(name, cls=QuickCommand, short_help=summary)(function)
     return app
 
 

@@ -1,0 +1,84 @@
+"""Values of arguments without pydantic, for those that need none of it.
+
+typer, from version 0.29 on, makes a pydantic validator for each parameter, even for one that is not given. Importing
+pydantic takes longer than reading a fixture and its contacts. So what is plainly a text, path, number or choice is
+taken here as what it is; everything else, and with it every complaint, is left to typer. Where typer no longer works
+like this nothing is changed, and only the time is lost.
+"""
+
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final, Literal, get_args, get_origin
+
+from typer.core import TyperCommand, TyperGroup
+
+_NOT_PLAIN: Final = object()
+
+
+class QuickCommand(TyperCommand):
+    """A command whose parameters take plain values as they are."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Its parameters and --help."""
+        return _sparing_pydantic(super().get_params(ctx))
+
+
+class QuickGroup(TyperGroup):
+    """A group of commands whose own parameters take plain values as they are."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Its parameters and --help."""
+        return _sparing_pydantic(super().get_params(ctx))
+
+
+def _sparing_pydantic(parameters: list[Any]) -> list[Any]:
+    """The same parameters, their converters replaced where typer has them."""
+    for parameter in parameters:
+        thorough = getattr(parameter, "get_runtime_param", None)
+        if thorough is not None and not isinstance(thorough, _Coercion) and hasattr(parameter, "type_descriptor"):
+            parameter.get_runtime_param = _Coercion(thorough, parameter.type_descriptor)
+    return parameters
+
+
+class _Coercion:
+    """Stands for what typer makes of a parameter: called for its converter, it is one itself."""
+
+    def __init__(self, thorough: Any, descriptor: Any) -> None:
+        self._thorough = thorough
+        self._annotation = descriptor.annotation
+        self._limits = descriptor.parameter_info.min, descriptor.parameter_info.max
+
+    def __call__(self) -> "_Coercion":
+        return self
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value itself where it is plain, what typer makes of it where not."""
+        if param.nargs == 1 and not param.multiple:
+            plain = plain_value(value, self._annotation, *self._limits)
+            if plain is not _NOT_PLAIN:
+                return plain
+        return self._thorough().coerce(value, param=param, ctx=ctx)
+
+
+def plain_value(value: Any, annotation: Any, low: float | None, high: float | None) -> Any:
+    """value as annotation says, between low and high; _NOT_PLAIN where there is any doubt."""
+    if value is None or (type(value) is annotation and annotation not in (int, float)):
+        return value
+    if annotation is Path and isinstance(value, str):
+        return Path(value)
+    if annotation in (int, float):
+        return _plain_number(value, annotation, low, high)
+    if get_origin(annotation) is Literal and value in get_args(annotation):
+        return value
+    if isinstance(annotation, type) and issubclass(annotation, Enum):
+        return next((member for member in annotation if value in (member, member.value)), _NOT_PLAIN)
+    return _NOT_PLAIN
+
+
+def _plain_number(value: Any, kind: type, low: float | None, high: float | None) -> Any:
+    try:
+        number = kind(value)
+    except (TypeError, ValueError):
+        return _NOT_PLAIN
+    is_within = (low is None or number >= low) and (high is None or number <= high)
+    return number if is_within else _NOT_PLAIN
