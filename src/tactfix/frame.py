@@ -12,7 +12,7 @@ import numpy as np
 from tactfix.errors import TactfixError
 from tactfix.fixture import AxisRule, FrameRecipe, OriginRule
 from tactfix.geometry.arrays import Floats, unit
-from tactfix.geometry.nearest import direction_of, foot, nearest_points
+from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
@@ -88,8 +88,13 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
             return sphere.center
         case "foot_of", [Sphere() as sphere, surface]:
             return foot(surface, sphere.center)
-        case "foot_of", [one, surface]:
-            return nearest_points(one, surface)[1]
+        case "foot_of", [Cylinder() as one, Cylinder() as axis]:
+            if np.linalg.norm(np.cross(one.direction, axis.direction)) < ALMOST_PARALLEL:
+                names = " and ".join(rule.features)
+                raise FrameError(
+                    f"frame: {names} are parallel and have no foot; use meet_of with a plane for the origin"
+                )
+            return nearest_points(one, axis)[1]
         case "meet_of", [Cylinder() as axis, Plane() as plane]:
             return _meet(axis, plane, rule)
         case "meet_of", [Plane() as a, Plane() as b, Plane() as c]:

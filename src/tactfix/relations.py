@@ -1,8 +1,8 @@
 """Known distances and angles as equations between surfaces.
 
-Each relation gives one or more residuals that vanish where it holds and are smooth there. A distance of zero (concentric,
-coaxial, axis through a centre) and an angle of zero or 180 degrees hold more than one number: all of them are residuals,
-where the plain difference would have no derivative.
+Each relation gives one or more residuals that vanish where it holds and are smooth there. A distance of zero
+(concentric, coaxial, axis through a centre) and an angle of zero or 180 degrees hold more than one number: all of them
+are residuals, where the plain difference would have no derivative.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,6 +13,7 @@ from tactfix.fixture import Relation
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import across, dimension, displaced, material_displacement
 from tactfix.geometry.nearest import (
+    ALMOST_PARALLEL,
     PARALLEL,
     direction_of,
     distance_between,
@@ -30,27 +31,33 @@ def relation_residuals(relation: Relation, one: Surface, other: Surface) -> Floa
     """What is missing (k,) for the relation to hold: lengths for a distance, rad for an angle."""
     if relation.kind == "angle":
         return _angle_residuals(relation, one, other)
-    planes = isinstance(one, Plane) or isinstance(other, Plane)
-    if planes or relation.value != 0:
-        return np.array([distance_between(one, other) - relation.value])
-    return _coincidence(one, other)
+    if not _has_gap(relation, one, other):
+        return _coincidence(one, other)
+    return np.array([_side(relation, one, other) * distance_between(one, other) - relation.value])
+
+
+def _side(relation: Relation, one: Surface, other: Surface) -> float:
+    """1 or -1: on which side of a plane an axis or another plane lies; only spheres have the side in their distance."""
+    if relation.value == 0 or isinstance(one, Sphere) or isinstance(other, Sphere):
+        return 1.0
+    return 1.0 if distance_between(one, other) >= 0 else -1.0
 
 
 def _angle_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
-    """The difference of the angles; for parallel directions the two components of their cross product."""
+    """The difference of the angles; for parallel directions the two components of the turn between them."""
     if isinstance(one, Sphere) or isinstance(other, Sphere):
         return np.zeros(0)
+    a, b = direction_of(one), direction_of(other)
     if np.sin(relation.value) > PARALLEL:
-        a, b = direction_of(one), direction_of(other)
-        return np.array([np.arccos(np.clip(_sense(relation, one, other) * float(a @ b), -1, 1)) - relation.value])
-    sign = 1.0
-    if isinstance(one, Plane) and isinstance(other, Plane) and relation.value > 1:
-        sign = -1.0
-    cross = across(one) @ direction_of(other)
-    facing = sign * float(direction_of(one) @ direction_of(other))
-    # Two opposite normals are not parallel: far from parallel the residual must stay large.
+        cosine = _sense(relation, one, other) * float(a @ b)
+        return np.array([np.arctan2(np.linalg.norm(np.cross(a, b)), cosine) - relation.value])
     signed = isinstance(one, Plane) and isinstance(other, Plane)
-    return np.asarray(cross * (np.pi / max(np.linalg.norm(cross), PARALLEL)) if signed and facing < 0 else cross)
+    b = b * ((1.0 if relation.value < 1 else -1.0) if signed else np.copysign(1.0, a @ b))
+    sines = across(one) @ b
+    sine = float(np.linalg.norm(sines))
+    # Opposite normals are as far from parallel as can be, whichever way they turn.
+    turn = sines / sine if sine > PARALLEL else np.array([1.0, 0.0])
+    return np.asarray(sines if sine <= PARALLEL and a @ b > 0 else np.arctan2(sine, a @ b) * turn)
 
 
 def _sense(relation: Relation, one: Plane | Cylinder, other: Plane | Cylinder) -> float:
@@ -70,7 +77,7 @@ def _coincidence(one: Surface, other: Surface) -> Floats:
         case Cylinder(), Cylinder():
             normal = np.cross(one.direction, other.direction)
             size = float(np.linalg.norm(normal))
-            if size > PARALLEL**0.5:
+            if size > ALMOST_PARALLEL:
                 return np.array([(other.point - one.point) @ normal / size])
             return np.asarray(across(one) @ (b - a))
         case (Cylinder() as axis, Sphere()) | (Sphere(), Cylinder() as axis):
@@ -90,7 +97,8 @@ def relation_jacobian(
     here = relation_residuals(relation, *pair)
     jacobian = np.zeros((len(here), width))
     if len(here) == 1 and relation.kind == "distance" and _has_gap(relation, *pair):
-        jacobian[0, columns[one]], jacobian[0, columns[other]] = _distance_gradients(*pair)
+        side = _side(relation, *pair)
+        jacobian[0, columns[one]], jacobian[0, columns[other]] = (side * g for g in _distance_gradients(*pair))
     elif len(here) == 1 and relation.kind == "angle":
         jacobian[0, columns[one]], jacobian[0, columns[other]] = _angle_gradients(relation, *pair)
     else:

@@ -1,7 +1,7 @@
 """Small displacements of surfaces in their own coordinates: as many numbers as the surface has degrees of freedom.
 
-plane: tilt (2, rad, about its given point), shift along the normal. sphere: shift of the centre (3). cylinder: tilt (2, rad),
-shift square to the axis (2), at its given point. The two directions across come from `perpendicular`.
+plane: tilt (2, rad, about its given point), shift along the normal. sphere: shift of the centre (3). cylinder: tilt (2,
+rad), shift square to the axis (2), at its given point. The two directions across come from `perpendicular`.
 """
 
 from dataclasses import replace
@@ -56,7 +56,7 @@ def residual_jacobian(surface: Surface, points: Floats) -> Floats:
 
 
 def material_displacement(surface: Surface, point: Floats) -> Floats:
-    """How a point (3,) carried by the surface moves (3, dimension) per unit displacement; of planes along the normal."""
+    """How a point (3,) carried by the surface moves (3, dimension) with a displacement; of planes along the normal."""
     match surface:
         case Sphere():
             return np.eye(3)

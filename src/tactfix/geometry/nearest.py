@@ -8,6 +8,10 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 PARALLEL = 1e-9
 """Sine of the angle below which two directions are parallel: rounding, not manufacture."""
 
+ALMOST_PARALLEL = 0.01
+"""Sine of the angle below which axes are meant to be parallel: their common perpendicular is then nowhere in
+particular, and what is known of them is their spacing where they are touched."""
+
 
 def foot(surface: Surface, point: Floats) -> Floats:
     """The point (3,) of a plane, an axis or a centre that is nearest to a point (3,)."""
@@ -23,7 +27,8 @@ def foot(surface: Surface, point: Floats) -> Floats:
 def nearest_points(one: Surface, other: Surface) -> tuple[Floats, Floats]:
     """The point (3,) of one that is nearest to other and the reverse: feet of the common perpendicular.
 
-    Of parallel axes and planes, and where an axis meets a plane, the pair next to their given points.
+    Of (almost) parallel axes, of planes, and where an axis meets a plane, the pair next to the given point of the first
+    or of the axis.
     """
     match one, other:
         case Sphere(), _:
@@ -44,10 +49,10 @@ def other_point(surface: Surface) -> Floats:
 
 
 def _between_axes(one: Cylinder, other: Cylinder) -> tuple[Floats, Floats]:
-    """Feet of the common perpendicular of two axes."""
+    """Feet of the common perpendicular of two axes; of almost parallel ones those at the given point of the first."""
     normal = np.cross(one.direction, other.direction)
     square = float(normal @ normal)
-    if square < PARALLEL**2:
+    if square < ALMOST_PARALLEL**2:
         return one.point, foot(other, one.point)
     gap = other.point - one.point
     along_one = float(np.cross(gap, other.direction) @ normal) / square
@@ -61,9 +66,10 @@ def direction_of(surface: Plane | Cylinder) -> Floats:
 
 
 def distance_between(one: Surface, other: Surface) -> float:
-    """The distance that the fixture file means (length): between centres and axes; signed from a plane, outward positive.
+    """The distance that the fixture file means (length): between centres and axes, in space.
 
-    For planes the distance along the normal of the first; for a sphere or axis and a plane how far on its outward side.
+    With a plane the signed distance along its normal, outward positive; of two planes along that of the first. The file
+    gives that sign to spheres only.
     """
     match one, other:
         case Plane(), _:
