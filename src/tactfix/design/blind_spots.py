@@ -5,7 +5,8 @@ truth, by the same least squares that locate uses. The chi-square that is left i
 noisy contacts would have. A mistake counts as detectable when that chi-square would exceed its limit, the one at which
 locate begins to doubt the residuals (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
 Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches, and a wrong unit
-that still fits near the truth, are given to locate: they are detectable when no pose comes out.
+that still fits near the truth, are given to locate: they are detectable when no pose comes out. Only there do approach,
+touch box and path count; elsewhere it is the residuals alone, as they would be for contacts in the middle of a face.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -241,7 +242,7 @@ def _located(error: Mistake, touched: Touched, contacts: Contacts, what: str, lo
 
 
 def _spot(error: Mistake, power: float, shift: float, what: str) -> BlindSpot:
-    seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {100 * power:.0f} of 100 cases"
+    seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
     seen = "the residuals do not show it" if power < _SELDOM else seen
     return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")
 
