@@ -77,7 +77,7 @@ def test_sigmas_are_those_of_random_poses(name, rotation):
     told = sigmas_of_numbers(numbers, original)
     samples = []
     here = numbers.of(original.base_from_fixture)
-    for _ in range(2000):
+    for _ in range(400):
         error = root @ rng.normal(size=6)
         # exp([d]) to second order is enough for 1e-5 rad
         x, y, z = error[:3]
@@ -87,7 +87,7 @@ def test_sigmas_are_those_of_random_poses(name, rotation):
         samples.append(np.r_[got[:3], numbers.orientation.nearest(got[3:], here[3:])])
     seen = np.std(samples, axis=0)
     known = ~np.isnan(told)
-    np.testing.assert_allclose(seen[known], told[known], rtol=0.08, atol=1e-9)
+    np.testing.assert_allclose(seen[known], told[known], rtol=0.15, atol=1e-9)
     assert known[:3].all()
     assert known.all() or "gimbal" in write_pose(name, original, force=True).text + str(
         write_pose(name, original, force=True).notes
