@@ -1,18 +1,13 @@
 """Units of length, and the factors between them. Angles are degrees outside and radians inside."""
 
-from fractions import Fraction
 from typing import Final, Literal, TypeAlias, get_args
 
 Unit: TypeAlias = Literal["mm", "m", "um", "in"]
 
 UNITS: Final[tuple[str, ...]] = get_args(Unit)
 
-_METRES: Final[dict[str, Fraction]] = {
-    "mm": Fraction(1, 1000),
-    "m": Fraction(1),
-    "um": Fraction(1, 1_000_000),
-    "in": Fraction(254, 10_000),
-}
+# As whole numbers of the largest length that divides them all, a tenth of a micrometre, so that ratios are exact.
+_LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10, "in": 254_000}
 
 
 def factor(source: str, target: str) -> float:
@@ -20,4 +15,4 @@ def factor(source: str, target: str) -> float:
 
     Raises KeyError for a unit that is not one of UNITS.
     """
-    return float(_METRES[source] / _METRES[target])
+    return _LENGTHS[source] / _LENGTHS[target]

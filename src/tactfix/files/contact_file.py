@@ -1,7 +1,5 @@
 """Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
 
-import csv
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -9,8 +7,9 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem
-from tactfix.files.contact_header import Header, key_of, read_header
+from tactfix.files.contact_header import Header, read_header
 from tactfix.files.contact_options import ContactOptions, Settings, settle
+from tactfix.files.contact_rows import read_table
 from tactfix.files.contact_table import Table, decimal_mark, numbers
 from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
@@ -62,9 +61,11 @@ def _read(
     header = read_header(lines, problems, feature_needed=fixture is not None)
     if header is None:
         return None
-    table = _read_table(lines, header, problems)
+    table = read_table(lines, header, problems)
     if table is None:
         return None
+    numeric = [name for name in header.columns if name not in ("feature", "id")]
+    table = replace(table, decimal=decimal_mark(table, numeric, problems))
     settings = _settle(options, header, fixture, table, problems)
     features = _features(table, fixture, problems)
     points = numbers(table, ("x", "y", "z"), problems)
@@ -86,54 +87,6 @@ def _read(
         ids=tuple(cell or None for cell in table.columns["id"]) if "id" in table.columns else (None,) * len(table),
     )
     return ContactFile(name, contacts, settings.target_units)
-
-
-def _read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
-    """The cells below the header, None where there are none or where rows have more or fewer than the header."""
-    body: list[str] = []
-    numbers_: list[int] = []
-    blank = header.separator + " \t"
-    for number, line in enumerate(lines[header.first_line :], header.first_line + 1):
-        if line.lstrip().startswith("#"):
-            key = key_of(line.strip())
-            if key:
-                problems.append(Problem(f"{key} stands below the header row", "move it above", line=number))
-        elif line.strip(blank):
-            body.append(line)
-            numbers_.append(number)
-    if not body:
-        problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
-        return None
-    return _split_rows(body, numbers_, header, problems)
-
-
-def _split_rows(body: list[str], lines: list[int], header: Header, problems: list[Problem]) -> Table | None:
-    try:
-        rows = list(csv.reader(body, delimiter=header.separator, strict=True))
-    except csv.Error:
-        rows = []
-    if len(rows) != len(body):
-        quoted = next(index for index, line in enumerate(body) if line.count('"'))
-        remedy = "close it in the same line, or remove it"
-        problems.append(
-            Problem("a quotation mark is left open or stands inside a cell", remedy, lines[quoted], row=quoted + 1)
-        )
-        return None
-    width = len(header.columns)
-    ragged = [index for index, row in enumerate(rows) if len(row) != width]
-    for index in ragged:
-        what = f"{len(rows[index])} cells where the header has {width}"
-        remedy = f"write {','.join(header.columns)}; leave a cell empty, but keep its separator"
-        problems.append(Problem(what, remedy, line=lines[index], row=index + 1))
-    if ragged:
-        return None
-    columns: dict[str, Sequence[str]] = {
-        name: [cell.strip() for cell in column]
-        for name, column in zip(header.columns, zip(*rows, strict=True), strict=True)
-    }
-    table = Table(columns, lines, header.separator)
-    numeric = [name for name in columns if name not in ("feature", "id")]
-    return replace(table, decimal=decimal_mark(table, numeric, problems))
 
 
 def _settle(
