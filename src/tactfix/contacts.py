@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, frozen
 
 
@@ -60,3 +62,46 @@ class Contacts:
     def label(self, index: int) -> str:
         """How messages call a contact: its row, and its id where the file gives one."""
         return f"row {self.rows[index]}" + (f" ({self.ids[index]})" if self.ids[index] else "")
+
+
+def contacts_from_arrays(
+    features: str | Sequence[str],
+    points: ArrayLike,
+    approaches: ArrayLike | None = None,
+    *,
+    sigma: ArrayLike,
+    tip_radius: float,
+) -> Contacts:
+    """Contacts from arrays in base coordinates and in the fixture's units; nothing is guessed.
+
+    features: the feature that each contact touched, or one name for all. points (n, 3): centres of the tip where
+    tip_radius > 0, points of the surface where it is 0. approaches (n, 3): the probe's travel into the material, of any
+    length but zero; a row of nan, or None for all, where it is not known. sigma: one for all, or (n,).
+    Raises UsageError for shapes that do not go together and for values that no contact can have.
+    """
+    places = np.asarray(points, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3:
+        raise UsageError(f"points have the shape {places.shape}; give one row x, y, z for each contact")
+    count = len(places)
+    names = (features,) * count if isinstance(features, str) else tuple(features)
+    travels = np.full((count, 3), np.nan) if approaches is None else np.array(approaches, dtype=np.float64)
+    if len(names) != count or travels.shape != (count, 3):
+        raise UsageError(
+            f"{count} points, {len(names)} features, approaches of shape {travels.shape}; give one of each"
+        )
+    lengths = np.linalg.norm(travels, axis=1)
+    partial = np.isnan(travels).any(axis=1) & ~np.isnan(travels).all(axis=1)
+    sigmas = np.broadcast_to(np.asarray(sigma, dtype=np.float64), (count,))
+    if not np.isfinite(places).all() or np.isinf(travels).any() or (lengths == 0).any() or partial.any():
+        raise UsageError("points must be finite, and an approach three finite numbers that are not all 0, or three nan")
+    if not ((sigmas > 0) & np.isfinite(sigmas)).all() or not 0 <= tip_radius < np.inf:
+        raise UsageError("sigma must be above 0, tip_radius 0 or above, and both finite")
+    return Contacts(
+        features=names,
+        points=places,
+        approaches=travels / lengths[:, None],
+        sigmas=sigmas,
+        tip_radius=float(tip_radius),
+        rows=tuple(range(1, count + 1)),
+        ids=(None,) * count,
+    )

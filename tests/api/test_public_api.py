@@ -1,0 +1,111 @@
+"""What `import tactfix` offers: cheap to import, whole in whatever order it is used, typed, arrays in and out."""
+
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactfix
+
+ROOT = Path(__file__).parents[2]
+FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
+CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
+FUNCTIONS = [name for name in tactfix.__all__ if name.islower() and name != "__version__"]
+
+
+def python(code: str) -> str:
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_importing_tactfix_imports_no_library() -> None:
+    libraries = ("numpy", "scipy", "pydantic", "typer", "click", "rich", "yaml")
+    assert python(f"import sys, tactfix; print([m for m in {libraries} if m in sys.modules])").strip() == "[]"
+
+
+@pytest.mark.parametrize("name", tactfix.__all__)
+def test_each_name_is_there_and_says_what_it_is(name: str) -> None:
+    value = getattr(tactfix, name)
+    assert name in dir(tactfix)
+    assert isinstance(value, str) or value.__doc__
+
+
+def test_what_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="'tactfix' has no attribute 'lokate'"):
+        tactfix.lokate  # noqa: B018
+
+
+HOMES = ", ".join(sorted({getattr(tactfix, name).__module__ for name in FUNCTIONS}))
+
+
+@pytest.mark.parametrize("code", [f"import {HOMES}; ask()", f"ask(); import {HOMES}; ask()"])
+def test_functions_stay_functions_whatever_is_imported_first(code: str) -> None:
+    """The modules tactfix.locate, tactfix.plan and so on have the names of functions."""
+    ask = f"import tactfix\ndef ask():\n    for name in {FUNCTIONS}:\n        print(getattr(tactfix, name))\n"
+    said = python(ask + code).splitlines()
+    assert said
+    assert all(line.startswith("<function ") for line in said)
+
+
+def test_functions_travel_to_other_processes() -> None:
+    assert pickle.loads(pickle.dumps(tactfix.locate)) is tactfix.locate
+
+
+def test_users_see_the_types(tmp_path: Path) -> None:
+    user = tmp_path / "user.py"
+    user.write_text(
+        "import tactfix\n"
+        'fixture = tactfix.load_fixture("a.yaml")\n'
+        'result = tactfix.locate(fixture, tactfix.load_contacts("a.csv", fixture))\n'
+        "reveal_type(result)\n"
+        'tactfix.plan(fixture, contacts="many")\n'
+    )
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), str(user)]
+    said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
+    assert 'Revealed type is "tactfix.results.LocateResult"' in said
+    assert 'Argument "contacts" to "plan" has incompatible type "str"' in said
+    assert "Found 1 error" in said
+
+
+def test_contacts_from_arrays_are_those_of_the_file() -> None:
+    fixture = tactfix.load_fixture(FIXTURE)
+    read = tactfix.load_contacts(CONTACTS, fixture)
+    made = tactfix.contacts_from_arrays(
+        read.features, read.points.copy(), 7.0 * read.approaches, sigma=read.sigmas, tip_radius=read.tip_radius
+    )
+    assert np.allclose(made.approaches, read.approaches, rtol=0, atol=1e-15)
+    assert (made.rows, made.tip_radius, made.features) == (read.rows, read.tip_radius, read.features)
+    one, other = tactfix.locate(fixture, read), tactfix.locate(fixture, made)
+    assert np.allclose(one.base_from_fixture, other.base_from_fixture, rtol=0, atol=1e-9)
+
+
+def test_unknown_approaches_are_nan() -> None:
+    points = [[0, 0, 0], [1, 0, 0]]
+    assert not tactfix.contacts_from_arrays("top", points, sigma=0.1, tip_radius=0).has_approach.any()
+    one = tactfix.contacts_from_arrays("top", points, [[0, 0, -2], [np.nan] * 3], sigma=0.1, tip_radius=0)
+    assert one.has_approach.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"points": [1.0, 2.0, 3.0]}, "one row x, y, z"),
+        ({"points": [[1.0, 2.0], [3.0, 4.0]]}, "one row x, y, z"),
+        ({"features": ["top"]}, "2 points, 1 features"),
+        ({"approaches": [[0, 0, -1]]}, "approaches of shape"),
+        ({"approaches": [[0, 0, 0], [0, 0, -1]]}, "not all 0"),
+        ({"approaches": [[0, np.nan, -1], [0, 0, -1]]}, "three nan"),
+        ({"points": [[np.nan, 0, 0], [0, 0, 0]]}, "finite"),
+        ({"sigma": 0.0}, "sigma must be above 0"),
+        ({"sigma": [0.1, np.inf]}, "sigma must be above 0"),
+        ({"tip_radius": -1.0}, "tip_radius"),
+    ],
+)
+def test_arrays_that_make_no_contacts_are_refused(change: dict, says: str) -> None:
+    good = {"features": ["top", "top"], "points": [[0, 0, 0], [1, 0, 0]], "sigma": 0.1, "tip_radius": 0.0}
+    with pytest.raises(tactfix.UsageError, match=says):
+        tactfix.contacts_from_arrays(**(good | change))
