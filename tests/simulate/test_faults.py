@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from reach.cells import ball_and_bar, placed, three_balls
+from reach.cells import ball_and_bar, cube_corner, placed, three_balls
 
 from tactfix.errors import UsageError
 from tactfix.faults import FAULT_KINDS, Fault, parse_fault
 from tactfix.geometry.surfaces import Sphere
+from tactfix.locate import locate
 from tactfix.simulate import simulate
 
 SEED = 5
@@ -102,3 +103,18 @@ def test_faults_are_read(text):
 def test_faults_that_are_none_are_refused(text, said):
     with pytest.raises(UsageError, match=said):
         parse_fault(text)
+
+
+@pytest.mark.parametrize("kind", FAULT_KINDS)
+def test_three_balls_show_every_fault(kind):
+    """Whether a mistake can be seen is the fixture's merit: here twelve contacts on three balls see each of them."""
+    _, wrong = pair(Fault(kind), three_balls())
+    assert locate(three_balls(), wrong.contacts, explain=False).status != "located"
+
+
+def test_three_planes_see_nothing_of_a_forgotten_tip():
+    right, wrong = pair(Fault("forgotten-tip"), cube_corner())
+    result = locate(cube_corner(), wrong.contacts)
+    assert result.status == "located"
+    moved = np.linalg.norm(result.base_from_fixture[:3, 3] - right.base_from_fixture[:3, 3])
+    assert moved == pytest.approx(3.0 * np.sqrt(3), abs=0.1)

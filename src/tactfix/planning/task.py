@@ -116,18 +116,23 @@ class Task:
         choices: list[Choice] = []
         for k in range(starts):
             self.progress(share[0] + share[1] * k / (starts + 1), f"{count} contacts")
-            grown = None if smaller is None or k else extended(self.search, smaller)
-            choices.append(exchanged(self.search, grown or started(self.search, count, rng)))
+            start = started(self.search, count, rng)
+            if smaller is not None and k == 0:
+                # Kept as it is, too: what was unique with one contact less still is, and this is surer.
+                start = extended(self.search, smaller)
+                choices.append(self.search.choice(start))
+            choices.append(exchanged(self.search, start))
         choices.sort(key=lambda choice: choice.score)
-        best = [polished(self.search, choice) for choice in choices[:few]]
-        best.sort(key=lambda choice: choice.score)
+        choices[:few] = [polished(self.search, choice) for choice in choices[:few]]
+        choices.sort(key=lambda choice: choice.score)
         plans: list[Plan] = []
-        for k, choice in enumerate([*best, *choices[few:]]):
-            self.progress(share[0] + share[1] * (starts + k / starts) / (starts + 1), f"{count} contacts: unique?")
+        for k, choice in enumerate(choices):
+            done = starts + k / len(choices)
+            self.progress(share[0] + share[1] * done / (starts + 1), f"{count} contacts: unique?")
             plans.append(self._plan(choice.touches))
             if plans[-1].unique:
                 return choice, plans[-1]
-        return best[0], plans[0]
+        return choices[0], plans[0]
 
     def _plan(self, touches: Touches) -> Plan:
         """The plan that these touches make, with approaches turned where that makes it unique."""
