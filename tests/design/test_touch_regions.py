@@ -85,3 +85,12 @@ def test_a_face_typed_without_thickness_is_kept():
     assert regions_meet(top, box, box, np.eye(4), 50.0)
     above = TouchBox(np.array([0.0, 0.0, 1.0]), np.array([50.0, 50.0, 2.0]))
     assert not regions_meet(top, above, above, np.eye(4), 50.0)
+
+
+@pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
+def test_a_box_wholly_inside_a_ball_or_bar_meets_nothing_of_its_surface(direction):
+    small = TouchBox(np.full(3, -0.1), np.full(3, 0.1))
+    wide = TouchBox(np.full(3, -0.1), np.full(3, 5.0))
+    for surface in (Sphere(np.zeros(3), 1.2), Cylinder(np.zeros(3), np.array(direction), 1.2)):
+        assert not regions_meet(surface, small, small, np.eye(4), 1.2)
+        assert regions_meet(surface, wide, wide, np.eye(4), 1.2)

@@ -1,6 +1,7 @@
 """Margins, misplaced features, numbers of poses, and the study of random layouts."""
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -62,6 +63,23 @@ def test_a_contact_that_alone_holds_a_motion_is_fragile():
         assert ("row 9", "free") in {(f.label, f.outcome) for f in found.fragile}
     else:
         pytest.fail("the plan should be unique")
+
+
+def test_wrong_poses_are_looked_for_with_every_residual_ten_times_as_uncertain():
+    """A feature's own form error is widened with the probe's sigma, whatever share of the two it has."""
+    fixture = load_fixture(BAD / "ball-beside-bar.yaml")
+    form = {"bar": 0.03, "ball": 0.0}
+    fixture = replace(fixture, features={n: replace(f, sigma=form[n]) for n, f in fixture.features.items()})
+    plan = plan_at((20, 40))
+    own = np.array([form[name] for name in plan.features])
+    asked = []
+
+    def locator(contacts):
+        asked.append(contacts)
+        return locate(fixture, contacts, explain=False)
+
+    margins(replace(touched_of(fixture, plan), sigmas=np.hypot(0.01, own)), locator)
+    np.testing.assert_allclose(np.hypot(asked[0].sigmas, own), 10 * np.hypot(0.01, own), rtol=1e-12)
 
 
 def distance(a, b):
