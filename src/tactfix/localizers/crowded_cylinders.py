@@ -21,7 +21,7 @@ def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
     scale = np.sqrt(np.mean(np.sum((points - origin) ** 2, axis=2), axis=1))
     scale[scale == 0] = 1.0
     unit_points = (points - origin) / scale[:, None, None]
-    directions, owner = real_directions(direction_zeros, unit_points)
+    directions, owner = real_directions(lambda x, _: direction_zeros(x), unit_points)
     contacts = unit_points[owner]
     states = circle_states(directions, contacts, np.ones(5))
     usable = np.isfinite(states).all(axis=1)

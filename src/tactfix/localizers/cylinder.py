@@ -21,11 +21,11 @@ _SAMPLE = 24
 _FIRST_LOOK = 10
 """Of more contacts than the fewest, every start is followed so many steps: what explains them has all but settled."""
 
-_HOPELESS = 1e4
+_HOPELESS = 1e3
 """A start so many times above the limit of chi-square is given up then, ..."""
 
-_BEST = 3
-"""... but for the best of a redundant set, one of which is the least-squares optimum."""
+_BEST, _RIVAL = 3, 4.0
+"""... but for the best few: the least-squares optimum is one of those whose chi-square is within a factor by then."""
 
 
 def localize_cylinder(
@@ -75,10 +75,15 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     if dof > 0:
         states = sample.refined(states, _FIRST_LOOK)
         chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
-        bound = _HOPELESS * chi_square_limit(dof)
-        order = distinct(states, chi2)
-        states = states[[i for rank, i in enumerate(order) if chi2[i] <= bound or rank < _BEST]]
+        states = states[_worth_following(distinct(states, chi2), chi2, dof)]
     return _problem(contacts, radius).refined(states)
+
+
+def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:
+    """Of starts in order of chi-square those that may end up explaining the contacts, or as their optimum."""
+    explaining = _HOPELESS * chi_square_limit(dof)
+    rivals = [i for i in order[:_BEST] if chi2[i] <= _RIVAL * chi2[order[0]]]
+    return [i for i in order if chi2[i] <= explaining or i in rivals]
 
 
 def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:

@@ -38,29 +38,28 @@ def starting_states(points: Floats, weights: Floats, radius: float | None) -> Fl
     points (n, 3) of unit size about their mean, n >= 5, or n >= 4 with radius; weights (n,).
     """
     if radius is None:
-        subsets = _minimal_subsets(points, 5)
-        states = circle_states(real_directions(direction_zeros, points[subsets])[0], points, weights)
+        subsets = points[_minimal_subsets(points, 5)]
+        states = circle_states(real_directions(lambda x, _: direction_zeros(x), subsets)[0], points, weights)
     else:
-        subsets = _minimal_subsets(points, 4)
-        parts = [tangent_states(points[subset], np.full(4, radius)) for subset in subsets]
-        states = np.concatenate(parts)
-    if len(points) > (5 if radius is None else 4):
+        subsets = points[_minimal_subsets(points, 4)]
+        states = tangent_states(subsets, np.full(subsets.shape[:-1], radius))
+    if len(points) > subsets.shape[1]:
         states = np.concatenate([states, _covering_states(points, weights, radius)])
     return states[np.isfinite(states).all(axis=1)]
 
 
 def tangent_states(centers: Floats, radii: Floats) -> Floats:
-    """States (24, 7) near all lines at distances radii (4,) from centers (4, 3); radius is that of the first.
+    """States (B, 7) near all lines at distances radii (k, 4) from centers (k, 4, 3); radius is that of the first.
 
     Each direction gives two feet: along the wider spread of the projected centres the foot follows from linear
     equations, along the narrower one only up to a sign when the centres lie on two parallels to it.
     """
-    directions, _ = real_directions(lambda x: tangent_zeros(x, np.broadcast_to(radii, x.shape[:-1])), centers[None])
+    directions, owner = real_directions(lambda x, number: tangent_zeros(x, radii[number]), centers)
     across = basis_across(directions)
-    middle = centers.mean(axis=0)
-    flat = (centers - middle) @ np.swapaxes(across, -1, -2)
+    middle = centers.mean(axis=1)[owner]
+    flat = (centers[owner] - middle[:, None]) @ np.swapaxes(across, -1, -2)
     u, singular, vh = np.linalg.svd(flat, full_matrices=False)
-    squared = np.sum(flat**2, axis=-1) - radii**2
+    squared = np.sum(flat**2, axis=-1) - radii[owner] ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         wide = np.einsum("bn,bn->b", u[:, :, 0], squared) / (2 * singular[:, 0])
     narrow = np.sqrt(np.maximum(-squared.mean(axis=-1) - wide**2, 0.0))
@@ -69,21 +68,21 @@ def tangent_states(centers: Floats, radii: Floats) -> Floats:
         place = wide[:, None] * vh[:, 0] + sign * narrow[:, None] * vh[:, 1]
         foot = middle + np.einsum("bi,bij->bj", place, across)
         foot -= np.sum(foot * directions, axis=-1, keepdims=True) * directions
-        parts.append(np.concatenate([foot, directions, np.full((len(foot), 1), radii[0])], axis=-1))
+        parts.append(np.concatenate([foot, directions, radii[owner, :1]], axis=-1))
     return np.concatenate(parts)
 
 
-def real_directions(zeros: Callable[[Floats], tuple[Complexes, Floats]], subsets: Floats) -> tuple[Floats, Ints]:
+def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], subsets: Floats) -> tuple[Floats, Ints]:
     """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and the subset (B,) that each belongs to.
 
-    Where the zeros are crowded, those of a nudged copy of the subset come on top.
+    zeros is called with subsets and their numbers. Where the zeros are crowded, those of a nudged copy come on top.
     """
-    found, gap = zeros(subsets)
+    found, gap = zeros(subsets, np.arange(len(subsets)))
     parts, owners = [found.real], [np.arange(len(subsets))]
     crowded = np.flatnonzero(gap < _GAP)
     if crowded.size:
         nudges = np.random.default_rng(5).normal(scale=_NUDGE, size=subsets[crowded].shape)
-        parts.append(zeros(subsets[crowded] + nudges)[0].real)
+        parts.append(zeros(subsets[crowded] + nudges, crowded)[0].real)
         owners.append(crowded)
     real = np.concatenate(parts)
     owner = np.repeat(np.concatenate(owners), real.shape[1])

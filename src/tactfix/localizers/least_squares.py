@@ -21,8 +21,9 @@ _LAST_STEPS = 25
 
 _EPS = float(np.finfo(np.float64).eps)
 
-_SETTLED = 1e-20
-"""A step that promises to lower the cost by less than this part of it moves the parameters by 1e-10 residuals."""
+_SETTLED = 1e-17
+"""A step that promises to lower the cost by less than this part of it moves a parameter by a few 1e-9 residuals; the
+next one, which is not made, would move it by much less."""
 
 
 def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60) -> Floats:
