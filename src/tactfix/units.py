@@ -16,3 +16,20 @@ def factor(source: str, target: str) -> float:
     Raises KeyError for a unit that is not one of UNITS.
     """
     return _LENGTHS[source] / _LENGTHS[target]
+
+
+def which_unit(written: str) -> str:
+    """Advice for whoever wrote a unit that is none of UNITS."""
+    plain = written.strip().lower().removesuffix(".").removesuffix("s")
+    for unit, names in _ALSO.items():
+        if plain == unit or plain in names:
+            return f"did you mean {unit!r}?"
+    return f"use one of: {', '.join(UNITS)}"
+
+
+_ALSO: Final[dict[str, tuple[str, ...]]] = {
+    "mm": ("millimeter", "millimetre"),
+    "m": ("meter", "metre"),
+    "um": ("\u00b5m", "\u03bcm", "micron", "micrometer", "micrometre"),
+    "in": ("inch", "inche", '"'),
+}

@@ -96,16 +96,17 @@ def _settle(
     probe, units = (fixture.probe, fixture.units) if fixture else (Probe(), None)
     settings = settle(options, header.settings, probe, units)
     if settings is None:
-        problems.append(Problem("nothing says the units", "write '# units: mm' above the header, or use --units"))
+        if "units" not in header.tried:
+            problems.append(Problem("nothing says the units", "write '# units: mm' above the header, or use --units"))
         settings = settle(replace(options, units="mm"), header.settings, probe, units)
     assert settings is not None
-    if settings.tip_radius is None:
+    if settings.tip_radius is None and "tip_radius" not in header.tried:
         remedy = (
             "write '# tip_radius: 0' above the header if these are points of the surface, "
             "or the radius of the tip if they are its centres, or use --tip-radius"
         )
         problems.append(Problem("nothing says the tip radius", remedy))
-    if settings.sigma is None and not ("sigma" in table.columns and all(table.columns["sigma"])):
+    if settings.sigma is None and "sigma" not in header.tried and not all(table.columns.get("sigma", ("",))):
         remedy = "write '# sigma: 0.005' above the header (one standard deviation of a contact), or use --sigma"
         problems.append(Problem("nothing says the sigma of a contact", remedy))
     return settings
@@ -139,8 +140,10 @@ def _approaches(table: Table, problems: list[Problem]) -> Floats:
         problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
     largest = np.abs(vectors).max(axis=1, initial=0.0)
     for index in np.flatnonzero(largest == 0):
-        what = f"{', '.join(names)} is zero, which is no direction"
-        problems.append(table.problem(int(index), what, "write the direction, or leave the three cells empty"))
+        what = f"the direction {', '.join(names)} is zero"
+        problems.append(
+            table.problem(int(index), what, "write one of any other length, or leave the three cells empty")
+        )
     if len(problems) > before:
         return vectors
     # Scaled to a largest component of one first, so that no square under- or overflows.

@@ -7,8 +7,7 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
-from tactfix.suggestions import did_you_mean
-from tactfix.units import UNITS
+from tactfix.units import UNITS, which_unit
 
 KEYS: Final = ("units", "tip_radius", "sigma")
 COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
@@ -28,25 +27,31 @@ _KEY_LINE: Final = re.compile(r"#\s*([A-Za-z][\w-]*(?: [A-Za-z]+)?)\s*[:=]\s*(.*
 class Header:
     """The settings of the file, the column names as tactfix calls them, the separator, and where the rows begin.
 
-    first_line: index (from 0) of the first line below the header row.
+    first_line: index (from 0) of the first line below the header row. tried: the keys that some line means to set,
+    though in vain where that is a problem already.
     """
 
     settings: ContactOptions
     columns: tuple[str, ...]
     separator: str
     first_line: int
+    tried: frozenset[str]
 
 
 def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed: bool) -> Header | None:
     """The header of a contact file; None, with a problem, where its columns cannot be told."""
     said: dict[str, tuple[str, int]] = {}
+    meant: set[str] = set()
     for index, line in enumerate(lines):
         if line.lstrip().startswith("#"):
-            _read_key_line(line.strip(), index + 1, said, problems)
+            _read_key_line(line.strip(), index + 1, said, meant, problems)
         elif line.strip():
             separator, names = _split(line)
             columns = _read_columns(names, separator, index + 1, problems, feature_needed)
-            return Header(_settings(said, separator, problems), columns, separator, index + 1) if columns else None
+            if not columns:
+                return None
+            settings = _settings(said, separator, problems)
+            return Header(settings, columns, separator, index + 1, frozenset(said) | meant)
     what = "there is no header row" if any(line.strip() for line in lines) else "the file is empty"
     problems.append(Problem(what, f"begin with the names of the columns: {_EXAMPLE}"))
     return None
@@ -58,7 +63,9 @@ def key_of(line: str) -> str | None:
     return match[1].lower() if match and match[1].lower() in KEYS else None
 
 
-def _read_key_line(line: str, number: int, said: dict[str, tuple[str, int]], problems: list[Problem]) -> None:
+def _read_key_line(
+    line: str, number: int, said: dict[str, tuple[str, int]], meant: set[str], problems: list[Problem]
+) -> None:
     match = _KEY_LINE.fullmatch(line)
     if not match:
         return
@@ -69,9 +76,10 @@ def _read_key_line(line: str, number: int, said: dict[str, tuple[str, int]], pro
             problems.append(Problem(what, "remove one of the two", line=number))
         said.setdefault(key, (value, number))
         return
-    meant = _meant_key(key)
-    if meant:
-        problems.append(Problem(f"unknown key {match[1]!r}", f"did you mean {meant!r}?", line=number))
+    near = _meant_key(key)
+    if near:
+        meant.add(near)
+        problems.append(Problem(f"unknown key {match[1]!r}", f"did you mean {near!r}?", line=number))
 
 
 def _meant_key(key: str) -> str | None:
@@ -86,8 +94,7 @@ def _meant_key(key: str) -> str | None:
 def _settings(said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]) -> ContactOptions:
     units, line = said.get("units", (None, 0))
     if units is not None and units not in UNITS:
-        remedy = did_you_mean(units, UNITS) if units else f"write one of: {', '.join(UNITS)}"
-        problems.append(Problem(f"units is {units!r}", remedy, line=line))
+        problems.append(Problem(f"units is {units!r}", which_unit(units), line=line))
         units = None
     return ContactOptions(
         units,
@@ -168,7 +175,7 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
                 (f"column {position} has no name", "name it, or remove the separators without anything between")
             )
         elif name not in COLUMNS and name not in directions:
-            remedy = f"{did_you_mean(name, COLUMNS)} Remove the column if it is none of {', '.join(COLUMNS)}"
+            remedy = f"remove it, or name it one of: {', '.join(COLUMNS)}"
             found.append((f"unknown column {name!r}", remedy))
     needed = (*(("feature",) if feature_needed else ()), "x", "y", "z")
     found += [(f"there is no column {name!r}", f"add it: {_EXAMPLE}") for name in needed if name not in names]

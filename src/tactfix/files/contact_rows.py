@@ -79,9 +79,15 @@ def _quoted_rows(
 def _ragged(widths: Sequence[int], places: Sequence[int], header: Header) -> list[Problem]:
     """A problem for each row with more or fewer cells than the header."""
     width = len(header.columns)
-    remedy = f"write {header.separator.join(header.columns)}; leave a cell empty, but keep its separator"
+    fewer = f"write {header.separator.join(header.columns)}; leave a cell empty, but keep its separator"
+    more = f"{fewer}; decimal commas need semicolons or tabs between cells" if header.separator == "," else fewer
     return [
-        Problem(f"{found} cells where the header has {width}", remedy, line=places[index], row=index + 1)
+        Problem(
+            f"{found} cells where the header has {width}",
+            more if found > width else fewer,
+            line=places[index],
+            row=index + 1,
+        )
         for index, found in enumerate(widths)
         if found != width
     ]

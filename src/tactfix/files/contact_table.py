@@ -46,6 +46,7 @@ def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) ->
     if commas != points:  # a cell with both is refused by itself
         what = f"decimal commas (first in row {commas + 1}) and decimal points (first in row {points + 1}) are mixed"
         problems.append(table.problem(max(commas, points), what, "write all numbers with the same decimal mark"))
+        return ","  # so that each of them is understood, and not told a second time
     return "."
 
 

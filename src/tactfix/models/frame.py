@@ -52,7 +52,7 @@ def _first_known(keys: Iterable[str]) -> Any:
     """A discriminator: which of keys a mapping has."""
 
     def tag(value: Any) -> str | None:
-        names = value if isinstance(value, dict) else type(value).model_fields
+        names = value if isinstance(value, dict) else getattr(type(value), "model_fields", ())
         return next((key for key in keys if key in names or f"{key}_" in names), None)
 
     return Discriminator(tag)

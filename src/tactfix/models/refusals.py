@@ -10,6 +10,7 @@ from tactfix.models.features import CylinderModel, PlaneModel, SphereModel
 from tactfix.models.findings import Finding, Path
 from tactfix.models.frame import Along, CenterOf, FootOf, FrameModel, FromTo, MeetOf, Opposite
 from tactfix.suggestions import did_you_mean
+from tactfix.units import which_unit
 
 _FEATURES: Final[dict[Any, type[BaseModel]]] = {"plane": PlaneModel, "sphere": SphereModel, "cylinder": CylinderModel}
 _RULES: Final[dict[Any, type[BaseModel]]] = {
@@ -64,7 +65,8 @@ def _finding(error: Any) -> Finding:
     if kind == "missing":
         key = error["loc"][-1]
         parent = plain_path(error["loc"][:-1])
-        return Finding(parent, f"{_place(parent)} has no {key}", _how_to_add(str(key), parent), at_key=True)
+        what = f"{_place(parent)} has no {key}" if parent else f"the file has no key {key!r}"
+        return Finding(parent, what, _how_to_add(str(key), parent), at_key=True)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return _untagged(path, input_)
     what = f"{_place(path)} is {_shown(input_)}"
@@ -83,7 +85,7 @@ def plain_path(location: tuple[str | int, ...]) -> Path:
 
 
 def _place(path: Path) -> str:
-    return ".".join(str(part) for part in path) or "the file"
+    return ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
 
 
 def _known_keys(location: tuple[str | int, ...]) -> list[str]:
@@ -150,7 +152,7 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
     if path == ("tactfix",):
         return "this tactfix reads format 1: write tactfix: 1, or install a newer tactfix"
     if path == ("units",):
-        return did_you_mean(str(value), ("mm", "m", "um", "in"))
+        return which_unit(str(value))
     if kind == "literal_error":
         return f"write one of: {context['expected']}".replace("'", "")
     if len(path) == 1 and path[0] in _EXAMPLES:
