@@ -31,6 +31,8 @@ from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions, solution_from
 
 MOST_COMBINATIONS = 4000
+LOOSE = 3.0
+"""Times the slack of the relations, added to the contacts' sigma while a fixture is searched as if it were rigid."""
 KEPT = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
 DIFFERENCE = 1e-6
@@ -125,11 +127,17 @@ def _unlocated(
     shapes = realize(fixture)
     if not shapes:
         return _samples(fixture, contacts, problem)
-    parts = [rigid_solutions(shape, contacts, sigmas, with_misses) for shape in shapes]
+    loose = np.hypot(sigmas, LOOSE * _slack(fixture, problem.scale))
+    parts = [rigid_solutions(shape, contacts, loose, with_misses) for shape in shapes]
     if all(r.sigma == 0 for r in fixture.relations) or any(part.continuum or part.dof < 0 for part in parts):
         return _merged(parts)
     fits = [joint_fit(problem, _anchored(solution.surfaces, contacts)) for part in parts for solution in part.found]
     return _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
+
+
+def _slack(fixture: Fixture, scale: float) -> float:
+    """How far (length) the relations let the features be from where their values put them, one standard deviation."""
+    return float(np.linalg.norm([r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]))
 
 
 def _merged(parts: Sequence[Solutions]) -> Solutions:
@@ -171,21 +179,29 @@ def _moved_to(surface: Surface, middle: Floats) -> Surface:
 
 
 def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool) -> Solutions:
-    """The frames of each fit that is within its limit; of the best one where none is."""
+    """The frames of each fit that is within its limit; of the best one where none is.
+
+    Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
+    """
     dof = fits[0].dof if fits else len(problem.contacts) - 6
     limit = chi_square_limit(dof)
-    kept = [fit for fit in fits if fit.chi2 <= limit] or list(fits[:1])
-    found = tuple(solution for fit in kept for solution in _framed(fixture, problem, fit))
-    return Solutions(found, dof, limit, complete=True, continuum=continuum)
+    explaining = [fit for fit in fits if fit.chi2 <= limit]
+    found: list[Solution] = []
+    refusal: FrameError | None = None
+    for fit in explaining or fits[:1]:
+        try:
+            found += _framed(fixture, problem, fit)
+        except FrameError as error:
+            refusal = error
+    if refusal is not None and explaining and not found and not continuum:
+        raise refusal
+    return Solutions(tuple(found), dof, limit, complete=True, continuum=continuum)
 
 
 def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[Solution]:
     """One solution per frame that the recipe allows."""
     assert fixture.frame is not None
-    try:
-        poses = frames(fixture.frame, fit.surfaces)
-    except FrameError:
-        return
+    poses = frames(fixture.frame, fit.surfaces)
     factor, free = fit.spread()
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
     moves = _frame_jacobian(fixture.frame, fit)

@@ -108,7 +108,8 @@ def _path(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[R
     names = np.array(contacts.features)
     margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
     for name in dict.fromkeys(contacts.features):
-        index = np.flatnonzero((names == name) & contacts.has_approach)
+        # Of a contact whose place is free nothing may be said.
+        index = np.flatnonzero((names == name) & contacts.has_approach & np.isfinite(margin))
         distance = fixture.probe.approach_distance
         blocked = path_blocked(surfaces, fixture.touch, name, points[index], approaches[index], distance, margin[index])
         for i, obstacle in zip(index, blocked, strict=True):

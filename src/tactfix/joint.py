@@ -16,7 +16,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced, residual_jacobian
 from tactfix.geometry.surfaces import Sphere, Surface, residuals
 from tactfix.noise import chi_square_limit
-from tactfix.relations import columns_of, relation_jacobian, relation_residuals
+from tactfix.relations import all_relations, columns_of
 
 Linear: TypeAlias = tuple[Floats, Floats]
 """Right-hand sides of the linear model: residuals over sigma (m,), and what is missing to the exact relations (k,)."""
@@ -157,10 +157,8 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
         rows[index, columns[name]] = residual_jacobian(surfaces[name], contacts.points[index])
     observed, observed_rows = [values / problem.sigmas], [rows / problem.sigmas[:, None]]
     exact, exact_rows = [np.zeros(0)], [np.zeros((0, width))]
-    for relation in problem.relations:
-        one, other = relation.between
-        value = relation_residuals(relation, surfaces[one], surfaces[other])
-        jacobian = relation_jacobian(relation, surfaces, columns, problem.scale, width)
+    relations = zip(problem.relations, *all_relations(problem.relations, surfaces, problem.scale), strict=True)
+    for relation, value, jacobian in relations:
         unit = problem.scale if relation.kind == "distance" else 1.0
         if relation.sigma > LEAST_SIGMA * unit:
             observed.append(value / relation.sigma)

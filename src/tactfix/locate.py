@@ -115,7 +115,7 @@ def _status(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) 
     if not left:
         # Too few contacts to be inconsistent: a continuum of which no sample passed.
         return "underdetermined" if solutions.continuum or solutions.dof < 0 else "inconsistent"
-    if solutions.continuum or solutions.dof < 0 or any(is_worthless(solution, contacts) for solution in left):
+    if solutions.continuum or solutions.dof < 0 or all(is_worthless(solution, contacts) for solution in left):
         return "underdetermined"
     return "located" if len(left) == 1 else "ambiguous"
 

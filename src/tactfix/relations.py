@@ -5,7 +5,9 @@ Each relation gives one or more residuals that vanish where it holds and are smo
 are residuals, where the plain difference would have no derivative.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
 
@@ -27,13 +29,29 @@ STEP = 1e-6
 """Relative step of the central differences: their error, its square, stays below 1e-11."""
 
 
-def relation_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
-    """What is missing (k,) for the relation to hold: lengths for a distance, rad for an angle."""
+@lru_cache(maxsize=64)
+def parallel_pairs(relations: tuple[Relation, ...]) -> frozenset[frozenset[str]]:
+    """The pairs of features that angles of 0 and 180 degrees make parallel, also by way of others."""
+    groups: list[set[str]] = []
+    for relation in relations:
+        if relation.kind == "angle" and np.sin(relation.value) < PARALLEL:
+            joined = [group for group in groups if group & set(relation.between)]
+            groups = [group for group in groups if group not in joined]
+            groups.append(set(relation.between).union(*joined))
+    return frozenset(frozenset(pair) for group in groups for pair in combinations(sorted(group), 2))
+
+
+def relation_residuals(relation: Relation, one: Surface, other: Surface, parallel: bool = False) -> Floats:
+    """What is missing (k,) for the relation to hold: lengths for a distance, rad for an angle.
+
+    parallel: whether other relations make the two parallel; then the distance of axes is their spacing, however far
+    from parallel they still are.
+    """
     if relation.kind == "angle":
         return _angle_residuals(relation, one, other)
     if not _has_gap(relation, one, other):
-        return _coincidence(one, other)
-    return np.array([_side(relation, one, other) * distance_between(one, other) - relation.value])
+        return _coincidence(one, other, parallel)
+    return np.array([_side(relation, one, other) * distance_between(one, other, parallel) - relation.value])
 
 
 def _side(relation: Relation, one: Surface, other: Surface) -> float:
@@ -68,16 +86,16 @@ def _sense(relation: Relation, one: Plane | Cylinder, other: Plane | Cylinder) -
     return 1.0 if facing >= 0 or abs(np.cos(relation.value)) < PARALLEL else -1.0
 
 
-def _coincidence(one: Surface, other: Surface) -> Floats:
+def _coincidence(one: Surface, other: Surface, parallel: bool) -> Floats:
     """The components of the gap between centres and axes that coincide."""
-    a, b = nearest_points(one, other)
+    a, b = nearest_points(one, other, parallel)
     match one, other:
         case Sphere(), Sphere():
             return np.asarray(b - a)
         case Cylinder(), Cylinder():
             normal = np.cross(one.direction, other.direction)
             size = float(np.linalg.norm(normal))
-            if size > ALMOST_PARALLEL:
+            if size > ALMOST_PARALLEL and not parallel:
                 return np.array([(other.point - one.point) @ normal / size])
             return np.asarray(across(one) @ (b - a))
         case (Cylinder() as axis, Sphere()) | (Sphere(), Cylinder() as axis):
@@ -86,7 +104,12 @@ def _coincidence(one: Surface, other: Surface) -> Floats:
 
 
 def relation_jacobian(
-    relation: Relation, surfaces: Mapping[str, Surface], columns: Mapping[str, slice], scale: float, width: int
+    relation: Relation,
+    surfaces: Mapping[str, Surface],
+    columns: Mapping[str, slice],
+    scale: float,
+    width: int,
+    parallel: bool = False,
 ) -> Floats:
     """Derivative (k, width) of the residuals with respect to displacements of the surfaces.
 
@@ -94,16 +117,17 @@ def relation_jacobian(
     """
     one, other = relation.between
     pair = surfaces[one], surfaces[other]
-    here = relation_residuals(relation, *pair)
+    here = relation_residuals(relation, *pair, parallel)
     jacobian = np.zeros((len(here), width))
     if len(here) == 1 and relation.kind == "distance" and _has_gap(relation, *pair):
         side = _side(relation, *pair)
-        jacobian[0, columns[one]], jacobian[0, columns[other]] = (side * g for g in _distance_gradients(*pair))
+        gradients = _distance_gradients(*pair, parallel)
+        jacobian[0, columns[one]], jacobian[0, columns[other]] = (side * gradient for gradient in gradients)
     elif len(here) == 1 and relation.kind == "angle":
         jacobian[0, columns[one]], jacobian[0, columns[other]] = _angle_gradients(relation, *pair)
     else:
         for name in relation.between:
-            jacobian[:, columns[name]] = _differences(relation, surfaces, name, scale, len(here))
+            jacobian[:, columns[name]] = _differences(relation, surfaces, name, scale, parallel)
     return jacobian
 
 
@@ -111,16 +135,16 @@ def _has_gap(relation: Relation, one: Surface, other: Surface) -> bool:
     return relation.value != 0 or isinstance(one, Plane) or isinstance(other, Plane)
 
 
-def _distance_gradients(one: Surface, other: Surface) -> tuple[Floats, Floats]:
+def _distance_gradients(one: Surface, other: Surface, parallel: bool) -> tuple[Floats, Floats]:
     """How a distance changes with the displacement of each: what the feet of the perpendicular move apart along it."""
     if isinstance(other, Plane) and not isinstance(one, Plane):
-        second, first = _distance_gradients(other, one)
+        second, first = _distance_gradients(other, one, parallel)
         return first, second
     if isinstance(one, Plane):
         far = other_point(other)
         near, along = foot(one, far), one.normal
     else:
-        near, far = nearest_points(one, other)
+        near, far = nearest_points(one, other, parallel)
         gap = far - near
         along = gap / max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
     return -along @ material_displacement(one, near), along @ material_displacement(other, far)
@@ -137,18 +161,19 @@ def _angle_gradients(relation: Relation, one: Surface, other: Surface) -> tuple[
     return first, second
 
 
-def _differences(relation: Relation, surfaces: Mapping[str, Surface], name: str, scale: float, count: int) -> Floats:
-    """Central differences (count, dimension), for residuals that hold more than one number."""
+def _differences(
+    relation: Relation, surfaces: Mapping[str, Surface], name: str, scale: float, parallel: bool
+) -> Floats:
+    """Central differences (k, dimension), for residuals that hold more than one number."""
     surface = surfaces[name]
-    columns = np.zeros((count, dimension(surface)))
+    columns = []
     for k in range(dimension(surface)):
-        size = STEP if not isinstance(surface, Sphere) and k < 2 else STEP * scale
         step = np.zeros(dimension(surface))
-        step[k] = size
-        ahead = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, step)))
-        behind = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, -step)))
-        columns[:, k] = (ahead - behind) / (2 * size)
-    return columns
+        step[k] = STEP if not isinstance(surface, Sphere) and k < 2 else STEP * scale
+        ahead = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, step)), parallel)
+        behind = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, -step)), parallel)
+        columns.append((ahead - behind) / (2 * step[k]))
+    return np.array(columns).T
 
 
 def _pair(surfaces: Mapping[str, Surface], relation: Relation, name: str, changed: Surface) -> tuple[Surface, Surface]:
@@ -166,9 +191,15 @@ def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
 
 
 def all_relations(
-    relations: Sequence[Relation], surfaces: Mapping[str, Surface], scale: float
+    relations: tuple[Relation, ...], surfaces: Mapping[str, Surface], scale: float
 ) -> tuple[list[Floats], list[Floats]]:
     """Residuals and Jacobians of each relation."""
     columns, width = columns_of(surfaces)
-    values = [relation_residuals(r, surfaces[r.between[0]], surfaces[r.between[1]]) for r in relations]
-    return values, [relation_jacobian(r, surfaces, columns, scale, width) for r in relations]
+    known = parallel_pairs(relations)
+    values, jacobians = [], []
+    for relation in relations:
+        parallel = frozenset(relation.between) in known
+        one, other = relation.between
+        values.append(relation_residuals(relation, surfaces[one], surfaces[other], parallel))
+        jacobians.append(relation_jacobian(relation, surfaces, columns, scale, width, parallel))
+    return values, jacobians

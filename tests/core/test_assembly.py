@@ -8,14 +8,18 @@ from core.problems import (
     CYLINDER_SPHERE,
     CYLINDER_SPHERE_RECIPE,
     CYLINDER_SPHERE_TOUCH,
+    Patch,
+    angle,
     ball_distances,
     distance,
     pose_error,
+    recipe,
     related,
     touch_all,
 )
 
 from tactfix.assembly import assembled_solutions
+from tactfix.frame import FrameError
 
 SIX_DOF_UPPER = 38.3
 """Chi-square that six degrees of freedom exceed once in a million (tables)."""
@@ -59,3 +63,57 @@ def test_ball_whose_two_places_all_but_coincide_is_not_lost(seed, sigma):
             solution.surfaces["ball"].center - solution.surfaces["bar"].point, solution.surfaces["bar"].direction
         )
         assert np.linalg.norm(gap) == pytest.approx(3.0, abs=1e-8)
+
+
+PINS = {
+    "plate": Patch("plane", (100, 100, 0), (0, 0, 1), length=60.0),
+    "one": Patch("cylinder", (0, 0, 0), (0, 0, 1), 10.0, length=15.0, middle=20.0),
+    "two": Patch("cylinder", (200, 0, 0), (0, 0, 1), 10.0, length=15.0, middle=20.0),
+}
+PINS_RECIPE = recipe(("meet_of", "one", "plate"), ("z", "along", "plate"), ("x", "from_to", "one", "two"))
+
+
+@pytest.mark.parametrize(
+    "relations",
+    [
+        [],
+        [angle("plate", "one", 0), angle("plate", "two", 0), distance("one", "two", 200.0)],
+        [angle("plate", "one", 0, 0.01), angle("two", "plate", 0, 0.01), distance("two", "one", 200.0, 0.01)],
+    ],
+    ids=["no relations", "exact", "with sigma"],
+)
+def test_two_pins_that_noise_has_made_not_quite_parallel(relations):
+    rng = np.random.default_rng(8)
+    fixture = related(PINS, relations, PINS_RECIPE)
+    for _ in range(4):
+        truth = touch_all(PINS, {"plate": 3, "one": 6, "two": 6}, rng, sigma=0.02, tip=1.5)
+        contacts = truth.contacts(rng)
+        errors = [
+            pose_error(s.base_from_fixture, truth.pose)
+            for s in assembled_solutions(fixture, contacts, contacts.sigmas).found
+        ]
+        assert min(np.linalg.norm(error[:3]) for error in errors) < 0.01
+        assert min(np.linalg.norm(error[3:]) for error in errors) < 1.0
+
+
+def test_a_relation_that_is_less_sure_than_the_contacts_loses_no_pose():
+    """The bar needs the ball, so the fixture is searched as one body, though the distance is off by a tenth."""
+    fixture = related(
+        CYLINDER_SPHERE, [distance("bar", "ball", 3.0, 0.05)], CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH
+    )
+    for seed in range(6):
+        rng = np.random.default_rng([3, seed])
+        off = 0.05 * rng.normal()
+        built = {**CYLINDER_SPHERE, "ball": Patch("sphere", (3.0 + off, 0, 0), radius=1.0)}
+        truth = touch_all(built, {"bar": 3, "ball": 5}, rng, sigma=1e-4)
+        contacts = truth.contacts(rng)
+        found = assembled_solutions(fixture, contacts, contacts.sigmas).found
+        assert min(np.linalg.norm(pose_error(s.base_from_fixture, truth.pose)[:3]) for s in found) < 0.2
+
+
+def test_a_recipe_that_gives_no_frame_is_an_error_not_an_inconsistency():
+    rng = np.random.default_rng(9)
+    skewed = recipe(("foot_of", "two", "one"), ("z", "along", "plate"), ("x", "from_to", "one", "two"))
+    contacts = touch_all(PINS, {"plate": 3, "one": 6, "two": 6}, rng, sigma=0.02).contacts(rng)
+    with pytest.raises(FrameError, match="no foot"):
+        assembled_solutions(related(PINS, [], skewed), contacts, contacts.sigmas)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
-from tactfix.relations import columns_of, relation_jacobian, relation_residuals
+from tactfix.relations import columns_of, parallel_pairs, relation_jacobian, relation_residuals
 
 UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 
@@ -125,3 +125,16 @@ def test_distances_that_do_not_hold_miss_by_the_difference():
     assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), bar([0, 0, 0]), bar([3, 4, 9]))) == pytest.approx(
         5
     )
+
+
+def test_parallel_is_also_what_others_make_parallel():
+    relations = (angle("plate", "one", 0), angle("two", "plate", 0), angle("slope", "plate", 30), angle("x", "y", 180))
+    assert parallel_pairs(relations) == {
+        frozenset(pair) for pair in (("plate", "one"), ("plate", "two"), ("one", "two"), ("x", "y"))
+    }
+
+
+def test_axes_known_to_be_parallel_have_a_spacing_while_they_are_not_yet():
+    tilted = bar([40, 0, 0], leaning(20))
+    assert abs(relation_residuals(distance("a", "b", 40.0), bar([0, 0, 0]), tilted, parallel=True)[0]) < 3
+    assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), bar([0, 0, 0]), tilted, parallel=True)) > 37

@@ -8,7 +8,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 PARALLEL = 1e-9
 """Sine of the angle below which two directions are parallel: rounding, not manufacture."""
 
-ALMOST_PARALLEL = 0.01
+ALMOST_PARALLEL = 0.02
 """Sine of the angle below which axes are meant to be parallel: their common perpendicular is then nowhere in
 particular, and what is known of them is their spacing where they are touched."""
 
@@ -24,11 +24,11 @@ def foot(surface: Surface, point: Floats) -> Floats:
             return np.asarray(surface.point + ((point - surface.point) @ surface.direction) * surface.direction)
 
 
-def nearest_points(one: Surface, other: Surface) -> tuple[Floats, Floats]:
+def nearest_points(one: Surface, other: Surface, parallel: bool = False) -> tuple[Floats, Floats]:
     """The point (3,) of one that is nearest to other and the reverse: feet of the common perpendicular.
 
-    Of (almost) parallel axes, of planes, and where an axis meets a plane, the pair next to the given point of the first
-    or of the axis.
+    Of axes that are parallel, or known to be so whatever they look like, of planes, and where an axis meets a plane,
+    the pair next to the given point of the first or of the axis.
     """
     match one, other:
         case Sphere(), _:
@@ -36,7 +36,7 @@ def nearest_points(one: Surface, other: Surface) -> tuple[Floats, Floats]:
         case _, Sphere():
             return foot(one, other.center), other.center
         case Cylinder(), Cylinder():
-            return _between_axes(one, other)
+            return _between_axes(one, other, parallel)
         case Cylinder(), Plane():
             return one.point, foot(other, one.point)
         case _:
@@ -48,11 +48,11 @@ def other_point(surface: Surface) -> Floats:
     return surface.center if isinstance(surface, Sphere) else surface.point
 
 
-def _between_axes(one: Cylinder, other: Cylinder) -> tuple[Floats, Floats]:
-    """Feet of the common perpendicular of two axes; of almost parallel ones those at the given point of the first."""
+def _between_axes(one: Cylinder, other: Cylinder, parallel: bool) -> tuple[Floats, Floats]:
+    """Feet of the common perpendicular of two axes; of parallel ones those at the given point of the first."""
     normal = np.cross(one.direction, other.direction)
     square = float(normal @ normal)
-    if square < ALMOST_PARALLEL**2:
+    if parallel or square < ALMOST_PARALLEL**2:
         return one.point, foot(other, one.point)
     gap = other.point - one.point
     along_one = float(np.cross(gap, other.direction) @ normal) / square
@@ -65,7 +65,7 @@ def direction_of(surface: Plane | Cylinder) -> Floats:
     return surface.normal if isinstance(surface, Plane) else surface.direction
 
 
-def distance_between(one: Surface, other: Surface) -> float:
+def distance_between(one: Surface, other: Surface, parallel: bool = False) -> float:
     """The distance that the fixture file means (length): between centres and axes, in space.
 
     With a plane the signed distance along its normal, outward positive; of two planes along that of the first. The file
@@ -77,7 +77,7 @@ def distance_between(one: Surface, other: Surface) -> float:
         case _, Plane():
             return float((other_point(one) - other.point) @ other.normal)
         case _:
-            a, b = nearest_points(one, other)
+            a, b = nearest_points(one, other, parallel)
             return float(np.linalg.norm(b - a))
 
 
