@@ -79,6 +79,14 @@ def test_units_of_the_pose_become_those_of_the_dialect(name, units):
     np.testing.assert_allclose(back.translation * in_mm[unit], [812.5, -33.0, 120.25], atol=1e-3)
 
 
+@pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 2, 0), (0, -1, 2), (0, 0, -1), (-2, -1, 3), (1, -5, 0)])
+def test_of_two_rotation_vectors_of_a_half_turn_the_first_positive_one_is_written(axis):
+    unit = np.array(axis) / np.linalg.norm(axis)
+    canonical = unit * np.sign(next(value for value in axis if value))
+    numbers = DIALECTS["ur"].numbers.of(pose(2 * np.outer(unit, unit) - np.eye(3)).base_from_fixture)
+    np.testing.assert_allclose(numbers[3:], np.pi * canonical, atol=1e-9)
+
+
 @pytest.mark.parametrize("degrees", [0.0, 17.5, -90.0, 180.0, -180.0, 179.99999])
 def test_g10_holds_a_turn_about_z(degrees):
     assert_survives(DIALECTS["g10"], pose(turn("z", degrees), (1.0, 2.0, 3.0)))
