@@ -110,6 +110,8 @@ def test_a_face_blocks_what_is_behind_it_only_when_strict():
     small = {"face": box((-2, 2), (-2, 2))}
     assert path_blocked(surfaces, small, "under", *down) == [None]
     assert path_blocked(surfaces, small, "under", *down, strict=True) == ["face"]
+    # Touched from below, the face is ahead of the probe, not on its way.
+    assert path_blocked(surfaces, small, "under", np.array([[0.0, 0, -11]]), np.array([[0.0, 0, 1]])) == [None]
 
 
 def test_a_rigid_motion_without_boxes_changes_nothing():
