@@ -11,6 +11,7 @@ the fixture add the twins of each zero by exact motions. The rate of misses agai
 complex zeros stands in the README.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,15 +50,17 @@ class Zeros:
         )
 
 
-def find_zeros(equations: PoseEquations, cost_limit: float, starts: int = START_ROTATIONS) -> Zeros:
+def find_zeros(
+    equations: PoseEquations, cost_limit: float, starts: int = START_ROTATIONS, turns: Sequence[Floats] = ()
+) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
 
-    Lengths must be scaled so that contacts and fixture have size about 1. Deterministic: the same call gives the same
-    poses in the same order.
+    Lengths must be scaled so that contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's
+    origin that lay each surface on itself. Deterministic: the same call gives the same poses in the same order.
     """
     rng = np.random.default_rng(20261122)
     rotations = rotations_from_quaternions(covering_quaternions(starts))
-    found = descend(equations, rotations, centred_offsets(equations, rotations), cost_limit)
+    found = _with_twins(descend(equations, rotations, centred_offsets(equations, rotations), cost_limit), turns)
     kept, counts = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     fresh = kept
     continuum = _is_continuum(equations, kept)
@@ -66,12 +69,22 @@ def find_zeros(equations: PoseEquations, cost_limit: float, starts: int = START_
         if not len(centres) or continuum:
             break
         before = len(kept)
-        found = descend(equations, *_around(centres, rng), cost_limit)
+        found = _with_twins(descend(equations, *_around(centres, rng), cost_limit), turns)
         kept, counts = _distinct(found, kept, counts)
         fresh = kept[before:]
         continuum = _is_continuum(equations, kept)
     complete = not len(fresh) and bool((counts >= 2).all())
     return Zeros(*_split(kept), complete=complete and not continuum, continuum=continuum)
+
+
+def _with_twins(poses: Floats, turns: Sequence[Floats]) -> Floats:
+    """The poses (k, 13), and behind them those that each symmetry of the fixture makes of them."""
+    rotations, offsets, costs = _split(poses)
+    twins = [
+        np.concatenate([np.einsum("ab,bcN->acN", turn, rotations).reshape(9, -1), turn @ offsets, costs[None]]).T
+        for turn in turns
+    ]
+    return np.concatenate([poses, *twins])
 
 
 def nearest_misses(equations: PoseEquations, starts: int) -> Zeros:

@@ -10,6 +10,7 @@ Complex poses of six contacts in general position, at most as many are real: thr
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from tactfix.refinement import PoseFit, fit_at
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
 
+
+EXACT = 1e-9
+"""Rounding of unit vectors: a symmetry is used only where it is exact."""
 
 SAMPLES = 8
 """Poses of a continuum that are kept."""
@@ -69,7 +73,7 @@ def all_poses(
     # of the fixture it is all rounding.
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
     starts = START_ROTATIONS >> min(max(len(index) - 6, 0), 3)
-    zeros = find_zeros(searched, cost_limit, starts)
+    zeros = find_zeros(searched, cost_limit, starts, scaled.half_turns(surfaces, contacts))
     if not len(zeros.costs) and with_misses:
         zeros = nearest_misses(searched, starts)
     if zeros.continuum:
@@ -129,6 +133,27 @@ class _Scaled:
         index: Sequence[int] = [names.index(name) for name in contacts.features]
         points = (contacts.points - self.base_origin) / self.length
         return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+
+    def half_turns(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> list[Floats]:
+        """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
+
+        The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
+        surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
+        those vectors, or square to two of them.
+        """
+        touched = [self._scale(surfaces[name]) for name in dict.fromkeys(contacts.features)]
+        kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
+        kept += [s.normal for s in touched if isinstance(s, Plane)]
+        axes = [s.direction for s in touched if isinstance(s, Cylinder)]
+        candidates = [v for v in [*kept, *axes, *(np.cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
+        found: list[Floats] = []
+        for candidate in candidates:
+            turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
+            fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
+            turns = all(np.linalg.norm(np.cross(turn @ s, s)) < EXACT for s in axes)
+            if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
+                found.append(turn)
+        return found
 
     def _scale(self, surface: Surface) -> Surface:
         """The surface in the search's frame, its point moved to where the fixture's middle projects."""
