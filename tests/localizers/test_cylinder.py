@@ -1,0 +1,180 @@
+"""Cylinders: truth among the candidates, every candidate on the contacts, symmetries, refusals, outside values."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from localizers.touched import (
+    AXES,
+    TIDY_FIVES,
+    TIDY_FIVES_WITH_MULTIPLE_ROOTS,
+    axis_error,
+    on_cylinder,
+    random_rotation,
+    ring,
+    turned_to,
+)
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.localizers.cylinder import localize_cylinder
+
+REFERENCE = json.loads((Path(__file__).parent / "data" / "cylinders.json").read_text())["sets"]
+
+
+def _misses(cylinder, points):
+    """Eq. 17: |(x - a) x s| - r |s|, written anew."""
+    return np.linalg.norm(np.cross(points - cylinder.point, cylinder.direction), axis=1) - cylinder.radius
+
+
+def _found(candidates, point, direction, radius):
+    return min((axis_error(c.surface, point, direction, radius) for c in candidates), default=np.inf)
+
+
+@pytest.mark.parametrize("case", REFERENCE, ids=[case["name"] for case in REFERENCE])
+def test_reference_sets(case):
+    points = np.array(case["points"], dtype=float)
+    if "axes" in case:
+        assert len(localize_cylinder(points, case["radius"])) == case["axes"]
+        return
+    found = localize_cylinder(points)
+    assert sorted(c.surface.radius for c in found) == pytest.approx(sorted(case["radii"]), abs=1e-6)
+    for direction in case.get("directions", []):
+        assert min(np.linalg.norm(np.cross(c.surface.direction, direction)) for c in found) < 1e-10
+
+
+@pytest.mark.parametrize("n", [4, 5, 6, 9, 20, 300])
+@pytest.mark.parametrize("radius_known", [True, False])
+def test_truth_is_among_the_candidates(n, radius_known):
+    if n == 4 and not radius_known:
+        pytest.skip("five contacts without a radius")
+    rng = np.random.default_rng(n)
+    for _ in range(15):
+        rotation, place, radius = random_rotation(rng), rng.normal(size=3), 10 ** rng.uniform(-1, 1)
+        points = on_cylinder(rng, n, radius, 2 * radius) @ rotation.T + place
+        found = localize_cylinder(points, radius if radius_known else None)
+        assert _found(found, place, rotation[:, 2], radius) < 1e-7
+        for candidate in found:
+            assert np.abs(_misses(candidate.surface, points)).max() < 1e-11 * radius
+
+
+@pytest.mark.parametrize("layout", TIDY_FIVES)
+def test_tidy_layouts_from_every_side(layout):
+    counts = set()
+    for k, axis in enumerate(AXES):
+        rotation = turned_to(axis, None if k < 5 else np.random.default_rng(k))
+        found = localize_cylinder(TIDY_FIVES[layout] @ rotation.T)
+        counts.add(len(found))
+        assert _found(found, np.zeros(3), axis, 1.0) < 1e-9
+    assert len(counts) == 1, "the number of cylinders must not depend on the frame"
+
+
+@pytest.mark.parametrize("layout", TIDY_FIVES_WITH_MULTIPLE_ROOTS)
+def test_multiple_roots_are_found_once_and_marked(layout):
+    counts = set()
+    for axis in AXES:
+        found = localize_cylinder(TIDY_FIVES_WITH_MULTIPLE_ROOTS[layout] @ turned_to(axis).T)
+        counts.add(len(found))
+        nearest = min(found, key=lambda c, axis=axis: axis_error(c.surface, np.zeros(3), axis, 1.0))
+        # A root of order three is known to the cube root of the rounding.
+        assert axis_error(nearest.surface, np.zeros(3), axis, 1.0) < 1e-4
+        assert nearest.poorly_determined
+    assert len(counts) == 1
+
+
+def test_a_double_root_that_noise_made_complex_is_kept_and_marked():
+    # Contacts 5 sin(t) from the axis at the ends and the middle of one line: noise lifts the middle one out of reach.
+    points = np.vstack([ring([0], -1), ring([0], 0), ring([0], 1), ring([100, 220], 0.3)])
+    points[1, 0] -= 1e-5
+    assert not localize_cylinder(points)
+    (only,) = localize_cylinder(points, sigmas=1e-5)
+    assert only.poorly_determined
+    assert axis_error(only.surface, np.zeros(3), [0, 0, 1], 1.0) < 0.05
+
+
+@pytest.mark.parametrize("radius", [None, 2.0])
+@pytest.mark.parametrize(("scale", "away"), [(1e-3, 0), (1e3, 0), (1.0, 1e4)])
+def test_unit_of_length_and_place_do_not_matter(radius, scale, away):
+    rng = np.random.default_rng(7)
+    points = on_cylinder(rng, 5, 2.0, 5.0) @ random_rotation(rng).T
+    here = localize_cylinder(points, radius)
+    there = localize_cylinder(points * scale + away, None if radius is None else radius * scale, 1e-9 * scale)
+    assert len(here) == len(there)
+    for candidate in here:
+        surface = candidate.surface
+        assert _found(there, surface.point * scale + away, surface.direction, surface.radius * scale) < 1e-7 * scale
+
+
+def test_order_of_contacts_does_not_matter():
+    rng = np.random.default_rng(8)
+    points = on_cylinder(rng, 5) @ random_rotation(rng).T
+    reference = sorted(c.surface.radius for c in localize_cylinder(points))
+    for _ in range(5):
+        shuffled = localize_cylinder(points[rng.permutation(5)])
+        assert sorted(c.surface.radius for c in shuffled) == pytest.approx(reference, abs=1e-9)
+
+
+def test_weights_follow_sigma():
+    rng = np.random.default_rng(9)
+    points = on_cylinder(rng, 12)
+    points[0] *= [1.01, 1.01, 1]
+    sigmas = np.full(12, 1e-4)
+    sigmas[0] = 1e3
+    (best, *_) = localize_cylinder(points, None, sigmas)
+    assert axis_error(best.surface, np.zeros(3), [0, 0, 1], 1.0) < 1e-9
+
+
+def test_ten_thousand_contacts_with_noise():
+    rng = np.random.default_rng(10)
+    points = on_cylinder(rng, 10_000, 5.0, 20.0) + rng.normal(scale=0.005, size=(10_000, 3))
+    (only,) = localize_cylinder(points, 5.0, 0.005)
+    assert axis_error(only.surface, np.zeros(3), [0, 0, 1], 5.0) < 1e-3
+
+
+def test_contacts_that_no_cylinder_explains_still_give_the_least_squares_optimum():
+    rng = np.random.default_rng(11)
+    points = rng.normal(size=(9, 3))
+    (best,) = localize_cylinder(points, None, 1e-6)
+    assert best.chi2 > 1e6
+    assert best.rms == pytest.approx(np.sqrt(np.mean(_misses(best.surface, points) ** 2)), rel=1e-9)
+
+
+def test_no_cylinder_is_an_empty_answer():
+    hyperbola = np.array(
+        [[np.cosh(t), np.sinh(t), 0.0] for t in (-1, 0.2, 1)] + [[-np.cosh(t), np.sinh(t), 0.0] for t in (0, 1.5)]
+    )
+    assert localize_cylinder(hyperbola) == ()
+    assert localize_cylinder(on_cylinder(np.random.default_rng(1), 4, 1.0) * 50, 1.0) == ()
+
+
+REFUSED = {
+    "coincident": (np.vstack([ring([0, 100, 200, 300], 1), ring([0], 1)]), None, "different places"),
+    "one line": (np.array([[0, 0, z] for z in range(6)], float), None, "one straight line"),
+    "one line, radius known": (np.array([[0, 0, z] for z in range(4)], float), 1.0, "one straight line"),
+    "four on a line": (
+        np.vstack([ring([0], -1), ring([0], 0), ring([0], 1), ring([0], 2), ring([90])]),
+        None,
+        "two parallel",
+    ),
+    "two lines": (
+        np.vstack([ring([0], -1), ring([0], 0), ring([0], 1), ring([90], 0), ring([90], 2)]),
+        None,
+        "two parallel",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize(("scale", "away"), [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 1e4)])
+def test_refusals_say_why_in_every_unit(name, scale, away):
+    points, radius, why = REFUSED[name]
+    rotation = random_rotation(np.random.default_rng(3))
+    with pytest.raises(DegenerateContactsError, match=why) as refusal:
+        localize_cylinder(points @ rotation.T * scale + away, None if radius is None else radius * scale)
+    assert refusal.value.ratio <= refusal.value.limit
+
+
+def test_two_parallel_lines_are_enough_when_the_radius_is_known():
+    points = np.vstack([ring([0], -1), ring([0], 1), ring([80], -1), ring([80], 0.5)])
+    found = localize_cylinder(points, 1.0)
+    assert _found(found, np.zeros(3), [0, 0, 1], 1.0) < 1e-9
