@@ -33,19 +33,14 @@ def test_the_fixture_beside_them_is_good() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_message_is_the_one_that_stands_beside_it(name: str) -> None:
     with pytest.raises(FileError) as caught:
-        if name.endswith(".yaml"):
-            load_fixture(name)
-        else:
-            load_contacts(name, load_fixture("fixture.yaml"))
+        load_fixture(name) if name.endswith(".yaml") else load_contacts(name, load_fixture("fixture.yaml"))
     assert f"{caught.value}\n" == (BAD / f"{name}.expected").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_command_line_says_it_and_leaves_with_three(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    if name.endswith(".yaml"):
-        status = main(["locate", name, "nowhere.csv"])
-    else:
-        status = main(["locate", "fixture.yaml", name])
+    arguments = [name, "nowhere.csv"] if name.endswith(".yaml") else ["fixture.yaml", name]
+    status = main(["locate", *arguments])
     out, err = capsys.readouterr()
     assert (status, out) == (3, "")
     expected = (BAD / f"{name}.expected").read_text(encoding="utf-8")

@@ -1,0 +1,136 @@
+"""The schema that ships is the models', and to keep to it is to be taken by pydantic."""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from files.texts import PAPER, PLACED
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactfix.files.yaml_tree import read_tree
+from tactfix.models.conformity import conforms, is_well_formed
+from tactfix.models.refusals import refusals_of
+from tactfix.schema import fixture_schema, schema_of_models
+
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+FULL = read_tree(
+    PLACED
+    + "probe: {tip_radius: 1, sigma: 0.1, approach_distance: 3}\n"
+    + "distances: [{between: [bar, ball], value: 30, sigma: 0.1}]\n"
+    + "angles: [{between: [bar, top], value: 90}]\n"
+    + "touch: {ball: {x: [null, 3], y: null}}\n"
+    + PAPER[PAPER.index("frame:") : PAPER.index("touch:")].replace("{along: bar}", "{opposite: {along: bar}}")
+).value
+VALUES = [
+    None,
+    True,
+    0,
+    1,
+    -1,
+    1.0,
+    0.5,
+    181,
+    float("nan"),
+    float("inf"),
+    "",
+    "bar",
+    "mm",
+    "sphere",
+    "outer",
+    [],
+    {},
+    [1, 2, 3],
+]
+VALUES += [
+    ["bar", "ball"],
+    [None, 1.0],
+    {"along": "bar"},
+    {"from": "bar", "to": "ball"},
+    {"opposite": {"along": "bar"}},
+]
+KEYS = [
+    "tactfix",
+    "name",
+    "radius",
+    "side",
+    "type",
+    "center",
+    "sigma",
+    "x",
+    "y",
+    "z",
+    "origin",
+    "along",
+    "opposite",
+    "meet_of",
+    "no",
+]
+
+
+def test_what_ships_is_what_the_models_say() -> None:
+    """Where this fails the models have changed: write schema_of_models() to both files."""
+    assert fixture_schema() == schema_of_models()
+    assert (FIXTURES / "tactfix.schema.json").read_text(encoding="utf-8") == schema_of_models()
+
+
+def test_every_key_has_a_description() -> None:
+    schema = json.loads(fixture_schema())
+    for place in (schema, *schema["$defs"].values()):
+        assert place["description"]
+        for name, key in place.get("properties", {}).items():
+            assert key.get("description"), name
+
+
+@pytest.mark.parametrize("path", sorted(FIXTURES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_fixtures_keep_to_it_and_say_where_it_is(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("# yaml-language-server: $schema=tactfix.schema.json\n")
+    value = read_tree(text).value
+    assert is_well_formed(value)
+    assert refusals_of(value) == []
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """The path of each value in a tree."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path, *(place for key, part in inner for place in places(part, (*path, key)))]
+
+
+@st.composite
+def changed(draw: st.DrawFn) -> Any:
+    """The full document with up to three values replaced, keys removed or keys added."""
+    document = copy.deepcopy(FULL)
+    for _ in range(draw(st.integers(1, 3))):
+        *way, key = draw(st.sampled_from(places(document)[1:]))
+        parent = document
+        for part in way:
+            parent = parent[part]
+        match draw(st.sampled_from(["replace", "remove", "add"])):
+            case "replace":
+                parent[key] = copy.deepcopy(draw(st.sampled_from(VALUES)))
+            case "remove":
+                del parent[key]
+            case "add" if isinstance(parent, dict):
+                parent[draw(st.sampled_from(KEYS))] = copy.deepcopy(draw(st.sampled_from(VALUES)))
+        if not document:
+            break
+    return document
+
+
+def test_the_full_document_is_well_formed() -> None:
+    assert is_well_formed(FULL)
+    assert refusals_of(FULL) == []
+
+
+@settings(max_examples=1500, deadline=None)
+@given(changed())
+def test_to_keep_to_the_schema_is_to_be_taken_by_pydantic(document: Any) -> None:
+    assert is_well_formed(document) == (refusals_of(document) == [])
+
+
+def test_a_word_that_is_not_known_is_not_passed_over() -> None:
+    with pytest.raises(KeyError):
+        conforms(3, {"multipleOf": 2}, {})

@@ -1,0 +1,238 @@
+"""Contact files: what they say arrives in the fixture's units, however they are written."""
+
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from files.texts import HEAD, PAPER, ROWS, contact_text, written
+
+from tactfix.contacts import Contacts
+from tactfix.errors import FileError, UsageError
+from tactfix.files.contact_file import load_contacts, read_contact_file
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.fixture_file import load_fixture
+from tactfix.fixture import Fixture
+
+POINTS = np.array([row[1:4] for row in ROWS])
+TRAVEL = np.array([row[4:7] for row in ROWS])
+TRAVEL /= np.linalg.norm(TRAVEL, axis=1, keepdims=True)
+
+
+@pytest.fixture
+def paper(tmp_path: Path) -> Fixture:
+    return load_fixture(written(tmp_path, PAPER))
+
+
+def read(text: str, fixture: Fixture | None, **options: object) -> Contacts:
+    return load_contacts(text.encode(), fixture, ContactOptions(**options))  # type: ignore[arg-type]
+
+
+def whats(text: str, fixture: Fixture | None, **options: object) -> list[str]:
+    with pytest.raises(FileError) as caught:
+        read(text, fixture, **options)
+    return [problem.what for problem in caught.value.problems]
+
+
+def test_what_the_file_says(paper: Fixture) -> None:
+    contacts = read(contact_text(), paper)
+    assert contacts.features == ("bar", "bar", "ball")
+    np.testing.assert_array_equal(contacts.points, POINTS)
+    np.testing.assert_allclose(contacts.approaches, TRAVEL, rtol=1e-15)
+    np.testing.assert_array_equal(contacts.sigmas, [2e-6] * 3)
+    assert (contacts.tip_radius, contacts.rows, contacts.ids) == (0.0, (1, 2, 3), (None, None, None))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        contact_text().encode("utf-8-sig"),
+        contact_text(newline="\r\n"),
+        contact_text(newline="\r"),
+        contact_text().rstrip("\n"),
+        contact_text(separator=";"),
+        contact_text(separator=";", decimal=","),
+        contact_text(separator="\t"),
+        contact_text(separator="\t", decimal=","),
+        contact_text(names="FEATURE, X ,y,Z,Ax,AY,az"),
+        contact_text(head="# measured on Monday: all fine\n\n" + HEAD + "#\n"),
+        contact_text(head="#units:mm\n#  Tip_Radius = 0\n # SIGMA: 2e-6,,,,,,\n"),
+        contact_text().replace("bar,1.775,2.8", '"bar", 1.775 ,"2.8"'),
+        contact_text().replace("bar,1.775", "\n,,,,,,\n# a remark\nbar,1.775"),
+    ],
+)
+def test_ways_to_write_the_same(paper: Fixture, text: str | bytes) -> None:
+    contacts = load_contacts(text if isinstance(text, bytes) else text.encode(), paper)
+    expected = read(contact_text(), paper)
+    assert (contacts.features, contacts.rows) == (expected.features, expected.rows)
+    np.testing.assert_array_equal(contacts.points, expected.points)
+    np.testing.assert_array_equal(contacts.approaches, expected.approaches)
+
+
+def test_columns_in_any_order_and_outward_normals(paper: Fixture) -> None:
+    text = HEAD + "nz,y,id,x,nx,feature,ny,z\n-1,2,first,1,0,bar,0,3\n,5,,4,,ball,,6\n"
+    contacts = read(text, paper)
+    np.testing.assert_array_equal(contacts.points, [[1, 2, 3], [4, 5, 6]])
+    np.testing.assert_array_equal(contacts.approaches, [[0, 0, 1], [np.nan] * 3])
+    assert contacts.ids == ("first", None)
+    assert list(contacts.has_approach) == [True, False]
+
+
+def test_no_approach_at_all(paper: Fixture) -> None:
+    contacts = read(HEAD + "feature,x,y,z\nbar,1,2,3\n", paper)
+    assert not contacts.has_approach.any()
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1.0, 1e200, 1.7e308])
+def test_an_approach_of_any_length_but_zero(paper: Fixture, length: float) -> None:
+    contacts = read(HEAD + f"feature,x,y,z,ax,ay,az\nbar,1,2,3,{length!r},{-length!r},0\n", paper)
+    np.testing.assert_allclose(contacts.approaches, [[np.sqrt(0.5), -np.sqrt(0.5), 0]], rtol=1e-15)
+
+
+def test_each_contact_may_have_a_sigma_of_its_own(paper: Fixture) -> None:
+    contacts = read(HEAD + "feature,x,y,z,sigma\nbar,1,2,3,0.5\nbar,1,2,3,\n", paper)
+    np.testing.assert_array_equal(contacts.sigmas, [0.5, 2e-6])
+    alone = read("# units: mm\n# tip_radius: 0\nfeature,x,y,z,sigma\nbar,1,2,3,0.5\n", paper)
+    np.testing.assert_array_equal(alone.sigmas, [0.5])
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1.0), ("m", 1000.0), ("um", 0.001), ("in", 25.4)])
+def test_lengths_arrive_in_the_units_of_the_fixture(paper: Fixture, unit: str, factor: float) -> None:
+    head = f"# units: {unit}\n# tip_radius: 3\n# sigma: 0.5\n"
+    contacts = read(head + "feature,x,y,z,sigma\nbar,1,2,3,\nbar,1,2,3,0.25\n", paper)
+    np.testing.assert_array_equal(contacts.points[0], np.array([1.0, 2.0, 3.0]) * factor)
+    np.testing.assert_array_equal(contacts.sigmas, [0.5 * factor, 0.25 * factor])
+    assert contacts.tip_radius == 3 * factor
+
+
+def test_the_command_line_beats_the_file_and_the_file_the_fixture(tmp_path: Path) -> None:
+    fixture = load_fixture(written(tmp_path, PAPER + "probe: {tip_radius: 1, sigma: 0.1}\n"))
+    body = "feature,x,y,z\nbar,1,2,3\n"
+    silent = read(body, fixture)
+    assert (silent.tip_radius, silent.sigmas[0]) == (1.0, 0.1)
+    file = read("# units: m\n# tip_radius: 2\n# sigma: 0.2\n" + body, fixture)
+    assert (file.tip_radius, file.sigmas[0], file.points[0, 0]) == (2000.0, 200.0, 1000.0)
+    option = read("# units: m\n# tip_radius: 2\n# sigma: 0.2\n" + body, fixture, tip_radius=3.0, sigma=0.3, units="um")
+    assert option.tip_radius == pytest.approx(0.003)
+    assert option.sigmas[0] == pytest.approx(0.0003)
+    assert option.points[0, 0] == 0.001
+    # The probe block is in the fixture's units, whatever the contact file is in.
+    half = read("# units: m\n# sigma: 0.2\n" + body, fixture)
+    assert (half.tip_radius, half.sigmas[0]) == (1.0, 200.0)
+
+
+@pytest.mark.parametrize("options", [{"units": "ft"}, {"tip_radius": -1.0}, {"sigma": 0.0}, {"sigma": float("nan")}])
+def test_options_that_no_file_could_have(options: dict[str, object]) -> None:
+    with pytest.raises(UsageError):
+        ContactOptions(**options)  # type: ignore[arg-type]
+
+
+def test_without_a_fixture_all_contacts_are_on_one_surface() -> None:
+    file = read_contact_file((HEAD.replace("mm", "in") + "x,y,z\n1,2,3\n4,5,6\n").encode())
+    assert file.units == "in"
+    assert file.contacts.features == ("surface", "surface")
+    np.testing.assert_array_equal(file.contacts.points, [[1, 2, 3], [4, 5, 6]])
+    named = load_contacts((HEAD + "x,y,z,feature\n1,2,3,any\n").encode())
+    assert named.features == ("any",)
+
+
+def test_without_a_fixture_nothing_but_the_file_can_say_the_units() -> None:
+    text = "# tip_radius: 0\n# sigma: 1\nx,y,z\n1,2,3\n"
+    assert whats(text, None) == ["nothing says the units"]
+    assert read(text, None, units="m").points[0, 0] == 1.0
+
+
+def test_sources(paper: Fixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path, contact_text(), "contacts.csv")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(contact_text().encode())))
+    with path.open(encoding="utf-8") as text, path.open("rb") as binary:
+        for source in (path, str(path), contact_text().encode(), text, binary, io.StringIO(contact_text()), "-"):
+            np.testing.assert_array_equal(load_contacts(source, paper).points, POINTS)
+
+
+def test_messages_name_the_source(paper: Fixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"")))
+    for source, name in (("-", "standard input"), (written(tmp_path, "", "c.csv"), str(tmp_path / "c.csv"))):
+        with pytest.raises(FileError) as caught:
+            load_contacts(source, paper)
+        assert caught.value.path == name
+
+
+def test_a_plain_remark_is_no_setting(paper: Fixture) -> None:
+    head = "# truth base_from_fixture: 1 0 0\n# operator: me\n# the tip radius was 3: see below\n# note\n"
+    assert len(read(head + contact_text(), paper)) == 3
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# unit: mm",
+        "# Units_: mm",
+        "# tip-radius: 0",
+        "# tip radius: 0",
+        "# tipradius: 0",
+        "# sigmas: 1",
+        "# tip_radus: 1",
+    ],
+)
+def test_what_is_nearly_a_setting_is_not_passed_over(paper: Fixture, line: str) -> None:
+    found = whats(f"{line}\n{contact_text()}", paper)
+    assert len(found) == 1
+    assert found[0].startswith("unknown key")
+
+
+@pytest.mark.parametrize("value", ["3 mm", "0,5", "nan", "inf", "1_0", "", "0x1", "--1", "1e999"])
+def test_settings_that_are_no_length(paper: Fixture, value: str) -> None:
+    assert len(whats(contact_text(head=HEAD.replace("0.000002", value)), paper)) == 1
+
+
+def test_a_decimal_comma_in_a_setting_where_cells_are_divided_otherwise(paper: Fixture) -> None:
+    contacts = read(contact_text(head=HEAD.replace("0.000002", "0,5"), separator=";", decimal=","), paper)
+    assert contacts.sigmas[0] == 0.5
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        "1.234,5",
+        "1,234.5",
+        "1,234,567",
+        "1 234",
+        "1'234.5",
+        "1\u00a0234",
+        "\u0661",
+        "1e400",
+        "1e",
+        "+",
+        "NaN",
+        "-inf",
+        "1_0",
+        "0x1p3",
+    ],
+)
+def test_cells_that_are_no_number(paper: Fixture, cell: str) -> None:
+    text = contact_text(separator=";").replace("1.775", cell)
+    with pytest.raises(FileError) as caught:
+        read(text, paper)
+    assert {problem.row for problem in caught.value.problems} == {2}
+
+
+def test_no_more_problems_than_a_person_reads(paper: Fixture) -> None:
+    text = HEAD + "feature,x,y,z\n" + "bar,1,2,x\n" * 1000
+    found = whats(text, paper)
+    assert len(found) == 21
+    assert found[-1] == "980 more problems"
+
+
+def test_a_coordinate_that_the_units_carry_beyond_all_numbers(paper: Fixture) -> None:
+    text = HEAD.replace("mm", "m") + "feature,x,y,z\nbar,1e307,2,3\n"
+    assert whats(text, paper) == ["too far away for a number"]
+
+
+def test_rows_count_from_one_and_lines_from_the_top(paper: Fixture) -> None:
+    text = "\n" + HEAD + "feature,x,y,z\n\nbar,1,2,3\n# remark\nbar,1,2,x\n"
+    with pytest.raises(FileError) as caught:
+        read(text, paper)
+    problem = caught.value.problems[0]
+    assert (problem.row, problem.line) == (2, 9)
