@@ -1,0 +1,112 @@
+"""Lines at given distances from four points."""
+
+import numpy as np
+import pytest
+from localizers.touched import AXES, random_rotation, ring, turned_to
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.localizers.common_tangents import tangent_lines
+
+
+def _distances(points, directions, centers):
+    arm = centers - points[:, None]
+    return np.linalg.norm(np.cross(arm, np.broadcast_to(directions[:, None], arm.shape)), axis=-1)
+
+
+def _nearest(points, directions, point, direction):
+    tilt = np.linalg.norm(np.cross(directions, direction), axis=1)
+    return np.min(np.maximum(tilt, np.linalg.norm(np.cross(points - point, direction), axis=1)))
+
+
+@pytest.mark.parametrize("flatness", [1.0, 1e-2, 1e-5, 1e-9, 0.0])
+@pytest.mark.parametrize("equal", [True, False])
+def test_truth_is_among_the_lines_and_each_keeps_the_distances(flatness, equal):
+    # Centres that approach one plane are an easy thing to touch; the usual two equations fail there.
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        rotation, place = random_rotation(rng), rng.normal(size=3)
+        direction = rotation @ np.array([0.3, 0.5, 0.8])
+        direction /= np.linalg.norm(direction)
+        centers = (rng.normal(size=(4, 3)) * [1, 1, flatness]) @ rotation.T + place
+        if equal:
+            across = turned_to(direction)[:, :2]
+            flat = ring(rng.uniform(0, 360, 4))[:, :2]
+            normal = rotation[:, 2]
+            # On a cylinder of radius 1 and, but for flatness, in the plane square to normal.
+            centers = flat @ across.T
+            centers += np.outer((flatness * rng.normal(size=4) - centers @ normal) / (direction @ normal), direction)
+            centers += place
+        radii = np.linalg.norm(np.cross(centers - place, direction), axis=1)
+        points, directions = tangent_lines(centers, radii)
+        assert len(points) <= 12
+        assert _nearest(points, directions, place, direction) < 1e-6
+        assert np.abs(_distances(points, directions, centers) - radii).max() < 1e-12
+
+
+LAYOUTS = {
+    "rectangle": np.vstack([ring([0, 80], -1), ring([0, 80], 1)]),
+    "square on a circle": ring([0, 90, 180, 270]),
+    "three in line and one": np.vstack([ring([0], -1), ring([0], 0), ring([0], 1.5), ring([130], 0.2)]),
+    "two and two": np.vstack([ring([0, 180], -0.5), ring([90, 270], 0.5)]),
+    "three and one": np.vstack([ring([0, 120, 240], 0), ring([60], 1)]),
+    "one side": np.vstack([ring([-40, 40], -1), ring([-40, 40], 1)]),
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_tidy_layouts_from_every_side(layout):
+    counts = set()
+    for axis in AXES:
+        centers = LAYOUTS[layout] @ turned_to(axis).T
+        points, directions = tangent_lines(centers, np.ones(4), 1e-12)
+        counts.add(len(points))
+        assert _nearest(points, directions, np.zeros(3), axis / np.linalg.norm(axis)) < 1e-4
+    assert len(counts) == 1
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_unit_does_not_matter(scale):
+    rng = np.random.default_rng(1)
+    centers, radii = rng.normal(size=(4, 3)), rng.uniform(0.5, 1, 4)
+    points, directions = tangent_lines(centers, radii)
+    scaled, turned = tangent_lines(centers * scale, radii * scale)
+    assert len(points) == len(scaled)
+    for p, d in zip(points, directions, strict=True):
+        assert _nearest(scaled / scale, turned, p, d) < 1e-8
+
+
+def test_none_missed_that_newton_finds_from_many_starts():
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        centers, radii = rng.normal(size=(4, 3)), rng.uniform(0.6, 1.2, 4)
+        points, directions = tangent_lines(centers, radii)
+        for place, direction in _newton(rng, centers, radii):
+            assert _nearest(points, directions, place, direction) < 1e-6
+
+
+def _newton(rng, centers, radii):
+    """Newton's method on (a, s) with |s|^2 = 1 and a . s = 0, derivatives by complex steps."""
+
+    def equations(x):
+        a, s = x[:3], x[3:]
+        moments = np.cross(centers - a, s)
+        return np.array([*(np.sum(moments**2, axis=1) - radii**2 * (s @ s)), s @ s - 1, a @ s])
+
+    for _ in range(300):
+        x = rng.normal(size=6)
+        for _ in range(40):
+            f = equations(x)
+            jacobian = np.array([equations(x + 1e-30j * e).imag / 1e-30 for e in np.eye(6)]).T
+            x = x - np.linalg.lstsq(jacobian, f, rcond=None)[0]
+            if not np.isfinite(x).all() or np.abs(x).max() > 1e6:
+                break
+        else:
+            if np.abs(equations(x)).max() < 1e-12:
+                yield x[:3], x[3:]
+
+
+def test_refusals_and_empty():
+    with pytest.raises(DegenerateContactsError, match="one straight line"):
+        tangent_lines(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 4]]), np.ones(4))
+    points, _ = tangent_lines(100 * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), np.ones(4))
+    assert len(points) == 0
