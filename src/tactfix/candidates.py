@@ -1,8 +1,8 @@
 """Telling candidates apart: for each pose that fits, what speaks against it.
 
-In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, straight path. Fit and
-relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong by SURE standard
-deviations to speak against a pose, and one that is within them is reported as doubtful.
+In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, straight
+path. Fit and relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong
+by SURE standard deviations to speak against a pose, and one that is within them is reported as doubtful.
 """
 
 from collections.abc import Callable

@@ -19,10 +19,10 @@ from tactfix.design.findings import Finding, Severity, count_findings, symmetry_
 from tactfix.design.geometry_check import check_geometry
 from tactfix.design.margins import Margins
 from tactfix.design.pose_numbers import Study, UniqueShare, complex_poses, unique_shares
-from tactfix.design.scale import EXACT, tolerance_for
 from tactfix.design.symmetries import Symmetry
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
+from tactfix.geometry.scale import EXACT, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.locate import locate
 from tactfix.realization import realize

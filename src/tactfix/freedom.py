@@ -3,10 +3,10 @@
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.scale import tolerance_for
-from tactfix.design.words import twist_in_words
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.scale import tolerance_for
+from tactfix.motion_words import twist_in_words
 from tactfix.results import FreeMotion
 from tactfix.solution import Solution
 
@@ -53,7 +53,7 @@ def tidied(twists: Floats) -> Floats:
     translations, turning = mixed[rank:], mixed[:rank]
     translations[:, :3] = 0.0
     for direction in _orthonormal(translations[:, 3:]):
-        # The slide along a free translation is taken out of each rotation, so that a cylinder turns instead of screwing.
+        # Without its slide along a free translation a cylinder turns instead of screwing.
         turning[:, 3:] -= np.outer(turning[:, 3:] @ direction, direction)
     return np.vstack([translations, turning])
 

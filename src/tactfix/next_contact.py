@@ -21,9 +21,10 @@ def next_contact(
 ) -> NextContact | None:
     """A reachable point on a touchable surface, square approach, at which the poses disagree most.
 
-    The point is on the fixture as the best pose has it, in base. For every other pose it is asked how far the fixture's
-    surfaces would be from there; the smallest of those, in sigma (fixture units), is what the chosen point makes largest.
-    None when the poses place every touchable surface alike: then no contact can tell them apart.
+    The point is on the fixture as the best pose has it, in base. For every other pose it is asked how far the
+    fixture's surfaces would be from there; the smallest of those, in sigma (fixture units), is what the chosen
+    point makes largest. None when the poses place every touchable surface alike: then no contact can tell them
+    apart.
     """
     first, *others = solutions
     base_from_fixture = first.base_from_fixture
@@ -70,7 +71,7 @@ def _disagreement(
     first: Solution,
     others: Sequence[Solution],
 ) -> Floats:
-    """How far (m,) the nearest wrong pose would have the surface from each contact; without end where it has none there.
+    """How far (m,) the nearest wrong pose would have the surface from each contact.
 
     A probe that finds no surface, or comes out of the material, or touches outside the touch box tells as well: such a
     pose counts as disagreeing by the fixture's size.

@@ -8,8 +8,8 @@ import math
 from functools import lru_cache
 
 REJECTED_IN_ERROR = 1e-6
-"""How often the true surface or pose may be lost to noise alone. The true pose must not be lost: a wrong one that is then
-left would be printed. So a candidate is kept while it is barely credible, and ambiguity is reported instead."""
+"""How often the true surface or pose may be lost to noise alone. It must not be: a wrong one that is then left would be
+printed. So a candidate is kept while it is barely credible, and ambiguity is reported instead."""
 
 SUSPICIOUS = 1e-3
 """Residuals that true sigmas exceed this seldom are accepted, with a warning that sigma may be too small."""

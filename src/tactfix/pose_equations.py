@@ -5,9 +5,9 @@ In the fixture frame a contact at y = A x + b (A, b: fixture_from_base) lies on 
     plane              n . (y - p) - t                = 0
     sphere, cylinder   (|P (y - p)|^2 - rho^2) / 2rho = 0,   P = I (sphere) or I - s s^T (cylinder), rho = r +- t,
 
-all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial form has no kink at a centre or axis, so
-Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the geometric form
-|P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
+all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial form has no kink at a centre or
+axis, so Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the
+geometric form |P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
 
 Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are scaled by the caller.
 """
@@ -101,7 +101,8 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
 def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
     """Offsets b (3, N) that bring the contacts closest to the planes, axes and centres, for rotations (3, 3, N).
 
-    A linear least-squares problem with the same 3x3 matrix for every rotation; directions that no feature resists get 0.
+    A linear least-squares problem with the same 3x3 matrix for every rotation; directions that no feature resists
+    get 0.
     """
     n = len(equations)
     projectors = equations.quadrics * equations.radii + np.einsum("an,bn->abn", equations.normals, equations.normals)

@@ -1,14 +1,14 @@
 """All zeros of the pose equations: damped Newton from a covering of the rotations, repeated around what it finds.
 
-Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from a
-linear problem to within a few radii. A low-discrepancy covering of the rotations by START_ROTATIONS points starts one
-damped Newton (Levenberg-Marquardt) descent each, so a zero is lost only if its basin falls through the covering: the zeros
-of two or three cylinders with few contacts do, in about one of a hundred. Such zeros are never alone: they lie close to
-others, beyond a fold of the equations. So every zero found is a centre for NEIGHBOURS new starts at all scales from 0.05 to
-1.2 (rad, and fixture sizes), rounds go on until one finds nothing new and every zero has been met twice (the Good-Turing
-estimate of what has not been seen is the number met once). `complete` says whether that was reached. The symmetries of
-the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
-complex zeros stands in the README.
+Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
+a linear problem to within a few radii. A low-discrepancy covering of the rotations by START_ROTATIONS points starts
+one damped Newton (Levenberg-Marquardt) descent each, so a zero is lost only if its basin falls through the
+covering: the zeros of two or three cylinders with few contacts do, in about one of a hundred. Such zeros are never
+alone: they lie close to others, beyond a fold of the equations. So every zero found is a centre for NEIGHBOURS new
+starts at all scales from 0.05 to 1.2 (rad, and fixture sizes), rounds go on until one finds nothing new and every
+zero has been met twice (the Good-Turing estimate of what has not been seen is the number met once). `complete` says
+whether that was reached. The symmetries of the fixture add the twins of each zero by exact motions. The rate of
+misses against an independent method that counts complex zeros stands in the README.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ START_ROTATIONS = 800
 NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ITERATIONS = 300
-"""Nearly all descents end or are given up within 30; those towards a nearly singular pose creep along a curved valley."""
+"""Nearly all descents end or are given up within 30; those towards a nearly singular pose creep along a valley."""
 MOST_ZEROS = 600
 """More zeros than any minimal problem has (288 complex ones for two cylinders): a continuum, not a set of poses."""
 
@@ -88,7 +88,7 @@ def _with_twins(poses: Floats, turns: Sequence[Floats]) -> Floats:
 
 
 def nearest_misses(equations: PoseEquations, starts: int) -> Zeros:
-    """Local minima of the residuals where there is no zero: one descent from each start, nothing claimed of the rest."""
+    """Local minima of the residuals where there is no zero: one descent from each start, no claim to have all."""
     rotations = rotations_from_quaternions(covering_quaternions(starts))
     found = descend(equations, rotations, centred_offsets(equations, rotations), np.inf)
     best = found[np.argsort(found[:, 12])[:MISSES]]
@@ -96,7 +96,7 @@ def nearest_misses(equations: PoseEquations, starts: int) -> Zeros:
 
 
 def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
-    """Whether the poses (k, 13) are samples of a free motion: too many of them, or too many with a singular Jacobian."""
+    """Whether the poses (k, 13) are samples of a free motion: too many, or too many with a singular Jacobian."""
     if len(equations) < 6 or len(poses) > MOST_ZEROS:
         return True
     rotations, offsets, _ = _split(poses)
@@ -106,7 +106,7 @@ def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
 
 
 def polish(equations: PoseEquations, zeros: Zeros) -> Zeros:
-    """The local minima of the geometric residuals of (more) equations that each zero leads to, those that meet as one."""
+    """The local minima of the geometric residuals that each zero leads to, those that meet as one."""
     found = descend(equations, zeros.rotations, zeros.offsets, np.inf, geometric=True)
     kept, _ = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return Zeros(*_split(kept), complete=zeros.complete, continuum=zeros.continuum)
@@ -118,7 +118,7 @@ def _split(poses: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def covering_quaternions(count: int) -> Floats:
-    """Unit quaternions (count, 4), scalar last, that cover the rotations evenly (super-Fibonacci spiral, Alexa 2022)."""
+    """Unit quaternions (count, 4), scalar last, evenly spread (super-Fibonacci spiral, Alexa 2022)."""
     s = np.arange(count) + 0.5
     inner, outer = np.sqrt(s / count), np.sqrt(1 - s / count)
     # The two constants of the paper: sqrt 2 and the positive root of x^4 = x + 4.
@@ -142,7 +142,7 @@ def _turned(vectors: Floats, rotations: Floats) -> Floats:
     """Rotations (3, 3, N) turned by about the rotation vectors (3, N): Cayley's map, a rotation for any length."""
     quaternions = np.concatenate([vectors / 2, np.ones((1, vectors.shape[1]))])
     quaternions /= np.sqrt((quaternions**2).sum(axis=0))
-    return np.einsum("ijN,jkN->ikN", rotations_from_quaternions(quaternions.T), rotations)
+    return np.asarray(np.einsum("ijN,jkN->ikN", rotations_from_quaternions(quaternions.T), rotations))
 
 
 def _around(centres: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:

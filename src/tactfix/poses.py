@@ -1,11 +1,12 @@
 """Every pose of a rigid fixture at which each contact lies on its feature, within noise.
 
-Contacts and fixture are centred and scaled, a well spread part of the contacts is searched exhaustively (`pose_search`),
-and every pose found is refined on all contacts by geometric least squares (`refinement`). Nothing is chosen here.
+Contacts and fixture are centred and scaled, a well spread part of the contacts is searched exhaustively
+(`pose_search`), and every pose found is refined on all contacts by geometric least squares (`refinement`). Nothing
+is chosen here.
 
-Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three spheres
-3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two cylinders 3+3: 288, 2+4:
-192; six spheres: 40.
+Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three
+spheres 3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two
+cylinders 3+3: 288, 2+4: 192; six spheres: 40.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,9 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
+from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.pose_equations import PoseEquations, pose_equations
@@ -38,8 +41,8 @@ SAMPLES = 8
 class PoseSearch:
     """All poses found, best chi-square first; complete and continuum as in `pose_search.Zeros`.
 
-    limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses, kept where
-    nothing is below it.
+    limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses,
+    kept where nothing is below it.
     """
 
     fits: tuple[PoseFit, ...]
@@ -121,10 +124,10 @@ class _Scaled:
     @staticmethod
     def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "_Scaled":
         touched = [surfaces[name] for name in dict.fromkeys(contacts.features)]
-        middle = _middle(touched)
+        middle = middle_of(touched)
         base_origin = contacts.points.mean(axis=0)
         spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
-        reach = np.mean([((_foot(surface, middle) - middle) ** 2).sum() for surface in touched])
+        reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
         return _Scaled(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
 
     def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
@@ -157,7 +160,7 @@ class _Scaled:
 
     def _scale(self, surface: Surface) -> Surface:
         """The surface in the search's frame, its point moved to where the fixture's middle projects."""
-        point = (_foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
+        point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
         if isinstance(surface, Plane):
             return Plane(point, surface.normal)
         if isinstance(surface, Sphere):
@@ -172,31 +175,3 @@ class _Scaled:
         shift = poses[:, :3, :3] @ self.fixture_origin
         poses[:, :3, 3] += self.base_origin - shift
         return poses
-
-
-def _foot(surface: Surface, point: Floats) -> Floats:
-    """The point of a plane, axis or centre nearest to a point (3,)."""
-    match surface:
-        case Plane():
-            return np.asarray(point - ((point - surface.point) @ surface.normal) * surface.normal)
-        case Sphere():
-            return surface.center
-        case Cylinder():
-            return np.asarray(surface.point + ((point - surface.point) @ surface.direction) * surface.direction)
-
-
-def _middle(surfaces: Sequence[Surface]) -> Floats:
-    """The point (3,) nearest, in least squares, to all planes, axes and centres; near the first one where that is open."""
-    start = _foot(surfaces[0], np.zeros(3))
-    matrix, rhs = np.zeros((3, 3)), np.zeros(3)
-    for surface in surfaces:
-        match surface:
-            case Plane():
-                projector = np.outer(surface.normal, surface.normal)
-            case Sphere():
-                projector = np.eye(3)
-            case Cylinder():
-                projector = np.eye(3) - np.outer(surface.direction, surface.direction)
-        matrix += projector
-        rhs += projector @ (_foot(surface, start) - start)
-    return np.asarray(start + np.linalg.pinv(matrix, rcond=1e-6) @ rhs)

@@ -1,9 +1,9 @@
 """The rigid geometries that a fixture by relations can be.
 
-Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes. Newton's method from many random
-configurations finds them; each is laid into the fixture frame by the recipe, once per choice of axis signs, and alike
-ones are kept once. Where the relations leave the shape free there is none: such a fixture must be located feature by
-feature.
+Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes. Newton's method from many
+random configurations finds them; each is laid into the fixture frame by the recipe, once per choice of axis signs,
+and alike ones are kept once. Where the relations leave the shape free there is none: such a fixture must be located
+feature by feature.
 """
 
 from collections.abc import Mapping
@@ -36,8 +36,8 @@ HOLDS = 1e-9
 def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
     """Every rigid geometry of the fixture, in its frame; exactly one for a fixture by geometry.
 
-    Empty where the relations leave the shape of the fixture free, or contradict each other. Relations are taken at their
-    values, whatever their sigma.
+    Empty where the relations leave the shape of the fixture free, or contradict each other. Relations are taken at
+    their values, whatever their sigma.
     """
     if fixture.is_placed:
         return ({name: f.surface for name, f in fixture.features.items() if f.surface is not None},)
@@ -126,7 +126,7 @@ def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
         rows[tilts:] /= scale
         together.append(rows)
     free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
-    return free == int(np.linalg.matrix_rank(np.vstack(together), tol=RANK))
+    return bool(free == np.linalg.matrix_rank(np.vstack(together), tol=RANK))
 
 
 def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list[Mapping[str, Surface]]:

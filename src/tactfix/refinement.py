@@ -1,9 +1,10 @@
 """The best pose near a given one: weighted geometric least squares over all contacts, and how sure it is.
 
-The residual of a contact is the distance of the tip's centre from the offset surface along the outward normal n. A small
-motion of the fixture by a rotation w about c and a translation v changes it by  -n . v - ((x - c) x n) . w. Rotations are
-taken about the contacts' centroid c and in units of their spread, so that the six columns are alike in size in any unit of
-length and at any distance from the origin; the singular values of that Jacobian say what the contacts can see.
+The residual of a contact is the distance of the tip's centre from the offset surface along the outward normal n. A
+small motion of the fixture by a rotation w about c and a translation v changes it by  -n . v - ((x - c) x n) . w.
+Rotations are taken about the contacts' centroid c and in units of their spread, so that the six columns are alike
+in size in any unit of length and at any distance from the origin; the singular values of that Jacobian say what the
+contacts can see.
 """
 
 from collections.abc import Mapping
@@ -25,7 +26,8 @@ SMALLEST_RATIO = 1e-9
 class Sensitivity:
     """What n contacts see of a motion: the Jacobian of residual / sigma (n, 6), and its frame.
 
-    Columns: rotation (units of 1 / scale) and translation along the base axes, about centre (3,) in base, scale a length.
+    Columns: rotation (units of 1 / scale) and translation along the base axes, about centre (3,) in base, scale a
+    length.
     """
 
     jacobian: Floats
@@ -71,7 +73,7 @@ class PoseFit:
 def contact_sigmas(contacts: Contacts, feature_sigmas: Mapping[str, float]) -> Floats:
     """Standard deviation (n,) of each residual: the probe's and the feature's own in quadrature."""
     own = np.array([feature_sigmas.get(name, 0.0) for name in contacts.features])
-    return np.hypot(contacts.sigmas, own)
+    return np.asarray(np.hypot(contacts.sigmas, own))
 
 
 def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tuple[Floats, Floats]:

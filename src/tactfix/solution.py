@@ -15,10 +15,11 @@ from tactfix.refinement import covariance_at
 class Solution:
     """One pose of least chi-square, and how sure it is.
 
-    surfaces: the features in base. residuals (n,): along the outward normals. normals (n, 3): there. covariance (6, 6): of
-    (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,): of each
-    contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
-    free_twists (k, 6): motions at base's origin that nothing resists; weak_twist (6,): the least known motion there.
+    surfaces: the features in base. residuals (n,): along the outward normals. normals (n, 3): there. covariance (6,
+    6): of (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,):
+    of each contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
+    free_twists (k, 6): motions at base's origin that nothing resists; weak_twist (6,): the least known motion
+    there.
     """
 
     base_from_fixture: Floats
@@ -41,7 +42,7 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """All of them, best first. limit: the chi-square up to which a pose explains the contacts, with dof degrees of freedom.
+    """All of them, best first. limit: the chi-square, with dof degrees of freedom, up to which a pose explains them.
 
     complete: whether the search is sure to have found all. continuum: so many that they are samples of a free motion.
     """

@@ -1,8 +1,9 @@
 """Why no pose explains the contacts: single mistakes that would make them consistent.
 
-Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are reported.
-A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit, one bad contact,
-two labels swapped. Only approaches are doubted where a pose fits but for them; labels only where nothing else explains it.
+Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are
+reported. A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit,
+one bad contact, two labels swapped. Only approaches are doubted where a pose fits but for them; labels only where
+nothing else explains it.
 
 The tip radius is estimated: at the best pose the residuals that no motion of the fixture explains are projected on what
 a change of the tip radius does (the same shift along every outward normal), and the fixture is solved again, a few
@@ -51,8 +52,8 @@ def suspicions(
 ) -> tuple[str, ...]:
     """What would make the contacts consistent, in words; says so where no single mistake explains them.
 
-    fits: whether a pose fits the points, and only approach, touch box or path speak against it. solve gives the solutions
-    for corrected contacts, is_consistent says whether a pose is left for them.
+    fits: whether a pose fits the points, and only approach, touch box or path speak against it. solve gives the
+    solutions for corrected contacts, is_consistent says whether a pose is left for them.
     """
     stages = [_approaches(contacts)] if fits else [_tip_radii(fixture, contacts, solve), _units(contacts)]
     stages += [_single_contacts(contacts), _labels(contacts)]

@@ -5,7 +5,7 @@ import pytest
 from design.plans import contacts_of
 
 from tactfix.design.certainty import certainty, free_of
-from tactfix.design.scale import tolerance_for
+from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 
 SURFACES = {

@@ -18,11 +18,11 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.design.misplaced import Misplaced
 from tactfix.design.symmetries import Symmetry
-from tactfix.design.words import listed
 from tactfix.faults import Fault, growth, mistaken
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, inverse, transform_points
 from tactfix.geometry.surfaces import Plane, Surface, outward_normals
+from tactfix.motion_words import listed
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.refinement import refine
 from tactfix.results import LocateResult

@@ -11,11 +11,11 @@ import numpy as np
 from tactfix.accuracy import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
-from tactfix.design.scale import Tolerance
-from tactfix.design.words import twist_in_words
 from tactfix.freedom import tidied
 from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
+from tactfix.motion_words import twist_in_words
 from tactfix.refinement import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
 

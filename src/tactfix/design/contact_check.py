@@ -31,10 +31,10 @@ from tactfix.design.plan_findings import (
     tidy_cylinders,
     tidy_findings,
 )
-from tactfix.design.scale import size_of
 from tactfix.design.symmetries import symmetries
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Plane, Surface
 from tactfix.refinement import contact_sigmas
 from tactfix.touchable import extreme_points

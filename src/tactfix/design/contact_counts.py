@@ -12,9 +12,9 @@ from itertools import combinations, islice
 from types import MappingProxyType
 from typing import Final, TypeAlias
 
-from tactfix.design.motions import common_motions, dimension
-from tactfix.design.scale import Tolerance
 from tactfix.fixture import Feature, Relation
+from tactfix.geometry.motions import common_motions, dimension
+from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import FeatureType, Surface
 
 # Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.

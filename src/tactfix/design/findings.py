@@ -10,9 +10,9 @@ from tactfix.design.contact_counts import ContactCounts
 from tactfix.design.remedies import feature_remedy, touch_box_remedy
 from tactfix.design.symmetries import Symmetry
 from tactfix.design.touch_regions import regions_meet
-from tactfix.design.words import listed
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Surface
+from tactfix.motion_words import listed
 from tactfix.results import FreeMotion
 
 Severity: TypeAlias = Literal["ok", "warning", "error"]

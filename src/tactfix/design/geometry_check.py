@@ -14,14 +14,14 @@ from tactfix.design.findings import (
     shape_findings,
 )
 from tactfix.design.misplaced import separation
-from tactfix.design.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.design.symmetries import Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
-from tactfix.design.words import free_motions
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_angle
+from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.motion_words import free_motions
 from tactfix.results import FreeMotion
 from tactfix.sameness import same_surface
 

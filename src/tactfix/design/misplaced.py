@@ -6,9 +6,9 @@ from itertools import permutations
 
 import numpy as np
 
-from tactfix.design.scale import EXACT, anchor_of
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.scale import EXACT, anchor_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 
 

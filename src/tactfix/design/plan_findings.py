@@ -12,9 +12,9 @@ from tactfix.design.findings import Finding, Severity
 from tactfix.design.layout import Source
 from tactfix.design.margins import Margins, Rival
 from tactfix.design.symmetries import Symmetry
-from tactfix.design.words import listed, vector
 from tactfix.geometry.arrays import Floats, perpendicular
 from tactfix.geometry.surfaces import Cylinder, Surface, radial
+from tactfix.motion_words import listed, vector
 from tactfix.results import FreeMotion
 
 # The nearest wrong pose should lie this many sigma behind the right one.

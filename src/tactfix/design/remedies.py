@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from tactfix.design.scale import middle_of, size_of
 from tactfix.design.symmetries import Symmetry
 from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.scale import middle_of, size_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.results import FreeMotion
 

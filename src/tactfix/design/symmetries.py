@@ -12,14 +12,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.design.motions import Fixed, Line, are_parallel, common_motions
-from tactfix.design.scale import Tolerance, anchored, middle_of, tolerance_for
 from tactfix.design.touch_regions import reach_of, regions_meet
-from tactfix.design.words import line_in_words, listed
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.motions import Fixed, Line, are_parallel, common_motions
 from tactfix.geometry.rigid import homogeneous, rotation_angle
+from tactfix.geometry.scale import Tolerance, anchored, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.motion_words import line_in_words, listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
 

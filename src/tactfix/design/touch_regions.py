@@ -10,9 +10,9 @@ from itertools import combinations
 
 import numpy as np
 
-from tactfix.design.scale import block_of, size_of
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.scale import block_of, size_of
 from tactfix.geometry.surfaces import Plane, Sphere, Surface
 
 # Open sides of a box are closed this many lengths away: beyond that no contact on the fixture is made.

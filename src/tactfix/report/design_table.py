@@ -12,8 +12,8 @@ from rich.text import Text
 from tactfix.design.certainty import Certainty, Influence
 from tactfix.design.contact_counts import ContactCounts
 from tactfix.design.findings import Severity
-from tactfix.design.words import vector
 from tactfix.design_check import DesignReport
+from tactfix.motion_words import vector
 
 _COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
 _MOST_SYMMETRIES: Final = 8

@@ -13,8 +13,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.design.scale import Tolerance, anchored, middle_of
 from tactfix.geometry.arrays import Floats, frozen, perpendicular
+from tactfix.geometry.scale import Tolerance, anchored, middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tactfix.design.motions import (
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.motions import (
     Cylindrical,
     Fixed,
     Line,
@@ -18,8 +19,7 @@ from tactfix.design.motions import (
     is_on,
     twists,
 )
-from tactfix.design.scale import Tolerance
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import FreeMotion
 

@@ -1,0 +1,36 @@
+"""All lines that touch four spheres."""
+
+import numpy as np
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.geometry.arrays import Floats
+from tactfix.localizers.cylinder_refinement import CylinderProblem
+from tactfix.localizers.cylinder_search import tangent_states
+from tactfix.localizers.degeneracy import refuse_collinear
+from tactfix.localizers.distinct_cylinders import distinct_roots
+from tactfix.localizers.scaling import unit_contacts
+
+
+def tangent_lines(centers: Floats, radii: Floats, tolerance: float = 0.0) -> tuple[Floats, Floats]:
+    """All lines at four given distances from four points: the common tangents of four spheres.
+
+    Solves |(c_i - a) x s| = radii_i, i = 1..4, |s| = 1, for the point a and the direction s of a line.
+
+    centers (4, 3), radii (4,) >= 0, tolerance: by so much a line may miss the distances where two roots have merged;
+    one unit. Returns points (k, 3), the nearest ones to the mean of the centres, and unit directions (k, 3), k <= 12;
+    a multiple root counts once; no line is an empty result.
+    Raises DegenerateContactsError for centres on one line: a line that keeps its distances can turn about that.
+    Source: Macdonald, Pach and Theobald 2001 for equal radii; see `tangent_zeros` for the equations.
+    """
+    contacts = unit_contacts(centers, tolerance)
+    refuse_collinear("tangent line", contacts)
+    sizes = radii / contacts.scale
+    slack = contacts.rounding + tolerance / contacts.scale
+    if np.any(radii < 0):
+        raise DegenerateContactsError("tangent line", "a distance is negative", float(radii.min()), 0.0, "check it")
+    problem = CylinderProblem(contacts.points, np.ones(4), radius_known=True, extra=sizes - sizes[0])
+    states = problem.refined(tangent_states(contacts.points[None], sizes[None]))
+    misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
+    good = np.flatnonzero(misses <= slack)
+    kept = states[good[distinct_roots(problem, states[good], misses[good], slack)]]
+    return contacts.origin + contacts.scale * kept[:, :3], kept[:, 3:6]

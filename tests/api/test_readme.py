@@ -1,0 +1,86 @@
+"""The README tells the truth: its console and Python examples are run, and what it lists is what there is."""
+
+import doctest
+import json
+import re
+from pathlib import Path
+
+import pytest
+from api.readme import README, blocks, commands, folder_for_examples, outputs, shown
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
+
+
+def assert_alike(printed: str, said: str) -> None:
+    """The same words and, within the last digits that another processor may round otherwise, the same numbers."""
+    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", said).split()
+    ours, theirs = ([float(n) for n in NUMBER.findall(text)] for text in (printed, said))
+    assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("block", blocks("console"), ids=lambda block: commands(block)[0][:60])
+def test_console_examples(block: str, tmp_path: Path) -> None:
+    printed = outputs(block, folder_for_examples(tmp_path))
+    assert len(printed) == len(commands(block))
+    for ours, said in zip(printed, shown(block), strict=True):
+        assert_alike(ours, said)
+
+
+def test_python_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder_for_examples(tmp_path))
+    text = "\n".join(blocks("python"))
+    example = doctest.DocTestParser().get_doctest(text, {}, "README", str(README), 0)
+    assert example.examples
+    said: list[str] = []
+    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
+    assert not failed, "".join(said)
+
+
+def test_the_fixture_of_the_readme_is_the_one_that_is_shipped() -> None:
+    shipped = (README.parent / "fixtures" / "cylinder-sphere.yaml").read_text(encoding="utf-8")
+    assert blocks("yaml")[0] in shipped
+
+
+def test_the_json_of_the_readme_has_the_keys_that_are_written(tmp_path: Path) -> None:
+    calls = {
+        "tactfix/locate/1": "tactfix locate fixtures/cylinder-sphere.yaml samples/cylinder-sphere/contacts.csv --json",
+        "tactfix/fit/1": "tactfix fit plane samples/three-planes/contacts.csv --feature top --json",
+        "tactfix/design-check/1": "tactfix design-check fixtures/three-planes.yaml --json",
+    }
+    folder_for_examples(tmp_path)
+    for block in blocks("jsonc"):
+        schema = re.search(r'"schema": "([^"]+)"', block)
+        assert schema
+        (printed,) = outputs(f"$ {calls[schema[1]]}\n", tmp_path)
+        assert set(re.findall(r'^ "(\w+)":', block, re.MULTILINE)) == set(json.loads(printed)), schema[1]
+
+
+def test_every_command_and_dialect_is_told() -> None:
+    from tactfix.cli.app import COMMANDS
+    from tactfix.dialects import DIALECTS
+    from tactfix.files.logs import LOG_FORMATS
+
+    text = README.read_text(encoding="utf-8")
+    for name in COMMANDS:
+        assert f"`tactfix {name}" in text, name
+    for name in (*DIALECTS, *LOG_FORMATS):
+        assert f"`{name}`" in text, name
+
+
+def test_every_option_that_the_readme_names_exists(tmp_path: Path) -> None:
+    from tactfix.cli.app import COMMANDS
+
+    (helps,) = outputs(f"$ for c in {' '.join(COMMANDS)}; do tactfix $c --help; done\n", tmp_path)
+    known = set(re.findall(r"--[a-z][a-z-]+", helps)) | {"--version", "--install-completion"}
+    text = BLOCK_OF_OTHERS.sub("", README.read_text(encoding="utf-8"))
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known
+
+
+BLOCK_OF_OTHERS = re.compile(r"^(?:python3|pip|ruff).*$", re.MULTILINE)
+
+
+def test_every_file_that_the_readme_names_exists() -> None:
+    text = README.read_text(encoding="utf-8")
+    named = set(re.findall(r"\b(?:fixtures|samples|src|tests)/[\w./-]+\w", text))
+    assert named
+    assert [name for name in sorted(named) if not (README.parent / name).exists()] == []
