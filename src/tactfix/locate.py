@@ -146,28 +146,29 @@ def _result(
         chi2_limit=solutions.limit,
         rms=best.rms if best else None,
         candidates=candidates[:SAMPLES_SHOWN] if solutions.continuum else candidates,
-        surfaces=_agreed(left or solutions.found) if status != "inconsistent" else {},
+        surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=_contact_residuals(contacts, best) if best else (),
         warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),
     )
 
 
-def _agreed(solutions: Sequence[Solution]) -> dict[str, Surface]:
+def _agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
     """The features that every solution places alike."""
     if not solutions:
         return {}
     first, *others = solutions
+    length = _reach(first, contacts)
     return {
         name: surface
         for name, surface in first.surfaces.items()
-        if all(same_surface(surface, other.surfaces[name], _reach(first), 1e-6) for other in others)
+        if all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
     }
 
 
-def _reach(solution: Solution) -> float:
-    """A length that makes positions comparable: as far as the contacts' places can be off, and rounding."""
+def _reach(solution: Solution, contacts: Contacts) -> float:
+    """A length that makes positions comparable: as far as the contacts' places can be off; at least their own sigma."""
     finite = solution.place_sigmas[np.isfinite(solution.place_sigmas)]
-    return 3 * float(finite.max()) if len(finite) else 0.0
+    return 3 * float(max(finite.max(initial=0.0), contacts.sigmas.max()))
 
 
 def _contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactResidual, ...]:

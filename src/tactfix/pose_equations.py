@@ -20,6 +20,8 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
 
+OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseEquations:
@@ -108,4 +110,6 @@ def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
     projectors = equations.quadrics * equations.radii + np.einsum("an,bn->abn", equations.normals, equations.normals)
     turned = np.einsum("abN,bn->anN", rotations, equations.points)
     rhs = np.einsum("abn,bnN->aN", projectors, equations.anchors[:, :, None] - turned)
-    return np.asarray(np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs)
+    offsets = np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs
+    # On a centre itself every way out is alike, and Newton's method would stay.
+    return np.asarray(offsets + OFF_CENTRE)

@@ -82,7 +82,8 @@ def solution_from(
     centre = contacts.points.mean(axis=0)
     central = covariance if moving.shape[1] else covariance_at(covariance, centre - origin)
     turn, shift = largest_sigma(central[:3, :3]), largest_sigma(central[3:, 3:])
-    place = shift + turn * np.linalg.norm(contacts.points - centre, axis=1)
+    arms = np.linalg.norm(contacts.points - centre, axis=1)
+    place = shift + turn * arms if np.isfinite(turn) else np.full(len(contacts), np.inf)
     scaled = factor / np.array([1, 1, 1, scale, scale, scale])[:, None]
     weak = np.linalg.svd(scaled)[0][:, 0] * np.array([1, 1, 1, scale, scale, scale]) if factor.size else np.zeros(6)
     return Solution(

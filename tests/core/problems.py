@@ -6,7 +6,7 @@ the surface normal of each touch.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -86,6 +86,11 @@ class Truth:
     sigma: float
     tip: float
     feature_sigmas: Mapping[str, float] = field(default_factory=dict)
+
+    def repeated(self, times: int) -> "Truth":
+        """The same touches, so many times each."""
+        many = {n: np.repeat(getattr(self, n), times, axis=0) for n in ("points", "normals", "approaches")}
+        return replace(self, names=tuple(np.repeat(self.names, times)), **many)
 
     def contacts(self, rng: np.random.Generator | None = None, **changes) -> Contacts:
         """What the probe reports: tip centres, off along the normal by noise where rng is given."""
