@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from tactfix.cli.completion import words_of_shell
 from tactfix.cli.exits import Exit, exit_of_error
 from tactfix.cli.quick_values import QuickCommand, QuickGroup
 from tactfix.errors import TactfixError
@@ -40,8 +41,8 @@ def module_of(command: str) -> str:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; every error is told on standard error, in its own words."""
     words = sys.argv[1:] if arguments is None else list(arguments)
-    command = typer.main.get_command(_application(words))
     try:
+        command = typer.main.get_command(_application(words))
         status = command.main(args=words, prog_name="tactfix", standalone_mode=False)
         sys.stdout.flush()
     except Exception as error:
@@ -76,8 +77,7 @@ _HELP: Final = "Find where a fixture stands from a handful of touches on its sph
 def _chosen(words: Sequence[str]) -> str | None:
     """The command among the words; for a shell that asks for completion, among those of its line."""
     if "_TACTFIX_COMPLETE" in os.environ:
-        line = os.environ.get("_TYPER_COMPLETE_ARGS") or os.environ.get("COMP_WORDS", "")
-        words = line.split()[1:]
+        words = words_of_shell()
     return next((word for word in words if word in COMMANDS), None)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import typer
 
 from tactfix.cli.arguments import vector
+from tactfix.cli.completion import pose_formats
 from tactfix.cli.contacts_input import read_contacts
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
@@ -39,7 +40,11 @@ def command(
     format: Annotated[  # noqa: A002 - the name of the option
         str | None,
         typer.Option(
-            "--format", "-f", metavar="F", help="How the pose is written: matrix, json, or a dialect (see README)."
+            "--format",
+            "-f",
+            metavar="F",
+            help="How the pose is written: matrix, json, or a dialect (see README).",
+            autocompletion=pose_formats,
         ),
     ] = None,
     output: Output = None,

@@ -5,6 +5,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from tactfix.cli import completion
+
 FixturePath: TypeAlias = Annotated[
     Path, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
 ]
@@ -16,7 +18,12 @@ Output: TypeAlias = Annotated[
 ]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything that is known, as JSON.")]
 Units: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="U", help="Unit of the contact file and of the lengths below: mm, m, um or in.")
+    str | None,
+    typer.Option(
+        metavar="U",
+        help="Unit of the contact file and of the lengths below: mm, m, um or in.",
+        autocompletion=completion.units,
+    ),
 ]
 TipRadius: TypeAlias = Annotated[
     float | None,
@@ -30,11 +37,20 @@ Quiet: TypeAlias = Annotated[bool, typer.Option("--quiet", "-q", help="No warnin
 Verbose: TypeAlias = Annotated[bool, typer.Option("--verbose", "-v", help="A summary on standard error in any case.")]
 ContactsFormat: TypeAlias = Annotated[
     str,
-    typer.Option("--contacts-format", metavar="NAME", help="csv, or the machine log that CONTACTS is (see README)."),
+    typer.Option(
+        "--contacts-format",
+        metavar="NAME",
+        help="csv, or the machine log that CONTACTS is (see README).",
+        autocompletion=completion.contact_formats,
+    ),
 ]
 Features: TypeAlias = Annotated[
     str | None,
-    typer.Option(metavar="NAME:N,...", help="Which contacts of a machine log are on which feature, in order."),
+    typer.Option(
+        metavar="NAME:N,...",
+        help="Which contacts of a machine log are on which feature, in order.",
+        autocompletion=completion.feature_runs,
+    ),
 ]
 TipOffset: TypeAlias = Annotated[
     str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for a log of flange poses.")
