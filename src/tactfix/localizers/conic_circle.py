@@ -17,13 +17,14 @@ def conic_value_and_gradient(s: Floats, k: Floats) -> tuple[Floats, tuple[Floats
     return 0.5 * (x * fx + y * fy + z * fz), (fx, fy, fz)
 
 
-def circle_of_conic(k: Floats) -> tuple[Floats, Bools, Bools]:
+def circle_of_conic(k: Floats, caution: float) -> tuple[Floats, Bools, Bools]:
     """The vectors a, b, c (3, 3, m) of s(t) = a cos t + b sin t + c for conics k (6, m).
 
     In the frame of its eigenvectors a conic is l_a x^2 + l_b y^2 = -l_c z^2, with l_c the eigenvalue whose sign is
     alone; where all signs are alike it has no real point. Of the vectors the longest has unit length. Returns also
     whether (m,) the conic is real, and whether that is clear: a pair of lines is nearly real and nearly not, and
-    most of it falls on one place of the circle.
+    most of it falls on one place of the circle. caution: how far from a pair of lines, relative to its size, a conic
+    must be to be clear, beyond what rounding asks for.
     """
     lone = _lone_eigenvector(k)
     u, v = _across(lone)
@@ -37,7 +38,7 @@ def circle_of_conic(k: Floats) -> tuple[Floats, Bools, Bools]:
     l_a, l_b = middle + half, middle - half
     real = (l_a * l_c < 0) & (l_b * l_c < 0)
     smallest = np.minimum(np.minimum(np.abs(l_a), np.abs(l_b)), np.abs(l_c))
-    clear = smallest > _PAIR_OF_LINES * (np.abs(l_a) + np.abs(l_b) + np.abs(l_c))
+    clear = smallest > (_PAIR_OF_LINES + caution) * (np.abs(l_a) + np.abs(l_b) + np.abs(l_c))
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b, c = (np.sqrt(smallest / np.abs(value)) for value in (l_a, l_b, l_c))
     return np.stack([a * (cos * u + sin * v), b * (cos * v - sin * u), c * lone]), real, clear

@@ -29,9 +29,9 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
 
     conic (6, m): coefficients of x^2, y^2, z^2, xy, xz, yz; cubic (7, m): of x^2 y, x y^2, x^2 z, x z^2, y^2 z, y z^2,
     xyz (a cubic through the corners of the frame has no others). caution: pairs whose cubic, relative to its
-    amplitude, comes so close to zero without reaching it are not sure either.
+    amplitude, comes so close to zero without reaching it, or whose conic is so close to a pair of lines, are not sure.
     """
-    circle, real, clear = circle_of_conic(conic)
+    circle, real, clear = circle_of_conic(conic, caution)
     places, sure = trigonometric_zeros(_samples(circle, cubic), caution)
     places[:, :, ~real] = np.nan
     zeros = _on_circle(circle[:, :, None], places)

@@ -9,9 +9,10 @@ _SAME = 1e-6
 """Axes nearer than this, in rad and in units of the contacts' extent, are one root."""
 
 _NEAR = 1e-2
-"""Axes nearer than this are one multiple root if the axis half-way between them fits as well as they do."""
+"""Axes farther apart than this are never one root."""
 
-_STEPS = 3
+_FEW = 24
+"""More contacts leave no multiple root to worry about."""
 
 _LARGEST_RADIUS = 1e5
 """In units of the contacts' extent: beyond, the contacts lie on a plane as far as doubles can tell."""
@@ -31,14 +32,19 @@ def distinct(states: Floats, cost: Floats) -> list[int]:
 def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, rounding: float) -> list[int]:
     """The same for refined states, of which those scattered by rounding about one multiple root count once.
 
-    A root of order k is known to the k-th root of the rounding only, so nearness alone cannot tell. rounding: of a
-    residual, in the problem's unit. problem holds one set of contacts.
+    At a distance d from a root of order k the residuals are like d^k and the smallest singular value of their Jacobian
+    like d^(k-1): rounding divided by it is how far such a root is scattered. For single roots, and for two that are
+    only close, that is next to nothing. rounding: of a residual, in the problem's unit; problem: one set of contacts.
     """
+    index = np.arange(len(states))
+    if not len(states) or problem.points.shape[-2] > _FEW:
+        return distinct(states, cost)
+    weakest = np.linalg.svd(problem.evaluate(states, index)[1], compute_uv=False)[:, -1]
+    scatter = np.minimum(2 * rounding / np.maximum(weakest, np.finfo(float).tiny), _NEAR / 2)
     distance = _distances(states)
     kept: list[int] = []
     for i in distinct(states, cost):
-        near = [k for k in kept if distance[i, k] < _NEAR]
-        if not (near and _halfway_fits(problem, states[i], states[near], rounding)):
+        if not (distance[i, kept] < scatter[i] + scatter[kept]).any():
             kept.append(i)
     return kept
 
@@ -48,27 +54,3 @@ def _distances(states: Floats) -> Floats:
     direction, place = states[:, 3:6], states[:, [0, 1, 2, 6]]
     tilt = np.sqrt(np.maximum(1.0 - (direction @ direction.T) ** 2, 0.0))
     return np.asarray(np.maximum(tilt, np.linalg.norm(place[:, None] - place, axis=-1)))
-
-
-def _halfway_fits(problem: CylinderProblem, state: Floats, others: Floats, rounding: float) -> bool:
-    """Whether the direction between state (7,) and one of others (k, 7) misses no contact by more than rounding."""
-    signs = np.where(others[:, 3:6] @ state[3:6] >= 0, 1.0, -1.0)[:, None]
-    middle = 0.5 * (others + state)
-    direction = others[:, 3:6] * signs + state[3:6]
-    middle[:, 3:6] = direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    middle = _circles_refitted(problem, middle)
-    misses = np.abs(problem.evaluate(middle, np.arange(len(middle)))[0]).max(axis=1)
-    own = np.abs(problem.evaluate(state[None], np.zeros(1, dtype=np.intp))[0]).max()
-    return bool(np.any(misses <= own + rounding))
-
-
-def _circles_refitted(problem: CylinderProblem, states: Floats) -> Floats:
-    """The states (k, 7) with foot and radius fitted anew, the directions kept: a multiple root is no straight line."""
-    index = np.arange(len(states))
-    for _ in range(_STEPS):
-        residuals, jacobians = problem.evaluate(states, index)
-        columns = [c for c in range(jacobians.shape[-1]) if c not in (2, 3)]
-        change = np.zeros((len(states), jacobians.shape[-1]))
-        change[:, columns] = -(np.linalg.pinv(jacobians[:, :, columns]) @ residuals[..., None])[..., 0]
-        states = problem.step(states, change)
-    return states

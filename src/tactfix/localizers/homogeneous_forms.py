@@ -83,7 +83,8 @@ def common_zeros(rows: Floats, degree: int, count: int, variables: int = 3) -> t
     bottom, top = np.einsum("aj,...jmk->a...mk", _generic_forms(variables), shifted)
     multiplication = np.linalg.pinv(bottom) @ top
     _, vectors = np.linalg.eig(multiplication)
-    return _points(np.asarray(null @ vectors), index), np.asarray(singular[..., rank - 1] / singular[..., 0])
+    largest = np.maximum(singular[..., 0], np.finfo(float).tiny)
+    return _points(np.asarray(null @ vectors), index), np.asarray(singular[..., rank - 1] / largest)
 
 
 @cache
