@@ -87,7 +87,8 @@ def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[
             f"{contacts.features[i]}{more}"
         ),
     )
-    for i in np.flatnonzero((outside > 0) & (outside <= margin))[:3]:
+    # Rounding alone puts contacts outside a box that has no thickness along the normal of its plane.
+    for i in np.flatnonzero((outside > 0.01 * contacts.sigmas) & (outside <= margin))[:3]:
         doubts.append(
             f"{contacts.label(int(i))} lies {outside[i]:.4g} {fixture.units} outside the touch box of "
             f"{contacts.features[i]}, within its uncertainty"

@@ -19,7 +19,7 @@ import numpy as np
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
 
-START_ROTATIONS = 800
+START_ROTATIONS = 1200
 NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ITERATIONS = 300

@@ -75,7 +75,7 @@ def all_poses(
     # The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size
     # of the fixture it is all rounding.
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
-    starts = START_ROTATIONS >> min(max(len(index) - 6, 0), 3)
+    starts = _starts(surfaces, contacts, len(index))
     zeros = find_zeros(searched, cost_limit, starts, scaled.half_turns(surfaces, contacts))
     if not len(zeros.costs) and with_misses:
         zeros = nearest_misses(searched, starts)
@@ -87,6 +87,12 @@ def all_poses(
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[:1]
     return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
+
+
+def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
+    """How densely the rotations are covered: poses on cylinders are many and lie close, redundant contacts leave few."""
+    has_cylinder = any(isinstance(surfaces[name], Cylinder) for name in set(contacts.features))
+    return (START_ROTATIONS if has_cylinder else START_ROTATIONS // 3) >> min(max(searched - 6, 0), 3)
 
 
 def spread_indices(contacts: Contacts, most: int) -> list[int]:
