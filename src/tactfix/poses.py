@@ -90,7 +90,7 @@ def all_poses(
 
 
 def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
-    """How densely the rotations are covered: poses on cylinders are many and lie close, redundant contacts leave few."""
+    """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few."""
     has_cylinder = any(isinstance(surfaces[name], Cylinder) for name in set(contacts.features))
     return (START_ROTATIONS if has_cylinder else START_ROTATIONS // 3) >> min(max(searched - 6, 0), 3)
 
