@@ -111,20 +111,22 @@ def _rotation_vector(rotation: Floats) -> Floats:
 def _residuals(result: LocateResult, ascii_only: bool) -> Table:
     """The residual of each contact as a number and a bar; the largest where there are many."""
     shown: Sequence[ContactResidual] = result.contacts
-    title = f"residual {result.units}"
+    caption = None
     if len(shown) > _MOST_CONTACTS:
         shown = sorted(shown, key=lambda contact: -abs(contact.residual))[:_MOST_CONTACTS]
-        title = f"{title}, the largest {_MOST_CONTACTS} of {len(result.contacts)}"
+        caption = f"the largest {_MOST_CONTACTS} of {len(result.contacts)}"
     largest = max(abs(contact.residual) for contact in shown) or 1.0
     table = Table(
         "row",
         "feature",
-        title,
+        f"residual {result.units}",
         "  into the | out of it",
         "approach",
         box=None,
         pad_edge=False,
         header_style="dim",
+        caption=caption,
+        caption_justify="left",
     )
     for index in (0, 2, 4):
         table.columns[index].justify = "right"
