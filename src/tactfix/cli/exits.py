@@ -34,7 +34,11 @@ def exit_of_status(status: str) -> Exit:
 
 
 def exit_of_error(error: TactfixError) -> Exit:
-    """The exit status of an error: usage, a text not written because too much is lost, or an impossible input."""
-    if isinstance(error, PoseRefusedError):
-        return Exit.NOT_ACCEPTABLE
-    return Exit.USAGE if isinstance(error, UsageError) else Exit.FILE
+    """The exit status of an error: usage, contacts that leave a surface free, or an input that says the impossible."""
+    match error:
+        case UsageError():
+            return Exit.USAGE
+        case DegenerateContactsError():
+            return Exit.UNDERDETERMINED
+        case _:
+            return Exit.FILE

@@ -1,0 +1,32 @@
+"""A folder with a fixture and contacts, and a locate that answers what a test wants."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from cli.answers import answer
+from files.texts import PAPER, contact_text, written
+
+import tactfix.cli.locate
+from tactfix.results import LocateResult, Status
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    written(tmp_path, PAPER, "fixture.yaml")
+    written(tmp_path, contact_text(), "contacts.csv")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def answers(monkeypatch: pytest.MonkeyPatch) -> Callable[[Status], None]:
+    """Let locate answer with a status, whatever it is asked."""
+
+    def set_status(status: Status) -> None:
+        def locate(*_: object, **__: object) -> LocateResult:
+            return answer(status)
+
+        monkeypatch.setattr(tactfix.cli.locate, "locate", locate)
+
+    return set_status

@@ -1,0 +1,195 @@
+"""The application: help without imports, exit status of every ending, completion, pipes."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import tactfix.cli.locate
+from tactfix.cli import main
+from tactfix.cli.app import COMMANDS, module_of
+from tactfix.errors import DegenerateContactsError, FileError, MissingExtraError, Problem, UsageError
+from tactfix.version import VERSION
+
+ROOT = Path(__file__).parents[2]
+RUN = ("locate", "fixture.yaml", "contacts.csv")
+HEAVY = ("numpy", "scipy", "pydantic", "rich", "yaml")
+
+
+def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A process of its own, with nothing of a terminal about it."""
+    script = "import sys; from tactfix.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", script, *arguments]
+    return subprocess.run(
+        command, capture_output=True, text=True, check=False, timeout=60, env={**os.environ, **environment}, cwd=ROOT
+    )
+
+
+def imported(*arguments: str, **environment: str) -> set[str]:
+    """The heavy packages that a command line imports."""
+    script = (
+        f"import sys; from tactfix.cli import main; main(); print(*(set({HEAVY}) & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+        env={**os.environ, **environment},
+        cwd=ROOT,
+    )
+    return set(done.stderr.splitlines()[-1].split()) if done.stderr.strip() else set()
+
+
+def test_the_version_is_that_of_the_project(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"tactfix {VERSION}\n"
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == VERSION
+
+
+def test_help_lists_every_command_and_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
+    for option in ("--help", "-h"):
+        assert main([option]) == 0
+        text = " ".join(capsys.readouterr().out.split())
+        for name, summary in COMMANDS.items():
+            assert f" {name} {summary}" in text
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_is_there_and_helps(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith(f"Usage: tactfix {command} ")
+    assert (ROOT / "src" / Path(*module_of(command).split("."))).with_suffix(".py").exists()
+
+
+def test_help_version_and_completion_import_nothing_heavy() -> None:
+    assert imported("--help") == set()
+    assert imported("--version") == set()
+    line = {"_TACTFIX_COMPLETE": "complete_bash", "COMP_WORDS": "tactfix lo", "COMP_CWORD": "1"}
+    script = (
+        f"import sys, atexit; atexit.register(lambda: print(*(set({HEAVY}) & set(sys.modules)), file=sys.stderr)); "
+    )
+    script += "from tactfix.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+        env={**os.environ, **line},
+    )
+    assert done.stdout.split() == ["locate"]
+    assert done.stderr.strip() == ""
+
+
+def test_locating_imports_neither_pydantic_nor_rich_nor_scipy() -> None:
+    fixture, contacts = "fixtures/cylinder-sphere.yaml", "samples/bad/ijk.csv"
+    script = f"import sys; from tactfix.cli import main; main(); print(*(set({HEAVY}) & set(sys.modules)))"
+    done = subprocess.run(
+        [sys.executable, "-c", script, "locate", fixture, contacts],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+        cwd=ROOT,
+    )
+    assert set(done.stdout.split()) == {"numpy", "yaml"}
+
+
+@pytest.mark.parametrize(
+    ("line", "word", "expected"),
+    [
+        ("tactfix pl", 1, ["plan"]),
+        ("tactfix locate --max", 2, ["--max-sigma", "--max-rms"]),
+        ("tactfix fit cy", 2, ["cylinder"]),
+        ("tactfix locate f.yaml c.csv --format ku", 5, ["kuka"]),
+        ("tactfix locate f.yaml c.csv --contacts-format g", 5, ["grbl"]),
+        ("tactfix locate f.yaml c.csv --units m", 5, ["mm", "m"]),
+        ("tactfix locate fixtures/three-planes.yaml c.csv --features top:3,b", 5, ["top:3,back:"]),
+        ("tactfix locate nowhere.yaml c.csv --features b", 5, []),
+    ],
+)
+def test_completion(line: str, word: int, expected: list[str]) -> None:
+    done = run(_TACTFIX_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(word))
+    assert done.stdout.split() == expected
+    assert done.stderr == ""
+
+
+def test_no_command_and_a_wrong_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert main(["locat"]) == 2
+    assert "locate" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [
+        (UsageError("not together"), 2),
+        (FileError("x.yaml", [Problem("wrong", "mend it")]), 3),
+        (MissingExtraError("html", "report"), 3),
+        (DegenerateContactsError("cylinder", "collinear", 1e-9, 1e-6, "spread them"), 4),
+        (ZeroDivisionError("two\nlines"), 70),
+        (KeyboardInterrupt(), 130),
+    ],
+)
+def test_the_exit_status_of_an_error(
+    error: BaseException, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def locate(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(tactfix.cli.locate, "locate", locate)
+    assert main(RUN) == status
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Traceback" not in err
+    if isinstance(error, ZeroDivisionError):
+        assert err.startswith("tactfix: a bug in tactfix: ZeroDivisionError: two lines; ")
+        assert len(err.splitlines()) == 1
+        monkeypatch.setenv("TACTFIX_DEBUG", "1")
+        with pytest.raises(ZeroDivisionError):
+            main(RUN)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_reader_that_has_enough_is_no_error(answers: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
+    script = "import sys; from tactfix.cli import main; sys.exit(main())"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        complaint = process.stderr.read()
+    assert complaint == b""
+    assert process.returncode == 141
+
+
+def test_no_color_where_none_is_wanted(
+    answers: Callable[[str], None], folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers("located")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    main([*RUN, "--verbose"])
+    assert "\x1b[1m" in capsys.readouterr().err
+    monkeypatch.setenv("NO_COLOR", "1")
+    main([*RUN, "--verbose"])
+    assert "\x1b[32m" not in capsys.readouterr().err
+    assert folder.exists()
+
+
+def test_the_schema_is_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["schema"]) == 0
+    text = capsys.readouterr().out
+    assert json.loads(text)["properties"]["tactfix"]["const"] == 1
+    assert main(["schema", "--output", str(tmp_path / "s.json")]) == 0
+    assert (tmp_path / "s.json").read_text(encoding="utf-8") == text

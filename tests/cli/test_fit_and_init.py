@@ -1,0 +1,113 @@
+"""fit and init on the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from files.texts import HEAD, written
+
+import tactfix.cli.fit
+from tactfix.cli import main
+from tactfix.contacts import Contacts
+from tactfix.errors import DegenerateContactsError
+from tactfix.files.fixture_file import load_fixture
+from tactfix.fit import FitResult
+from tactfix.geometry.surfaces import Plane
+from tactfix.templates import TEMPLATES
+
+PLANE = HEAD + "x,y,z,ax,ay,az\n0,0,1,0,0,-1\n1,0,1,0,0,-1\n0,1,1,0,0,-1\n"
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
+    """What fit is asked; it answers with a plane."""
+    calls: list[tuple[object, ...]] = []
+
+    def fit(kind: str, contacts: Contacts, radius: float | None, side: str) -> FitResult:
+        calls.append((kind, len(contacts), radius, side))
+        plane = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+        return FitResult("plane", "located", plane, (), 0, 0.0, 3.8, 0.0, warnings=("mind the step",))
+
+    monkeypatch.setattr(tactfix.cli.fit, "fit", fit)
+    return calls
+
+
+def test_arguments_arrive_and_results_leave(
+    asked: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(written(tmp_path, PLANE, "c.csv"))
+    assert main(["fit", "sphere", path, "--radius", "2.5", "--side", "inner"]) == 0
+    assert asked == [("sphere", 3, 2.5, "inner")]
+    out, err = capsys.readouterr()
+    assert out == "point 0.0 0.0 0.0\nnormal 0.0 0.0 1.0\n"
+    assert "mind the step" in err
+    assert main(["fit", "plane", path, "--json", "--quiet"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["surface"]["normal"] == [0, 0, 1]
+    assert err == ""
+    assert main(["fit", "plane", path, "--output", str(tmp_path / "out.json")]) == 0
+    assert json.loads((tmp_path / "out.json").read_text())["schema"] == "tactfix/fit/1"
+
+
+def test_contacts_that_leave_the_surface_free(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fit(*_: object) -> FitResult:
+        raise DegenerateContactsError("plane", "collinear", 1e-12, 1e-6, "spread them")
+
+    monkeypatch.setattr(tactfix.cli.fit, "fit", fit)
+    path = str(written(tmp_path, PLANE, "c.csv"))
+    assert main(["fit", "plane", path]) == 4
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "collinear" in err
+    assert main(["fit", "plane", path, "--json"]) == 4
+    report = json.loads(capsys.readouterr().out)
+    assert (report["status"], report["surface"]) == ("underdetermined", None)
+
+
+@pytest.mark.parametrize("options", [["--radius", "0"], ["--radius", "nan"], ["--side", "left"], ["--feature", "x"]])
+def test_usage(asked: list[tuple[object, ...]], tmp_path: Path, options: list[str]) -> None:
+    path = str(written(tmp_path, PLANE, "c.csv"))
+    assert main(["fit", "sphere", path, *options]) == 2
+    assert main(["fit", "plane", path, "--radius", "1"]) == 2
+    assert main(["fit", "cone", path]) == 2
+    assert asked == []
+
+
+def test_one_feature_of_several(
+    asked: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(written(tmp_path, HEAD + "feature,x,y,z\na,0,0,1\nb,1,0,1\na,0,1,1\n", "c.csv"))
+    assert main(["fit", "plane", path]) == 2
+    assert "a, b" in capsys.readouterr().err
+    assert main(["fit", "plane", path, "--feature", "a"]) == 0
+    assert asked == [("plane", 2, None, "outer")]
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_template_is_the_fixture_that_ships(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["init", "--like", name]) == 0
+    out = capsys.readouterr().out
+    path = written(tmp_path, out)
+    assert load_fixture(path).name == name
+    assert out.count("#") >= 3
+    shipped = Path(__file__).parents[2] / "fixtures" / f"{name}.yaml"
+    assert out == shipped.read_text(encoding="utf-8")
+
+
+def test_every_fixture_that_ships_is_a_template() -> None:
+    folder = Path(__file__).parents[2] / "fixtures"
+    assert sorted(path.stem for path in folder.glob("*.yaml")) == sorted(TEMPLATES)
+
+
+def test_init_does_not_overwrite(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, "mine")
+    assert main(["init", str(path)]) == 2
+    assert path.read_text() == "mine"
+    assert "--force" in capsys.readouterr().err
+    assert main(["init", str(path), "--force"]) == 0
+    assert load_fixture(path).name == "cylinder-sphere"
+    assert main(["init", "--like", "tree-spheres"]) == 2
+    assert "three-spheres" in capsys.readouterr().err
