@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from tactfix.errors import PoseRefusedError, TactfixError, UsageError
+from tactfix.errors import DegenerateContactsError, PoseRefusedError, TactfixError, UsageError
 
 
 class Exit(IntEnum):
@@ -34,10 +34,12 @@ def exit_of_status(status: str) -> Exit:
 
 
 def exit_of_error(error: TactfixError) -> Exit:
-    """The exit status of an error: usage, contacts that leave a surface free, or an input that says the impossible."""
+    """The exit status of an error; what has none of its own is an input that says the impossible."""
     match error:
         case UsageError():
             return Exit.USAGE
+        case PoseRefusedError():
+            return Exit.NOT_ACCEPTABLE
         case DegenerateContactsError():
             return Exit.UNDERDETERMINED
         case _:
