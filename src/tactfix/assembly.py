@@ -9,14 +9,14 @@ shapes (`realization`) are searched as rigid bodies instead.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.features_alone import surfaces_alone, surfaces_by_distance
-from tactfix.fixture import Fixture, FrameRecipe
+from tactfix.fixture import Fixture, FrameRecipe, Relation
 from tactfix.frame import FrameError, frame, frames, sign_choices
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced
@@ -26,11 +26,17 @@ from tactfix.joint import JointFit, JointProblem, joint_fit
 from tactfix.noise import chi_square_limit
 from tactfix.realization import fixture_scale, random_surface, realize
 from tactfix.refinement import contact_residuals
+from tactfix.relations import relation_residuals
+from tactfix.results import Candidate, Reason
 from tactfix.rigid import rigid_solutions
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions, solution_from
 
-MOST_COMBINATIONS = 4000
+FEW_COMBINATIONS = 64
+"""Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
+MOST_COMBINATIONS = 4096
+MOST_FALLEN = 32
+"""Combinations that fell because of a relation and are listed."""
 LOOSE = 3.0
 """Times the slack of the relations, added to the contacts' sigma while a fixture is searched as if it were rigid."""
 KEPT = 1e-9
@@ -47,10 +53,52 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     located = _located(fixture, contacts, sigmas)
-    if located is None:
+    if located is None or (len(located) > FEW_COMBINATIONS and realize(fixture)):
         return _unlocated(fixture, contacts, sigmas, problem, with_misses)
-    fits = [joint_fit(problem, _anchored(surfaces, contacts)) for surfaces in located]
-    return _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
+    starts = [_anchored(surfaces, contacts) for surfaces in located[:MOST_COMBINATIONS]]
+    fits = [joint_fit(problem, surfaces) for surfaces in starts]
+    solutions = _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
+    return replace(
+        solutions,
+        complete=len(located) <= MOST_COMBINATIONS,
+        fallen=tuple(_fallen(fixture, problem, starts, fits, solutions)),
+    )
+
+
+def _fallen(
+    fixture: Fixture,
+    problem: JointProblem,
+    starts: Sequence[Mapping[str, Surface]],
+    fits: Sequence[JointFit],
+    solutions: Solutions,
+) -> Iterator[Candidate]:
+    """Combinations of surfaces that explain the contacts of each feature, but not the relations between them."""
+    assert fixture.frame is not None
+    broken = [(s, f) for s, f in zip(starts, fits, strict=True) if f.chi2 > solutions.limit]
+    for surfaces, fit in broken[:MOST_FALLEN] if len(broken) < len(starts) else []:
+        values, _ = contact_residuals(surfaces, problem.contacts)
+        try:
+            pose = frames(fixture.frame, surfaces)[0]
+        except FrameError:
+            continue
+        rms = float(np.sqrt((values**2).mean()))
+        yield Candidate(pose, surfaces, fit.chi2, rms, (_broken_relation(fixture, problem, surfaces),))
+
+
+def _broken_relation(fixture: Fixture, problem: JointProblem, surfaces: Mapping[str, Surface]) -> Reason:
+    """The relation that the surfaces break worst, in words."""
+
+    def missing(relation: Relation) -> float:
+        one, other = relation.between
+        size = problem.scale if relation.kind == "distance" else 1.0
+        return float(np.abs(relation_residuals(relation, surfaces[one], surfaces[other])).max(initial=0.0)) / size
+
+    worst = max(fixture.relations, key=missing)
+    one, other = worst.between
+    off = missing(worst) * (problem.scale if worst.kind == "distance" else 180 / np.pi)
+    unit = fixture.units if worst.kind == "distance" else "deg"
+    message = f"the {worst.kind} between {one} and {other} would be {off:.4g} {unit} off"
+    return Reason("relation", other, None, message)
 
 
 def _located(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> list[Mapping[str, Surface]] | None:
@@ -65,9 +113,8 @@ def _located(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> list[Mappi
             alone[name] = surfaces_alone(feature, contacts.subset(index.tolist()), sigmas[index])
         except DegenerateContactsError:
             continue
-    combinations: list[Mapping[str, Surface]] = [
-        dict(zip(alone, choice, strict=True)) for choice in product(*alone.values())
-    ]
+    choices = islice(product(*alone.values()), MOST_COMBINATIONS + 1)
+    combinations: list[Mapping[str, Surface]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
     missing = [name for name in fixture.features if name not in alone]
     while missing and combinations:
         reached = next((n for n in missing if _is_reached(fixture, contacts, n, combinations[0])), None)
@@ -79,7 +126,7 @@ def _located(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> list[Mappi
             for known in combinations
             for surface in surfaces_by_distance(fixture, fixture.features[reached], contacts.on(reached), known)
         ]
-    return None if missing else combinations[:MOST_COMBINATIONS]
+    return None if missing else combinations
 
 
 def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, Surface]) -> bool:

@@ -145,7 +145,7 @@ def _result(
         chi2=best.chi2 if best else None,
         chi2_limit=solutions.limit,
         rms=best.rms if best else None,
-        candidates=candidates[:SAMPLES_SHOWN] if solutions.continuum else candidates,
+        candidates=candidates[:SAMPLES_SHOWN] if solutions.continuum else (*candidates, *solutions.fallen),
         surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=_contact_residuals(contacts, best) if best else (),
         warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),

@@ -9,6 +9,7 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, Surface
 from tactfix.refinement import covariance_at
+from tactfix.results import Candidate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +46,7 @@ class Solutions:
     """All of them, best first. limit: the chi-square, with dof degrees of freedom, up to which a pose explains them.
 
     complete: whether the search is sure to have found all. continuum: so many that they are samples of a free motion.
+    fallen: what fitted the contacts of each feature and broke a relation.
     """
 
     found: tuple[Solution, ...]
@@ -52,6 +54,7 @@ class Solutions:
     limit: float
     complete: bool
     continuum: bool
+    fallen: tuple[Candidate, ...] = ()
 
 
 def largest_sigma(covariance: Floats) -> float:
