@@ -1,0 +1,100 @@
+"""Every mistake that a cell makes is named, wherever in the file it stands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from core.problems import BALLS, PLATE, Patch, placed, touch_all
+
+from tactfix.locate import locate
+
+BUSH = {
+    "face": Patch("plane", (100, 0, 0), (0, 0, 1), length=25.0),
+    "bush": Patch("cylinder", (0, 0, 0), (0, 0, 1), 15.0, side="inner", length=10.0, middle=-14.0),
+    "ball": Patch("sphere", (200, 0, 45), radius=12.7, up=0.0),
+}
+
+
+def touched(patches, counts, seed=0, sigma=0.02, tip=2.0):
+    rng = np.random.default_rng(seed)
+    truth = touch_all(patches, counts, rng, sigma=sigma, tip=tip)
+    return truth, truth.contacts(rng)
+
+
+def says(fixture, contacts, *words):
+    result = locate(fixture, contacts)
+    assert result.status == "inconsistent", result.status
+    assert result.chi2 is None or result.chi2 > 0
+    found = [w for w in result.warnings if all(word in w for word in words)]
+    assert found, result.warnings
+    return result
+
+
+@pytest.mark.parametrize("row", [6, 19])
+def test_one_bad_contact_is_named_wherever_it_stands(row):
+    truth, contacts = touched(PLATE, {"plate": 7, "pin": 7, "ball": 6})
+    points = contacts.points.copy()
+    points[row - 1] += 0.7 * truth.normals[row - 1]
+    result = says(placed(PLATE), replace(contacts, points=points), f"without row {row} ")
+    assert sum("without row" in warning for warning in result.warnings) == 1
+
+
+@pytest.mark.parametrize("row", [2, 15])
+def test_one_reversed_approach_is_named(row):
+    _, contacts = touched(PLATE, {"plate": 7, "pin": 7, "ball": 6})
+    approaches = contacts.approaches.copy()
+    approaches[row - 1] *= -1
+    says(placed(PLATE), replace(contacts, approaches=approaches), f"approach of row {row} reversed")
+
+
+def test_all_approaches_reversed_are_normals():
+    _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
+    says(placed(PLATE), replace(contacts, approaches=-contacts.approaches), "all approaches reversed")
+
+
+@pytest.mark.parametrize("pair", [(7, 14)])
+def test_two_swapped_labels_are_named(pair):
+    _, contacts = touched(PLATE, {"plate": 5, "pin": 5, "ball": 5})
+    names = list(contacts.features)
+    i, k = pair[0] - 1, pair[1] - 1
+    names[i], names[k] = names[k], names[i]
+    says(placed(PLATE), replace(contacts, features=tuple(names)), f"row {pair[0]} and row {pair[1]}", "swapped")
+
+
+@pytest.mark.parametrize(("factor", "word"), [(1 / 25.4, "inch"), (1e-3, "metres")])
+def test_a_wrong_unit_is_named(factor, word):
+    _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
+    says(placed(PLATE), replace(contacts, points=contacts.points * factor), word, f"multiplied by {1 / factor:g}")
+
+
+def test_contacts_that_are_corrected_for_the_tip_already():
+    """The points lie on the surface, but the file says tip radius 3."""
+    _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4}, tip=0.0)
+    says(placed(PLATE), replace(contacts, tip_radius=3.0), "tip radius 0 instead of 3")
+
+
+@pytest.mark.parametrize("patches", [PLATE, BALLS, BUSH], ids=["plate", "balls", "bush"])
+def test_a_forgotten_tip_is_estimated(patches):
+    _, contacts = touched(patches, dict.fromkeys(patches, 5), tip=3.0)
+    result = says(placed(patches, approach=6.0), replace(contacts, tip_radius=0.0), "tip radius of", "instead of 0")
+    warning = next(w for w in result.warnings if "tip radius of" in w)
+    assert float(warning.split("tip radius of ")[1].split()[0]) == pytest.approx(3.0, abs=0.1)
+
+
+def test_a_wrong_fixture_is_no_single_mistake():
+    """The pin stands 5 mm elsewhere and the ball is another one."""
+    built = {**PLATE, "ball": Patch("sphere", (290.0, 190.0, 67.0), radius=15.0, up=-0.4)}
+    _, contacts = touched(built, {"plate": 5, "pin": 6, "ball": 6})
+    says(placed(PLATE), contacts, "right fixture file")
+
+
+def test_the_best_pose_and_its_limit_are_given():
+    truth, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
+    points = contacts.points.copy()
+    points[5] += 0.7 * truth.normals[5]
+    result = locate(placed(PLATE), replace(contacts, points=points))
+    assert result.chi2 > result.chi2_limit
+    assert result.base_from_fixture is None
+    (best, *_) = result.candidates
+    assert {reason.code for reason in best.reasons} == {"fit"}
+    assert len(result.contacts) == len(contacts)
