@@ -9,13 +9,11 @@ shapes (`realization`) are searched as rigid bodies instead.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice, product
 
 import numpy as np
 
+from tactfix.combinations import combinations
 from tactfix.contacts import Contacts
-from tactfix.errors import DegenerateContactsError
-from tactfix.features_alone import surfaces_alone, surfaces_by_distance
 from tactfix.fixture import Fixture, FrameRecipe, Relation
 from tactfix.frame import FrameError, frame, frames, sign_choices
 from tactfix.geometry.arrays import Floats
@@ -52,7 +50,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     samples, marked as a continuum.
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
-    located = _located(fixture, contacts, sigmas)
+    located = combinations(fixture, contacts, sigmas, MOST_COMBINATIONS + 1)
     if located is None or (len(located) > FEW_COMBINATIONS and realize(fixture)):
         return _unlocated(fixture, contacts, sigmas, problem, with_misses)
     starts = [_anchored(surfaces, contacts) for surfaces in located[:MOST_COMBINATIONS]]
@@ -99,47 +97,6 @@ def _broken_relation(fixture: Fixture, problem: JointProblem, surfaces: Mapping[
     unit = fixture.units if worst.kind == "distance" else "deg"
     message = f"the {worst.kind} between {one} and {other} would be {off:.4g} {unit} off"
     return Reason("relation", other, None, message)
-
-
-def _located(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> list[Mapping[str, Surface]] | None:
-    """Every combination of candidate surfaces; None where a feature cannot be located this way."""
-    names = np.array(contacts.features)
-    alone: dict[str, Sequence[Surface]] = {}
-    for name, feature in fixture.features.items():
-        index = np.flatnonzero(names == name)
-        if not len(index):
-            continue
-        try:
-            alone[name] = surfaces_alone(feature, contacts.subset(index.tolist()), sigmas[index])
-        except DegenerateContactsError:
-            continue
-    choices = islice(product(*alone.values()), MOST_COMBINATIONS + 1)
-    combinations: list[Mapping[str, Surface]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
-    missing = [name for name in fixture.features if name not in alone]
-    while missing and combinations:
-        reached = next((n for n in missing if _is_reached(fixture, contacts, n, combinations[0])), None)
-        if reached is None:
-            return None
-        missing.remove(reached)
-        combinations = [
-            {**known, reached: surface}
-            for known in combinations
-            for surface in surfaces_by_distance(fixture, fixture.features[reached], contacts.on(reached), known)
-        ]
-    return None if missing else combinations
-
-
-def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, Surface]) -> bool:
-    """Whether a sphere has three contacts and distances to known features together."""
-    if fixture.features[name].type != "sphere":
-        return False
-    partners = {b if a == name else a for a, b in _distances(fixture) if name in (a, b)}
-    own = len(contacts.on(name))
-    return own > 0 and own + len(partners & set(known)) >= 3
-
-
-def _distances(fixture: Fixture) -> list[tuple[str, str]]:
-    return [relation.between for relation in fixture.relations if relation.kind == "distance"]
 
 
 def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
