@@ -63,19 +63,16 @@ def _check_distances(document: FixtureEntry, surfaces: Mapping[str, Surface]) ->
             abs(measured - distance["value"])
             > SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
         ):
-            what = f"the distance of {names} is {distance['value']:g}, but their places make it {measured:.9g}"
+            what = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
             yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
 
 
 def _has_distance(a: Surface, b: Surface) -> bool:
     """Whether a distance means something: planes, and a plane and an axis, have one only where parallel."""
-    match a, b:
-        case (Plane(), Plane()):
-            return math.sin(angle_between(a, b)) < _PARALLEL
-        case (Plane(), Cylinder()) | (Cylinder(), Plane()):
-            return math.cos(angle_between(a, b)) < _PARALLEL
-        case _:
-            return True
+    if isinstance(a, Sphere) or isinstance(b, Sphere) or (isinstance(a, Cylinder) and isinstance(b, Cylinder)):
+        return True
+    angle = angle_between(a, b)
+    return (math.cos(angle) if isinstance(a, Cylinder) or isinstance(b, Cylinder) else math.sin(angle)) < _PARALLEL
 
 
 def _check_angles(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
@@ -87,7 +84,7 @@ def _check_angles(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> It
         slack = SIGMAS * angle.get("sigma", 0.0) + _rounding(angle["value"]) + math.degrees(_PARALLEL)
         if abs(measured - angle["value"]) > slack:
             names = " and ".join(angle["between"])
-            what = f"the angle of {names} is {angle['value']:g}, but their places make it {measured:.9g}"
+            what = f"the angle of {names} is {angle['value']:.10g}, but their places make it {measured:.9g}"
             yield Finding(("angles", index, "value"), what, "correct one of them; the angle may be left out")
 
 
