@@ -16,6 +16,7 @@ from tactfix.version import VERSION
 
 COMMANDS: Final[dict[str, str]] = {
     "locate": "Find where a fixture stands from contacts.",
+    "batch": "Locate many contact sets, on all cores or a Dask cluster, into one table.",
     "fit": "Find one plane, sphere or cylinder from contacts.",
     "design-check": "Tell whether a fixture will locate, how surely, and what it would not notice.",
     "schema": "Print the JSON Schema of fixture files, for editors.",

@@ -1,7 +1,10 @@
 """Files written whole or not at all."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from tactfix.errors import FileError, Problem
 
@@ -12,13 +15,21 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     An existing file keeps its permissions, a link keeps pointing where it did, and what is no regular file (/dev/null,
     a pipe) is written to as it is. Raises FileError where that is not possible; then the old file is untouched.
     """
-    data = content.encode() if isinstance(content, str) else content
+    with whole_file(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[BinaryIO]:
+    """A file that becomes path once it has been written without an error, for what is too large to hold; as above."""
     target = Path(os.path.realpath(path))
     try:
         if target.exists() and not target.is_file():
-            target.write_bytes(data)
+            with target.open("wb") as file:
+                yield file
         else:
-            _replace(target, data)
+            with _replacing(target) as file:
+                yield file
     except IsADirectoryError:
         raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
     except FileNotFoundError:
@@ -27,13 +38,14 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         raise FileError(str(path), [Problem(f"cannot be written: {error.strerror}", "check path and disk")]) from None
 
 
-def _replace(target: Path, data: bytes) -> None:
+@contextmanager
+def _replacing(target: Path) -> Iterator[BinaryIO]:
     import tempfile  # not worth its time where a result goes to standard output
 
     handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         Path(temporary).chmod(_mode(target))

@@ -1,0 +1,1 @@
+"""Many contact sets at once: one set as a task, its answer as a row, and who does the work."""

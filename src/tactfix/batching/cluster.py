@@ -1,0 +1,90 @@
+"""Workers of a Dask cluster that runs already."""
+
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from tactfix.errors import MissingExtraError, TactfixError
+from tactfix.version import VERSION
+
+# How long to wait for the scheduler, and for its first worker (s).
+_PATIENCE = 15
+
+
+class ClusterError(TactfixError):
+    """The cluster cannot be reached, has no workers or other ones than needed, or was lost on the way."""
+
+    def __init__(self, address: str, what: str, remedy: str) -> None:
+        self.address, self.what, self.remedy = address, what, remedy
+        super().__init__(f"{address}: {what}; {remedy}")
+
+
+@dataclass(frozen=True, slots=True)
+class DaskCluster:
+    """The workers of the Dask scheduler at address, such as tcp://10.0.0.5:8786.
+
+    The scheduler gives the work of a worker that dies to another one. A set that killed several is left to whoever
+    spreads the sets.
+    """
+
+    address: str
+
+    @property
+    def deaths(self) -> tuple[type[BaseException], ...]:
+        """What a chunk raises that several workers died of."""
+        from distributed import KilledWorker
+
+        return (KilledWorker,)
+
+    @contextmanager
+    def open(self) -> Iterator[tuple[Executor, int]]:
+        """An executor over the cluster, and its number of threads.
+
+        Raises MissingExtraError, and ClusterError where there is no cluster, or no longer.
+        """
+        try:
+            from distributed import Client
+        except ImportError:
+            raise MissingExtraError("dask", "a batch on a Dask cluster") from None
+        try:
+            client = Client(self.address, timeout=_PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise ClusterError(
+                self.address,
+                f"no Dask scheduler answers ({error})",
+                "check the address; it is one like tcp://host:8786",
+            ) from None
+        try:
+            width = self._width(client)
+            executor = client.get_executor(pure=False)
+            try:
+                yield executor, width
+            except CancelledError:
+                raise ClusterError(
+                    self.address, "the cluster was lost", "run the same command again to continue where it stopped"
+                ) from None
+            finally:
+                executor.shutdown(wait=False)
+        finally:
+            client.close()
+
+    def _width(self, client: Any) -> int:
+        """The threads of all workers, once there are any and all have this version of tactfix."""
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except OSError:
+            remedy = f"start one: dask worker {self.address}"
+            raise ClusterError(self.address, "the scheduler has no workers", remedy) from None
+        told: dict[str, object] = client.run(_version, on_error="return")
+        others = {"none" if isinstance(version, Exception) else str(version) for version in told.values()} - {VERSION}
+        if others:
+            what = f"workers have tactfix {', '.join(sorted(others))}, here it is {VERSION}"
+            raise ClusterError(self.address, what, "install the same version everywhere")
+        return sum(client.nthreads().values()) or 1
+
+
+def _version() -> str:
+    """The version of tactfix where this runs."""
+    return VERSION

@@ -1,0 +1,99 @@
+"""What a batch says of one set: a row of plain numbers and words."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.results import LocateResult, Status
+
+RowStatus: TypeAlias = Literal[Status, "error"]
+
+
+@dataclass(frozen=True, slots=True)
+class BatchRow:
+    """The answer for one set, in the fixture's units.
+
+    status: that of locate, or "error" where there was no answer. acceptable: located and within all gates. message: why
+    it is not; empty where it is. transform (16): base_from_fixture, row by row; sigmas (6): of rx ry rz (rad) and
+    tx ty tz (units). Both are None unless located; numbers that are not known are None.
+    """
+
+    name: str
+    status: RowStatus
+    acceptable: bool
+    message: str
+    units: str
+    transform: tuple[float, ...] | None = None
+    sigmas: tuple[float, ...] | None = None
+    chi2: float | None = None
+    dof: int | None = None
+    rms: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def row_of_result(
+    name: str, result: LocateResult, message: str, *, acceptable: bool, notes: tuple[str, ...]
+) -> BatchRow:
+    """The row of a result; notes from reading its contacts stand before its warnings."""
+    pose, covariance = result.base_from_fixture, result.covariance
+    return BatchRow(
+        name=name,
+        status=result.status,
+        acceptable=acceptable,
+        message=message,
+        units=result.units,
+        transform=None if pose is None else tuple((pose + 0.0).ravel().tolist()),
+        sigmas=None if covariance is None else tuple(np.sqrt(np.diag(covariance)).tolist()),
+        chi2=_finite(result.chi2),
+        dof=result.dof,
+        rms=_finite(result.rms),
+        warnings=(*notes, *result.warnings),
+    )
+
+
+def row_of_failure(name: str, message: str, units: str) -> BatchRow:
+    """The row of a set without an answer; a message of several lines becomes one."""
+    return BatchRow(name, "error", acceptable=False, message="; ".join(message.splitlines()), units=units)
+
+
+def row_json(row: BatchRow) -> dict[str, Any]:
+    """A row as JSON has it: the transform as 4 rows of 4, null for what is not known."""
+    flat = row.transform
+    return {
+        "set": row.name,
+        "status": row.status,
+        "acceptable": row.acceptable,
+        "message": row.message,
+        "units": row.units,
+        "transform": None if flat is None else [list(flat[4 * k : 4 * k + 4]) for k in range(4)],
+        "sigmas": None if row.sigmas is None else list(row.sigmas),
+        "chi2": row.chi2,
+        "dof": row.dof,
+        "rms": row.rms,
+        "warnings": list(row.warnings),
+    }
+
+
+def row_of_json(told: Mapping[str, Any]) -> BatchRow:
+    """The row that row_json was given."""
+    transform, sigmas = told["transform"], told["sigmas"]
+    return BatchRow(
+        name=told["set"],
+        status=told["status"],
+        acceptable=told["acceptable"],
+        message=told["message"],
+        units=told["units"],
+        transform=None if transform is None else tuple(value for line in transform for value in line),
+        sigmas=None if sigmas is None else tuple(sigmas),
+        chi2=told["chi2"],
+        dof=told["dof"],
+        rms=told["rms"],
+        warnings=tuple(told["warnings"]),
+    )
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,93 @@
+"""What is to be done with each set of a batch, and doing it: no set, whatever is in it, stops the others."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.row import BatchRow, row_of_failure, row_of_result
+from tactfix.contacts import Contacts
+from tactfix.errors import FileError, TactfixError
+from tactfix.fixture import Fixture
+from tactfix.gates import exceeded_gates
+from tactfix.locate import locate
+from tactfix.results import LocateResult
+
+Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]
+"""Makes the contacts of a set, and notes on what was left out; raises TactfixError where it cannot."""
+Describe: TypeAlias = Callable[[LocateResult], str]
+"""Why a result is not located, in one line."""
+Numbered: TypeAlias = tuple[int, ContactSet]
+NumberedRow: TypeAlias = tuple[int, BatchRow]
+
+
+@dataclass(frozen=True, slots=True)
+class BatchTask:
+    """What holds for all sets of a batch; it is sent to every worker.
+
+    max_sigma holds for the worst sigma of point_fixture (3,), of the origin where that is None; max_rms for the
+    residuals; both in units.
+    """
+
+    fixture: Fixture
+    read: Reader
+    describe: Describe
+    scale_sigma: bool = False
+    max_sigma: float | None = None
+    max_rms: float | None = None
+    point_fixture: tuple[float, float, float] | None = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """A fixture holds read-only views of its mappings, which do not travel: it is taken apart and built again."""
+        there = {name: getattr(self.fixture, name) for name in Fixture.__slots__}
+        plain = {name: dict(part) if isinstance(part, Mapping) else part for name, part in there.items()}
+        others = {name: getattr(self, name) for name in BatchTask.__slots__ if name != "fixture"}
+        return _rebuilt, (plain, others)
+
+
+def _rebuilt(fixture: dict[str, Any], others: dict[str, Any]) -> BatchTask:
+    return BatchTask(fixture=Fixture(**fixture), **others)
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkDone:
+    """The rows of a few sets that were sent together, and how long they took (s)."""
+
+    rows: tuple[NumberedRow, ...]
+    seconds: float
+
+
+def locate_chunk(task: BatchTask, chunk: Sequence[Numbered]) -> ChunkDone:
+    """Locate each set of a chunk; runs wherever the workers are."""
+    start = perf_counter()
+    rows = tuple((number, locate_set(task, contact_set)) for number, contact_set in chunk)
+    return ChunkDone(rows, perf_counter() - start)
+
+
+def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
+    """The row of one set: the answer, or why there is none. Raises nothing that one set can cause."""
+    name, units = contact_set.name, task.fixture.units
+    if contact_set.unreadable is not None:
+        return row_of_failure(name, contact_set.unreadable, units)
+    try:
+        contacts, notes = task.read(task.fixture, contact_set)
+        return _row(task, name, locate(task.fixture, contacts, scale_sigma=task.scale_sigma), notes)
+    except FileError as error:
+        # The set has a name of its own: the file's need not be said again.
+        return row_of_failure(name, "\n".join(map(str, error.problems)), units)
+    except TactfixError as error:
+        return row_of_failure(name, str(error), units)
+    except Exception as error:  # whatever it is, a thousand other sets must not be lost for it
+        what = f"a bug in tactfix: {type(error).__name__}: {error}"
+        return row_of_failure(name, f"{what}; please report it with this set", units)
+
+
+def _row(task: BatchTask, name: str, result: LocateResult, notes: tuple[str, ...]) -> BatchRow:
+    if result.status != "located":
+        return row_of_result(name, result, task.describe(result), acceptable=False, notes=notes)
+    point = None if task.point_fixture is None else np.array(task.point_fixture)
+    exceeded = exceeded_gates(result, point, task.max_sigma, task.max_rms)
+    return row_of_result(name, result, "; ".join(exceeded), acceptable=not exceeded, notes=notes)

@@ -1,0 +1,178 @@
+"""tactfix batch."""
+
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactfix.batch import run_batch
+from tactfix.batching.cluster import DaskCluster
+from tactfix.batching.processes import LocalProcesses, cores
+from tactfix.batching.row import BatchRow
+from tactfix.batching.task import BatchTask
+from tactfix.batching.workers import Spread, here, spread_over
+from tactfix.cli.arguments import vector
+from tactfix.cli.exits import Exit
+from tactfix.cli.options import AsJson, ContactsFormat, Features, FixturePath, Quiet, Sigma, TipOffset, TipRadius, Units
+from tactfix.cli.output import emit, note, tell
+from tactfix.cli.progress import progress_bar
+from tactfix.errors import UsageError
+from tactfix.files.batch_journal import BatchJournal, journal_path
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_sets import SetReader, find_sets
+from tactfix.files.fixture_file import load_fixture
+from tactfix.files.reading import read_bytes
+from tactfix.files.writing import whole_file
+from tactfix.report.batch_summary import BatchCount, batch_json, batch_lines
+from tactfix.report.batch_table import Writer, find_writer, write_jsonl
+from tactfix.report.text_report import verdict_lines
+from tactfix.results import LocateResult
+from tactfix.version import VERSION
+
+
+def command(
+    fixture: FixturePath,
+    contacts: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="CONTACTS...",
+            help="Contact files, directories of them, or tables (CSV or parquet) with a column set.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="A .parquet, .csv or .jsonl file; without it JSON lines are printed."
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
+    ] = None,
+    units: Units = None,
+    tip_radius: TipRadius = None,
+    sigma: Sigma = None,
+    max_sigma: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."
+        ),
+    ] = None,
+    max_rms: Annotated[
+        float | None, typer.Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
+    ] = None,
+    contacts_format: ContactsFormat = "csv",
+    features: Features = None,
+    tip_offset: TipOffset = None,
+    scale_sigma: Annotated[
+        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+    ] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> int:
+    """Locate many contact sets of one fixture: a row for each, in their order, whatever becomes of it.
+
+    A batch that was stopped goes on where it was when the same command is run again: until all is done, its rows are
+    kept beside the output, in FILE.partial.jsonl. parquet needs the extra 'tactfix[batch]', a cluster 'tactfix[dask]'.
+
+    Exit status: 0 all are located and acceptable, 1 some are not (their rows say why), 3 none could be read.
+    """
+    if as_json and output is None:
+        raise UsageError("--json prints what became of the sets; give their rows an --output")
+    write = write_jsonl if output is None else find_writer(output.suffix.lower())
+    spread = _spread(jobs, scheduler)
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    task = BatchTask(
+        fixture=load_fixture(fixture),
+        read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), features, offset),
+        describe=in_one_line,
+        scale_sigma=scale_sigma,
+        max_sigma=max_sigma,
+        max_rms=max_rms,
+        point_fixture=None if at is None else vector(at, "--at"),
+    )
+    sets = find_sets(contacts, contacts_format, output)
+    count = BatchCount()
+    with _journal(output) as journal:
+        with _told_how_to_go_on(journal, len(sets), output), progress_bar("locating", quiet=quiet) as told:
+            rows = run_batch(
+                task, sets, spread, journal, _digest(fixture, task), lambda n: told(n / len(sets), f"{n} sets")
+            )
+        _write(count.counted(rows), write, output)
+        journal.remove()
+    if as_json and output is not None:
+        emit(batch_json(count, output))
+    tell(batch_lines(count), quiet=quiet)
+    return _exit_of(count)
+
+
+def in_one_line(result: LocateResult) -> str:
+    """Why a result is not located; empty where it is."""
+    return "; ".join(line.strip() for line in verdict_lines(result))
+
+
+def _spread(jobs: int | None, scheduler: str | None) -> Spread:
+    """Who does the work: a cluster, processes of this machine, or this process alone where one is enough."""
+    if scheduler is not None:
+        if jobs is not None:
+            raise UsageError("--jobs is for this machine; a cluster has the workers that it has")
+        return partial(spread_over, DaskCluster(scheduler))
+    wanted = cores() if jobs is None else jobs
+    return here if wanted == 1 else partial(spread_over, LocalProcesses(wanted))
+
+
+def _digest(fixture: Path, task: BatchTask) -> str:
+    """A checksum of all that the rows depend on but the contacts."""
+    rest = (VERSION, task.read, task.scale_sigma, task.max_sigma, task.max_rms, task.point_fixture)
+    return sha256(read_bytes(fixture) + repr(rest).encode()).hexdigest()
+
+
+@contextmanager
+def _journal(output: Path | None) -> Iterator[BatchJournal]:
+    """The journal beside the output; where there is no output, one that is forgotten."""
+    if output is not None:
+        with BatchJournal(journal_path(output)) as journal:
+            yield journal
+        return
+    with tempfile.TemporaryDirectory() as directory, BatchJournal(Path(directory) / "journal") as journal:
+        yield journal
+
+
+@contextmanager
+def _told_how_to_go_on(journal: BatchJournal, sets: int, output: Path | None) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        if output is not None:
+            note(f"{len(journal)} of {sets} sets are done and kept; run the same command again to go on")
+        raise
+
+
+def _write(rows: Iterable[BatchRow], write: Writer, output: Path | None) -> None:
+    """Write the rows to the output, whole or not at all, or to standard output."""
+    if output is not None:
+        with whole_file(output) as file:
+            write(rows, file)
+        return
+    printed = BytesIO()
+    write(rows, printed)
+    emit(printed.getvalue())
+
+
+def _exit_of(count: BatchCount) -> Exit:
+    """0 where all is well, 3 where nothing could be read, 1 in between."""
+    if not count.refused:
+        return Exit.DONE
+    return Exit.FILE if count.by_status["error"] == count.sets else Exit.NOT_ACCEPTABLE

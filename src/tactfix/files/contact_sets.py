@@ -1,0 +1,157 @@
+"""The contact sets that a command line names: contact files, directories of them, and tables with a set column."""
+
+import io
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, Protocol
+
+from tactfix.batching.contact_set import ContactSet
+from tactfix.contacts import Contacts
+from tactfix.errors import FileError, Problem, UsageError
+from tactfix.files.contact_file import read_contact_file
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.reading import decode, read_bytes, read_source
+from tactfix.files.table_file import csv_table, is_table, parquet_table
+from tactfix.fixture import Fixture
+
+_ENDINGS: Final = (".csv", ".tsv", ".txt")
+"""What contact files in a directory end with."""
+_HEAD: Final = 1 << 16
+"""Bytes in which the header row of a table must begin."""
+
+
+class Part(Protocol):
+    """Some of the sets: how many, and each of them in order, read when its turn comes."""
+
+    def __len__(self) -> int:
+        """How many sets."""
+
+    def __iter__(self) -> Iterator[ContactSet]:
+        """The sets."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSets:
+    """All sets of a batch, in order."""
+
+    parts: tuple[Part, ...]
+
+    def __len__(self) -> int:
+        return sum(map(len, self.parts))
+
+    def __iter__(self) -> Iterator[ContactSet]:
+        for part in self.parts:
+            yield from part
+
+
+@dataclass(frozen=True, slots=True)
+class FileSets:
+    """One set a file, named by its path; a file that cannot be read is a set that says so."""
+
+    paths: tuple[Path, ...]
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+    def __iter__(self) -> Iterator[ContactSet]:
+        for path in self.paths:
+            # A name that is not UTF-8 could stand in no result.
+            name = os.fsencode(path).decode(errors="replace")
+            try:
+                yield ContactSet(name, read_bytes(path))
+            except FileError as error:
+                yield ContactSet(name, unreadable="; ".join(map(str, error.problems)))
+
+
+@dataclass(frozen=True, slots=True)
+class SetReader:
+    """How the contacts of each set are read: as a contact file, or as the log of a machine."""
+
+    format_name: str
+    options: ContactOptions
+    features: str | None
+    tip_offset: tuple[float, float, float] | None
+
+    def __post_init__(self) -> None:
+        if self.format_name == "csv" and (self.features is not None or self.tip_offset is not None):
+            raise UsageError("--features and --tip-offset are for machine logs; name theirs with --contacts-format")
+
+    def __call__(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
+        """The contacts of a set in the fixture's units, and notes; FileError with the lines of the table it is from."""
+        if self.format_name != "csv":
+            return self._of_log(fixture, contact_set)
+        try:
+            return read_contact_file(contact_set.content, fixture, self.options).contacts, ()
+        except FileError as error:
+            if contact_set.lines is None:
+                raise
+            raise FileError(error.path, [_in_table(problem, contact_set.lines) for problem in error.problems]) from None
+
+    def _of_log(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
+        from tactfix.files.logs.load import load_log, parse_features
+
+        runs = () if self.features is None else parse_features(self.features)
+        source = io.BytesIO(contact_set.content)
+        read, notes = load_log(self.format_name, source, fixture, self.options, runs, self.tip_offset)
+        return read.contacts, notes
+
+
+def find_sets(sources: Sequence[str], format_name: str = "csv", leave_out: Path | None = None) -> ContactSets:
+    """The sets of each source in turn: a contact file, a directory of them by name, a table, or "-".
+
+    In a directory: the files that end with .csv, .tsv or .txt, or all of a machine log's; hidden ones and leave_out
+    (the output) are none. Contact files are read when their turn comes, tables now.
+    Raises FileError for a table that cannot be read and a directory without contact files.
+    """
+    return ContactSets(tuple(_part(source, format_name, leave_out) for source in sources))
+
+
+def _part(source: str, format_name: str, leave_out: Path | None) -> Part:
+    path = Path(source)
+    if source == "-":
+        name, text = read_source(source)
+        is_one = format_name != "csv" or not is_table(text[:_HEAD])
+        return (ContactSet(name, text.encode()),) if is_one else csv_table(name, text)
+    if path.is_dir():
+        return FileSets(tuple(_files_in(path, format_name, leave_out)))
+    if format_name == "csv" and path.suffix.lower() == ".parquet":
+        return parquet_table(path)
+    if format_name == "csv" and is_table(_head(path)):
+        return csv_table(source, decode(source, read_bytes(path)))
+    return FileSets((path,))
+
+
+def _head(path: Path) -> str:
+    """The first lines of a file as far as they are text; none where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(_HEAD).decode("utf-8-sig", errors="ignore")
+    except OSError:
+        return ""
+
+
+def _files_in(directory: Path, format_name: str, leave_out: Path | None) -> Iterable[Path]:
+    out = None if leave_out is None else leave_out.resolve()
+    try:
+        found = sorted(
+            path
+            for path in directory.iterdir()
+            if (format_name != "csv" or path.suffix.lower() in _ENDINGS)
+            and not path.name.startswith(".")
+            and path.is_file()
+            and path.resolve() != out
+        )
+    except OSError as error:
+        raise FileError(str(directory), [Problem(f"cannot be read: {error.strerror}", "check its mode")]) from None
+    if not found:
+        what = "there are no contact files in this directory"
+        raise FileError(str(directory), [Problem(what, f"contact files end with {', '.join(_ENDINGS)}")])
+    return found
+
+
+def _in_table(problem: Problem, lines: tuple[int, ...]) -> Problem:
+    """The problem with the line of the table instead of that of the set's own text."""
+    line = lines[problem.line - 1] if problem.line is not None and problem.line <= len(lines) else None
+    return replace(problem, line=line)

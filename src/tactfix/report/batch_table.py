@@ -1,0 +1,102 @@
+"""Rows of a batch as a table: CSV, JSON lines or parquet, written row after row, never all in memory."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterable
+from importlib.util import find_spec
+from itertools import islice
+from typing import Any, BinaryIO, Final
+
+from tactfix.batching.row import BatchRow, row_json
+from tactfix.errors import MissingExtraError, UsageError
+from tactfix.report.text_report import decimal
+
+_TWIST: Final = ("rx", "ry", "rz", "tx", "ty", "tz")
+CSV_COLUMNS: Final = (
+    *("set", "status", "acceptable", "message", "units"),
+    *(f"m{i}{k}" for i in range(1, 5) for k in range(1, 5)),
+    *(f"sigma_{name}" for name in _TWIST),
+    *("chi2", "dof", "rms", "warnings"),
+)
+"""m11 to m44 are base_from_fixture, row by row. Several warnings are divided by " | "."""
+_GROUP: Final = 65536
+"""Rows that parquet holds in memory."""
+
+Writer = Callable[[Iterable[BatchRow], BinaryIO], None]
+
+
+def write_jsonl(rows: Iterable[BatchRow], file: BinaryIO) -> None:
+    """One JSON object a line; see row_json."""
+    for row in rows:
+        file.write(json.dumps(row_json(row), allow_nan=False).encode() + b"\n")
+
+
+def write_csv(rows: Iterable[BatchRow], file: BinaryIO) -> None:
+    """CSV with CSV_COLUMNS; empty cells for what is not known. Numbers read back as the same doubles."""
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(CSV_COLUMNS)
+    writer.writerows(map(_cells, rows))
+    text.flush()
+    text.detach()
+
+
+def write_parquet(rows: Iterable[BatchRow], file: BinaryIO) -> None:
+    """Parquet: transform is a list of 16 numbers, sigmas one of 6, warnings a list; null for what is not known."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    schema = _parquet_schema(pa)
+    left = iter(rows)
+    with pq.ParquetWriter(file, schema) as writer:
+        while group := list(islice(left, _GROUP)):
+            writer.write_table(pa.Table.from_pylist([_record(row) for row in group], schema=schema))
+
+
+WRITERS: Final[dict[str, Writer]] = {".parquet": write_parquet, ".csv": write_csv, ".jsonl": write_jsonl}
+"""How a table is written, by the ending of its file."""
+
+
+def find_writer(suffix: str) -> Writer:
+    """The writer for files with this ending; UsageError where there is none, MissingExtraError where it cannot work."""
+    if suffix not in WRITERS:
+        raise UsageError(f"a batch is not written as {suffix!r}; end the --output with {', '.join(WRITERS)}")
+    if suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise MissingExtraError("batch", "parquet")
+    return WRITERS[suffix]
+
+
+def _cells(row: BatchRow) -> list[str]:
+    transform = [""] * 16 if row.transform is None else [decimal(value) for value in row.transform]
+    sigmas = [""] * 6 if row.sigmas is None else [decimal(value) for value in row.sigmas]
+    return [
+        *(row.name, row.status, "true" if row.acceptable else "false", row.message, row.units),
+        *transform,
+        *sigmas,
+        *("" if row.chi2 is None else decimal(row.chi2), "" if row.dof is None else str(row.dof)),
+        *("" if row.rms is None else decimal(row.rms), " | ".join(row.warnings)),
+    ]
+
+
+def _parquet_schema(pa: Any) -> Any:
+    numbers = pa.float64()
+    columns = {
+        "set": pa.string(),
+        "status": pa.string(),
+        "acceptable": pa.bool_(),
+        "message": pa.string(),
+        "units": pa.string(),
+        "transform": pa.list_(numbers, 16),
+        "sigmas": pa.list_(numbers, 6),
+        "chi2": numbers,
+        "dof": pa.int64(),
+        "rms": numbers,
+        "warnings": pa.list_(pa.string()),
+    }
+    return pa.schema(list(columns.items()))
+
+
+def _record(row: BatchRow) -> dict[str, Any]:
+    """A row as parquet has it: the transform flat."""
+    return {**row_json(row), "transform": None if row.transform is None else list(row.transform)}
