@@ -15,6 +15,11 @@ def sigma_at(result: LocateResult, point_fixture: Floats | None = None) -> float
     return float(worst_sigma(point_covariance(result.base_from_fixture, result.covariance, point)))
 
 
+def shown_sigma(result: LocateResult, point_fixture: Floats | None = None) -> str:
+    """The worst sigma of a point (3,) of the fixture frame, of its origin where None, with its unit."""
+    return _shown(sigma_at(result, point_fixture), result.units)
+
+
 def exceeded_gates(
     result: LocateResult, point_fixture: Floats | None, max_sigma: float | None, max_rms: float | None
 ) -> list[str]:

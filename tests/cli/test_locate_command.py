@@ -150,6 +150,20 @@ def test_sigma_at_a_point_by_noise_made_here() -> None:
     np.testing.assert_array_equal(at_origin, COVARIANCE[3:, 3:])
 
 
+def test_a_point_that_is_asked_for_is_told_of(answers: Answers, capsys: pytest.CaptureFixture[str]) -> None:
+    answers("located")
+    assert main([*RUN, "--at", "1000,0,0"]) == 0
+    assert "worst sigma at 1000,0,0: 0.00" in capsys.readouterr().err
+    assert main([*RUN, "--at", "1000,0,0", "--json"]) == 0
+    at = json.loads(capsys.readouterr().out)["at"]
+    np.testing.assert_allclose(at["point"], BASE_FROM_FIXTURE[:3] @ [1000, 0, 0, 1])
+    assert at["worst_sigma"] == pytest.approx(np.sqrt(np.linalg.eigvalsh(at["covariance"])[-1]))
+    answers("ambiguous")
+    assert main([*RUN, "--at", "1000,0,0", "--json"]) == 5
+    at = json.loads(capsys.readouterr().out)["at"]
+    assert at == {"point_fixture": [1000.0, 0.0, 0.0], "point": None, "covariance": None, "worst_sigma": None}
+
+
 def test_options_reach_the_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Contacts] = []
 

@@ -23,11 +23,11 @@ from tactfix.cli.options import (
     Units,
     Verbose,
 )
-from tactfix.cli.output import emit, tell, wants_summary
+from tactfix.cli.output import emit, note, tell, wants_summary
 from tactfix.cli.pose_output import chosen_format, render_pose
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.fixture_file import load_fixture
-from tactfix.gates import exceeded_gates
+from tactfix.gates import exceeded_gates, shown_sigma
 from tactfix.geometry.arrays import Floats
 from tactfix.locate import locate
 from tactfix.report.text_report import verdict_lines
@@ -86,7 +86,7 @@ def command(
     options = ContactOptions(units, tip_radius, sigma)
     read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
     result = locate(there, read.contacts, scale_sigma=scale_sigma)
-    text = render_pose(result, style, force=force, quiet=quiet)
+    text = render_pose(result, style, point, force=force, quiet=quiet)
     if text is not None:
         emit(text, output)
     tell(verdict_lines(result))
@@ -96,6 +96,8 @@ def command(
         from tactfix.report.summary import print_summary
 
         print_summary(result, point)
+    elif point is not None:
+        note(f"worst sigma at {at}: {shown_sigma(result, point)}", quiet=quiet)
     return _judge(result, point, max_sigma, max_rms)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from tactfix.cli.output import note
 from tactfix.errors import UsageError
+from tactfix.geometry.arrays import Floats
 from tactfix.report.text_report import matrix_text
 from tactfix.results import LocateResult
 
@@ -33,12 +34,17 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
     return find_dialect(name or SUFFIXES[suffix]).name
 
 
-def render_pose(result: LocateResult, format_name: str, *, force: bool, quiet: bool) -> str | bytes | None:
-    """The result in that format; None where there is no pose to write. JSON is written in any case."""
+def render_pose(
+    result: LocateResult, format_name: str, at: Floats | None, *, force: bool, quiet: bool
+) -> str | bytes | None:
+    """The result in that format; None where there is no pose to write. JSON is written in any case.
+
+    at: a point (3,) of the fixture frame that the JSON tells of too.
+    """
     if format_name == "json":
         from tactfix.report.json_report import locate_json, text_of
 
-        return text_of(locate_json(result))
+        return text_of(locate_json(result, at))
     if result.base_from_fixture is None:
         return None
     if format_name == "matrix":

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from tactfix.accuracy import point_covariance
+from tactfix.gates import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import Candidate, LocateResult, NextContact, Reason
@@ -33,8 +35,18 @@ def _value(value: Any) -> str:
     return json.dumps(value, allow_nan=False)
 
 
-def locate_json(result: LocateResult) -> Json:
-    """The JSON of locate, all in base coordinates and the fixture's units."""
+def locate_json(result: LocateResult, at: Floats | None = None) -> Json:
+    """The JSON of locate, all in base coordinates and the fixture's units.
+
+    at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and how surely.
+    """
+    report = _locate_json(result)
+    if at is not None:
+        report["at"] = _at(result, at)
+    return report
+
+
+def _locate_json(result: LocateResult) -> Json:
     return {
         "schema": LOCATE_SCHEMA,
         "tactfix_version": VERSION,
@@ -144,6 +156,17 @@ def _reasons(reasons: Iterable[Reason]) -> list[Json]:
         {"code": reason.code, "feature": reason.feature, "row": reason.row, "message": reason.message}
         for reason in reasons
     ]
+
+
+def _at(result: LocateResult, point_fixture: Floats) -> Json:
+    pose, covariance = result.base_from_fixture, result.covariance
+    spread = None if pose is None or covariance is None else point_covariance(pose, covariance, point_fixture)
+    return {
+        "point_fixture": array(point_fixture),
+        "point": None if pose is None else array(pose[:3, :3] @ point_fixture + pose[:3, 3]),
+        "covariance": array(spread),
+        "worst_sigma": number(sigma_at(result, point_fixture)),
+    }
 
 
 def _next_contact(contact: NextContact | None) -> Json | None:
