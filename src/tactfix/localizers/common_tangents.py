@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
-from tactfix.localizers.cylinder_refinement import CylinderProblem
+from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
 from tactfix.localizers.cylinder_search import tangent_states
 from tactfix.localizers.degeneracy import refuse_collinear
 from tactfix.localizers.distinct_cylinders import distinct_roots
@@ -29,7 +29,7 @@ def tangent_lines(centers: Floats, radii: Floats, tolerance: float = 0.0) -> tup
     if np.any(radii < 0):
         raise DegenerateContactsError("tangent line", "a distance is negative", float(radii.min()), 0.0, "check it")
     problem = CylinderProblem(contacts.points, np.ones(4), radius_known=True, extra=sizes - sizes[0])
-    states = problem.refined(tangent_states(contacts.points[None], sizes[None]))
+    states, _ = refined_roots(problem, tangent_states(contacts.points[None], sizes[None]), slack)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
     good = np.flatnonzero(misses <= slack)
     kept = states[good[distinct_roots(problem, states[good], misses[good], slack)]]

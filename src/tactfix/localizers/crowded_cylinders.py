@@ -4,12 +4,9 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.localizers.cylinder_directions import DIRECTIONS, direction_zeros
-from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states
+from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, refined_roots
 from tactfix.localizers.cylinder_search import real_directions
 from tactfix.localizers.distinct_cylinders import distinct_roots
-
-_STEPS = 30
-"""Real zeros need a few; the real part of a pair far from real may wander on and is not waited for."""
 
 
 def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
@@ -26,10 +23,11 @@ def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
     states = circle_states(directions, contacts, np.ones(5))
     usable = np.isfinite(states).all(axis=1)
     states, owner, contacts = states[usable], owner[usable], contacts[usable]
-    problem = CylinderProblem(contacts, np.ones(5), radius_known=False)
-    states = problem.refined(states, _STEPS)
-    misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
     granted = tolerance / scale
+    states, index = refined_roots(CylinderProblem(contacts, np.ones(5), radius_known=False), states, granted[owner])
+    owner = owner[index]
+    problem = CylinderProblem(contacts[index], np.ones(5), radius_known=False)
+    misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
     good = misses <= granted[owner]
     found = np.full((len(points), DIRECTIONS, 7), np.nan)
     for k in np.unique(owner[good]):
@@ -40,3 +38,21 @@ def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
         found[k, : len(kept), :3] = kept[:, :3] * scale[k] + origin[k]
         found[k, : len(kept), 6] *= scale[k]
     return found
+
+
+def polished_cylinders(points: Floats, answers: Floats) -> Floats:
+    """The cylinders (7, 6, m: point, direction, radius) through five contacts (m, 5, 3), two refining steps on."""
+    slot, owner = np.nonzero(np.isfinite(answers[6]))
+    middle = points.mean(axis=1)[owner]
+    scale = np.linalg.norm(points - points.mean(axis=1, keepdims=True), axis=2).max(axis=1)[owner]
+    contacts = (points[owner] - middle[:, None]) / scale[:, None, None]
+    states = answers[:, slot, owner].T
+    foot, direction = (states[:, :3] - middle) / scale[:, None], states[:, 3:6]
+    foot -= np.sum(foot * direction, axis=1, keepdims=True) * direction
+    problem = CylinderProblem(contacts, np.ones(5), radius_known=False)
+    states = problem.refined(np.column_stack([foot, direction, states[:, 6] / scale]), 2)
+    better = answers.copy()
+    better[:3, slot, owner] = (states[:, :3] * scale[:, None] + middle).T
+    better[3:6, slot, owner] = states[:, 3:6].T
+    better[6, slot, owner] = states[:, 6] * scale
+    return better

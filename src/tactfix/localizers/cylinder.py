@@ -5,7 +5,7 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder
 from tactfix.localizers.candidate import SurfaceCandidate
-from tactfix.localizers.cylinder_refinement import CylinderProblem
+from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
 from tactfix.localizers.cylinder_search import spread_subset, starting_states
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
 from tactfix.localizers.determination import determination
@@ -72,11 +72,12 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     sample = CylinderProblem(points, weights, radius is not None)
     states = starting_states(points, weights, radius)
     dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
-    if dof > 0:
-        states = sample.refined(states, _FIRST_LOOK)
-        chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
-        states = states[_worth_following(distinct(states, chi2), chi2, dof)]
-    return _problem(contacts, radius).refined(states)
+    if dof == 0:
+        slack = contacts.sigma * np.sqrt(chi_square_limit(0)) / float(weights.min())
+        return refined_roots(sample, states, slack)[0]
+    states = sample.refined(states, _FIRST_LOOK)
+    chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
+    return _problem(contacts, radius).refined(states[_worth_following(distinct(states, chi2), chi2, dof)])
 
 
 def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:

@@ -5,7 +5,7 @@ near the contacts' mean. Parameters: two shifts of the foot and two tilts in a b
 unless it is known.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from tactfix.geometry.arrays import Floats, Ints, unit
 from tactfix.localizers.least_squares import refined
 
 PARAMETERS = 5
+
+_FIRST_LOOK, _IN_SIGHT = 8, 1e-3
+"""After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +62,20 @@ class CylinderProblem:
     def refined(self, states: Floats, iterations: int = 60) -> Floats:
         """The local minima (B, 7) that the states lead to."""
         return refined(self.evaluate, self.step, states, iterations)
+
+
+def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | float) -> tuple[Floats, Ints]:
+    """Of starts (B, 7) for problems with as many contacts as parameters those that come near a root, refined.
+
+    A zero of the algebraic equations is near one; the real part of a complex pair may lead nowhere, and is dropped as
+    soon as that shows. slack, a number or (B,): by so much a contact may miss the surface in the end, in problems of
+    unit size. Returns states (k, 7) and their numbers (k,) among the starts.
+    """
+    states = problem.refined(states, _FIRST_LOOK)
+    misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
+    near = np.flatnonzero(misses <= np.maximum(_IN_SIGHT, 30 * slack))
+    points = problem.points[near] if problem.points.ndim == 3 else problem.points
+    return replace(problem, points=points).refined(states[near]), near
 
 
 def basis_across(directions: Floats) -> Floats:

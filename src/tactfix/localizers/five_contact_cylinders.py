@@ -14,14 +14,14 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.localizers.conic_cubic import real_common_zeros
-from tactfix.localizers.crowded_cylinders import crowded_cylinders
+from tactfix.localizers.crowded_cylinders import crowded_cylinders, polished_cylinders
 from tactfix.localizers.rounding import ROUNDING
 from tactfix.localizers.trigonometric_zeros import SLOTS
 
-_CHUNK, _CROWDED_CHUNK = 1024, 512
-_LEAST_VOLUME = 1e-4
-"""Of the tetrahedron of unit vectors: flatter ones, and those of nearly coincident contacts, are left to the other
-method."""
+_CHUNK, _CROWDED_CHUNK = 2048, 512
+_LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
+"""Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
+in the end, and those next to flat, or of nearly coincident contacts, are left to the other method."""
 
 # Which contact becomes the fourth (left out of the tetrahedron) and which one the origin, for each choice.
 _ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 4, 3]])
@@ -48,11 +48,13 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     shape = points.shape[:-2]
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 15)
     answers = np.empty((7, SLOTS, len(flat)))
-    sure = np.empty(len(flat), dtype=bool)
+    sure, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for start in range(0, len(flat), _CHUNK):
             part = slice(start, start + _CHUNK)
-            sure[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
+            sure[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
+    thin = np.flatnonzero(sure & (flatness < _THIN_VOLUME))
+    answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
     crowded = np.flatnonzero(~sure)
     for start in range(0, len(crowded), _CROWDED_CHUNK):
         index = crowded[start : start + _CROWDED_CHUNK]
@@ -63,8 +65,8 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     return CylinderStack(answers[..., :3], answers[..., 3:6], answers[..., 6], np.isfinite(answers[..., 6]))
 
 
-def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> Bools:
-    """Fill answers (7, 6, m) for contacts (m, 15); returns whether (m,) a problem is surely complete."""
+def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> tuple[Bools, Floats]:
+    """Fill answers (7, 6, m) for contacts (m, 15); returns whether (m,) a problem is complete, and the volume."""
     p, origin = _largest_tetrahedron(np.ascontiguousarray(flat.T).reshape(5, 3, -1))
     length = np.sqrt(np.sum(p[:3] ** 2, axis=1))
     u = p[:3] / length[:, None]
@@ -77,7 +79,7 @@ def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> Bools:
     conic, cubic = _conic(h, fourth, size), _cubic(h, size)
     found = real_common_zeros(conic, cubic, 1e2 * tolerance / float(extent.min() or 1.0) if tolerance else 0.0)
     _axes(found.zeros, u, normals / volume, h, size, extent, origin, answers)
-    return found.sure & (np.abs(volume) > _LEAST_VOLUME)
+    return found.sure & (np.abs(volume) > _LEAST_VOLUME), np.abs(volume)
 
 
 def _largest_tetrahedron(x: Floats) -> tuple[Floats, Floats]:

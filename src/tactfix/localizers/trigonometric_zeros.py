@@ -21,8 +21,11 @@ SAMPLES = 7
 _CELLS, _PARTS, _DIVISIONS = 32, 12, 2
 _CUBIC_STEPS, _NEWTON_STEPS = 3, 2
 
-_ROUNDING = 1e-13
-"""Of a value, relative to the amplitude."""
+_SINGLE, _DOUBLE = 2e-6, 1e-13
+"""Rounding of a value, relative to the amplitude, in single and in double precision.
+
+The first grid is ten times coarser than single precision, which is twice as fast.
+"""
 
 _LAST_STEP = 1e-5
 """The last Newton step, in rad: the next one would be its square, times a curvature that single zeros keep moderate."""
@@ -53,10 +56,10 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
     """
     harmonics = _harmonics_from_samples() @ samples
     amplitude = np.sum(np.abs(harmonics), axis=0)
+    single = (samples / amplitude).astype(np.float32)
     values, slopes = _grid()
-    found = _sorted_cells(
-        values @ samples, slopes @ samples, amplitude, caution, (np.arange(samples.shape[1]), None, 2 * np.pi / _CELLS)
-    )
+    place = (np.arange(samples.shape[1]), None, 2 * np.pi / _CELLS)
+    found = _sorted_cells(values @ single, slopes @ single, _SINGLE + caution, place)
     parts, width = [found], 2 * np.pi / _CELLS
     for _ in range(_DIVISIONS):
         if not found.open_owner.size:
@@ -79,35 +82,40 @@ def _divided(found: _Found, harmonics: Floats, amplitude: Floats, caution: float
     for n in range(1, 4):
         cos, sin = np.cos(n * start), np.sin(n * start)
         turned += [h[2 * n - 1] * cos + h[2 * n] * sin, h[2 * n] * cos - h[2 * n - 1] * sin]
-    local = np.stack(turned)
+    local = np.stack(turned) / amplitude[owner]
     part = width / _PARTS
     values, slopes = _basis(part * np.arange(_PARTS + 1))
-    return _sorted_cells(values @ local, part / 3 * (slopes @ local), amplitude[owner], caution, (owner, start, part))
+    return _sorted_cells(values @ local, part / 3 * (slopes @ local), _DOUBLE + caution, (owner, start, part))
 
 
 def _sorted_cells(
-    values: Floats, thirds: Floats, amplitude: Floats, caution: float, place: tuple[Ints, Floats | None, float]
+    values: NDArray[np.floating],
+    thirds: NDArray[np.floating],
+    rounding: float,
+    place: tuple[Ints, Floats | None, float],
 ) -> _Found:
     """Cells sorted into empty, holding one zero, and open.
 
-    values, thirds (c + 1, k): at the edges of c cells, value, and slope times a third of the width of a cell; place:
-    the polynomial of each column, its first angle (None: 0), and that width.
+    values, thirds (c + 1, k): at the edges of c cells, value, and slope times a third of the width of a cell, of
+    polynomials of amplitude 1; place: the polynomial of each column, its first angle (None: 0), and that width.
     """
     owner, start, width = place
     left, right = values[:-1], values[1:]
     # Bernstein coefficients of the Hermite interpolant: left, near, far, right.
     near, far = left + thirds[:-1], right - thirds[1:]
-    error = amplitude * (_FOURTH * width**4 / 384 + _ROUNDING + caution)
+    error = _FOURTH * width**4 / 384 + rounding
     flips = left * right < 0
     clear = (np.minimum(np.minimum(left, right), np.minimum(near, far)) > error) | (
         np.maximum(np.maximum(left, right), np.maximum(near, far)) < -error
     )
     rises = right > left
-    single = np.where(rises, (near < -error) | (far > error), (near > error) | (far < -error))
+    single = (rises & ((near < -error) | (far > error))) | (~rises & ((near > error) | (far < -error)))
     single &= flips & (np.minimum(np.abs(left), np.abs(right)) > error)
-    cell, column = np.nonzero(single)
-    t = _cubic_root(*(b[cell, column] for b in (left, near, far, right)))
-    open_cell, open_column = np.nonzero(~(clear | single))
+    # Flat indices: those of two axes take five times as long.
+    chosen = np.flatnonzero(single)
+    cell, column = np.divmod(chosen, single.shape[1])
+    t = _cubic_root(*(b.ravel().take(chosen).astype(np.float64) for b in (left, near, far, right)))
+    open_cell, open_column = np.divmod(np.flatnonzero(~(clear | single)), single.shape[1])
     first, open_first = (0.0, 0.0) if start is None else (start[column], start[open_column])
     return _Found(
         owner[column],
@@ -136,14 +144,16 @@ def _slotted(parts: list[_Found], count: int) -> tuple[Floats, Bools]:
     """The places (2, 6, count) on the circle of all levels by polynomial, and where (count,) they are too many."""
     owner = np.concatenate([part.owner for part in parts])
     angle = np.concatenate([part.angle for part in parts])
-    order = np.argsort(owner, kind="stable")
-    owner, place = owner[order], _cos_sin(angle[order])
+    # Sixteen bits are sorted by radix, ten times faster.
+    order = np.argsort(owner.astype(np.uint16) if count <= 1 << 16 else owner, kind="stable")
+    owner, place = owner.take(order), _cos_sin(angle.take(order))
     number = np.bincount(owner, minlength=count)
     rank = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
     fits = rank < SLOTS
-    places = np.full((2, SLOTS, count), np.nan)
-    places[:, rank[fits], owner[fits]] = place[:, fits]
-    return places, number > SLOTS
+    slot = (rank * count + owner)[fits]
+    places = np.full((2, SLOTS * count), np.nan)
+    places[0, slot], places[1, slot] = place[0, fits], place[1, fits]
+    return places.reshape(2, SLOTS, count), number > SLOTS
 
 
 def _cos_sin(angles: Floats) -> Floats:
@@ -220,8 +230,9 @@ def _harmonics_from_samples() -> Floats:
 
 
 @cache
-def _grid() -> tuple[Floats, Floats]:
+def _grid() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Matrices (cells + 1, 7) from samples to values, and to slopes times a third of a cell, once around."""
     values, slopes = _basis(2 * np.pi * np.arange(_CELLS + 1) / _CELLS)
     matrix = _harmonics_from_samples()
-    return np.asarray(values @ matrix), np.asarray(slopes @ matrix * (2 * np.pi / _CELLS / 3))
+    third = 2 * np.pi / _CELLS / 3
+    return (values @ matrix).astype(np.float32), (slopes @ matrix * third).astype(np.float32)
