@@ -16,6 +16,7 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.freedom import free_motions, is_worthless
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import rigid_displacements
 from tactfix.geometry.surfaces import Surface
 from tactfix.next_contact import next_contact
 from tactfix.noise import SUSPICIOUS, chi_square_limit
@@ -161,8 +162,15 @@ def _agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surf
     return {
         name: surface
         for name, surface in first.surfaces.items()
-        if all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
+        if _is_held(surface, first)
+        and all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
     }
+
+
+def _is_held(surface: Surface, solution: Solution) -> bool:
+    """Whether none of the free motions moves the surface."""
+    moves = rigid_displacements(surface, np.zeros(3)) @ solution.free_twists.T
+    return bool(np.abs(moves).max(initial=0.0) <= 1e-6 * np.abs(solution.free_twists).max(initial=0.0))
 
 
 def _reach(solution: Solution, contacts: Contacts) -> float:
@@ -184,6 +192,10 @@ def _contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactR
 
 def _warnings(solutions: Solutions, verdicts: Sequence[Verdict], left: Sequence[Solution]) -> tuple[str, ...]:
     warnings = [doubt for verdict in verdicts if not verdict.reasons for doubt in verdict.doubts]
+    for verdict in verdicts if len(left) == 1 else []:
+        if {reason.code for reason in verdict.reasons} == {"path"}:
+            note = "nothing else rules out another pose; where the probe starts closer, say so with approach_distance"
+            warnings.append(f"{verdict.reasons[0].message}: {note}")
     if left and left[0].chi2 > chi_square_limit(solutions.dof, SUSPICIOUS):
         ratio = np.sqrt(left[0].chi2 / max(solutions.dof, 1))
         warnings.append(
