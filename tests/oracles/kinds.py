@@ -26,7 +26,46 @@ CONFIRMED = {
     "cylinder3+cylinder3": 288,
     "sphere1+sphere1+sphere1+sphere1+sphere1+sphere1": 40,
 }
-KINDS = dict(CONFIRMED)
+# Computed by monodromy.py and confirmed by hand: the four contacts leave twelve axes, each in two senses; the other two
+# then fix a turn and a shift along it, two equations in (cos, sin, shift) on the circle: two solutions for two planes,
+# four for a plane and another or for two spheres (their difference is linear), else eight.
+BY_HAND = {
+    "cylinder4+plane1+plane1": 48,
+    "cylinder4+sphere1+plane1": 96,
+    "cylinder4+sphere1+sphere1": 96,
+    "cylinder4+cylinder1+plane1": 96,
+    "cylinder4+cylinder1+sphere1": 192,
+    "cylinder4+cylinder1+cylinder1": 192,
+}
+# Computed here by monodromy.py, not confirmed elsewhere.
+UNCONFIRMED = {
+    "cylinder1+plane3+plane2": 8,
+    "cylinder1+sphere2+plane3": 16,
+    "cylinder1+sphere3+plane2": 16,
+    "cylinder1+sphere3+sphere2": 16,
+    "cylinder2+plane2+plane2": 32,
+    "cylinder2+plane3+plane1": 16,
+    "cylinder2+sphere1+plane3": 32,
+    "cylinder2+sphere2+plane2": 80,
+    "cylinder2+sphere2+sphere2": 96,
+    "cylinder2+sphere3+plane1": 48,
+    "cylinder2+sphere3+sphere1": 48,
+    "cylinder3+plane2+plane1": 48,
+    "cylinder3+sphere1+plane2": 96,
+    "cylinder3+sphere2+plane1": 144,
+    "cylinder3+sphere2+sphere1": 144,
+    "cylinder2+cylinder1+plane3": 32,
+    "cylinder2+cylinder1+sphere3": 96,
+    "cylinder2+cylinder2+plane2": 128,
+    "cylinder2+cylinder2+sphere2": 384,
+    "cylinder3+cylinder1+plane2": 96,
+    "cylinder3+cylinder1+sphere2": 288,
+    "cylinder3+cylinder2+plane1": 192,
+    "cylinder3+cylinder2+sphere1": 384,
+    "cylinder2+cylinder2+cylinder2": 512,
+    "cylinder3+cylinder2+cylinder1": 384,
+}
+KINDS = {**CONFIRMED, **BY_HAND, **UNCONFIRMED}
 
 
 def kind_of(counts: list[tuple[str, int]]) -> str:

@@ -94,10 +94,11 @@ def _point_on(kind: str, p: np.ndarray, s: np.ndarray, w: complex, rng: np.rando
 def distinct(roots: np.ndarray, tolerance: float = 1e-6) -> np.ndarray:
     """Numbers of the first of each group of equal points (k, 8) of P7."""
     unit = roots / np.linalg.norm(roots, axis=1, keepdims=True)
-    # |a - (b.a) b| is accurate for equal points, where 1 - |b.a|^2 would lose half the digits.
     overlap = unit.conj() @ unit.T
-    gap = np.linalg.norm(unit[None, :, :] - overlap[:, :, None] * unit[:, None, :], axis=2)
-    return np.flatnonzero(~np.triu(gap < tolerance, 1).any(axis=0))
+    first, second = np.nonzero(np.triu(np.abs(overlap) > 1 - 1e-8, 1))
+    # |b - (a.b) a| is accurate for equal points, where 1 - |a.b|^2 would lose half the digits.
+    gap = np.linalg.norm(unit[second] - overlap[first, second][:, None] * unit[first], axis=1)
+    return np.setdiff1d(np.arange(len(roots)), second[gap < tolerance])
 
 
 def solve_by_monodromy(kind: str, rng: np.random.Generator, idle: int = 8, most: int = 60) -> Start:
@@ -108,8 +109,8 @@ def solve_by_monodromy(kind: str, rng: np.random.Generator, idle: int = 8, most:
         corners = [home, random_complex_problem(kind, rng), random_complex_problem(kind, rng), home]
         moved = roots
         for here, there in itertools.pairwise(corners):
-            moved, arrived = track(ContactSystem(here, there), moved, 0.0, 1.0, Steps(prediction=1e-3))
-            moved = moved[arrived]
+            moved, part = track(ContactSystem(here, there), moved, 0.0, 1.0, Steps(prediction=1e-3))
+            moved = moved[part == 1]
         united = np.concatenate([roots, moved])
         united = united[distinct(united)]
         quiet = quiet + 1 if len(united) == len(roots) else 0

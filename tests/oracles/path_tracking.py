@@ -25,14 +25,14 @@ class Steps:
     prediction: float = 3e-4
     contraction: float = 0.1
     smallest: float = 1e-7
-    most: int = 400
+    most: int = 300
     first: float = 0.05
 
 
 def track(
     system: Equations, z: np.ndarray, begin: complex, end: complex, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Roots (k, 8) followed from tau = begin straight to tau = end: where each came to, and whether that is the end."""
+    """Roots (k, 8) followed from tau = begin straight to tau = end: where each came to, and the part gone."""
     z = z / np.linalg.norm(z, axis=1, keepdims=True)
     part, step = np.zeros(len(z)), np.full(len(z), steps.first)
     active = np.arange(len(z))
@@ -49,7 +49,19 @@ def track(
         part[good] = np.where(h[fine] >= 1.0 - part[good], 1.0, part[good] + h[fine])
         step[active] = h * np.where(fine, np.clip(factor, 0.5, 4.0), np.clip(factor, 0.1, 0.5))
         active = active[(part[active] < 1.0) & (step[active] > steps.smallest)]
-    return z, part >= 1.0
+    arrived = part >= 1.0
+    z[arrived] = _settled(system, z[arrived], end)
+    return z, part
+
+
+def _settled(system: Equations, z: np.ndarray, tau: complex) -> np.ndarray:
+    """Roots (k, 8) after Newton steps that bring them down to rounding; a step that is not small is not taken."""
+    for _ in range(3):
+        correction = newton_step(system, z, np.full(len(z), tau), z.conj())
+        small = np.linalg.norm(correction, axis=1) < 1e-3
+        z = np.where(small[:, None], z + correction, z)
+        z = z / np.linalg.norm(z, axis=1, keepdims=True)
+    return z
 
 
 def _step(

@@ -3,9 +3,10 @@
 The complex poses of one solved problem of the same kind (monodromy.py, data/) are followed while that problem turns
 into the given one. The number of complex poses never changes within a kind, so each path ends at a pose of the given
 problem, at a multiple one, or at infinity, and every isolated complex pose is reached with probability one. What
-numerics can do wrong is counted: a path lost on the way (it passed too near infinity), or two that end at the same
-regular pose (one has jumped). Then the roots found are completed by their complex conjugates, which a real problem
-must have too, and the run is repeated from another start until all are accounted for or the tries are used up.
+numerics can do wrong is counted: a path lost on the way (it passed too near infinity), two that end at the same
+regular pose (one has jumped), a root without its complex conjugate, which a real problem must have too. Then the roots
+are completed by their conjugates and the run is repeated from another start, until all are accounted for or the tries
+are used up.
 """
 
 from collections.abc import Sequence
@@ -24,6 +25,8 @@ Feature = tuple[str, Sequence[float]] | tuple[str, Sequence[float], Sequence[flo
 
 CAREFUL_STEPS = (Steps(), Steps(), Steps(prediction=3e-5, contraction=0.03), Steps(prediction=3e-6, contraction=0.01))
 NEARLY_THERE = 0.98
+# A path that comes this far on the last piece and no further is at its end, a multiple root or infinity.
+CLOSE = 0.99
 LAST_STEPS = Steps(first=0.5, most=60)
 # |q . q| / |q|^2 is 1 for a real pose and vanishes at infinity; a path that ends below this is at no real pose.
 INFINITE_ROTATION = 1e-4
@@ -160,62 +163,90 @@ def start_of(kind: str, number: int) -> Start:
     first = start_of(kind, 0)
     for seed in range(20):
         other = random_complex_problem(kind, np.random.default_rng([number, seed]))
-        roots, arrived = track(ContactSystem(first.problem, other), first.roots, 0.0, 1.0, CAREFUL_STEPS[2])
-        if arrived.all() and len(distinct(roots)) == len(roots):
+        roots, part = track(ContactSystem(first.problem, other), first.roots, 0.0, 1.0, CAREFUL_STEPS[2])
+        if (part == 1).all() and len(distinct(roots)) == len(roots):
             return Start(other, roots, 0)
     raise ValueError(f"no second start found for kind {kind!r}")
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """Ends of one run: regular roots, ends near multiple ones, numbers of diverged, lost and repeated paths."""
+    """Ends of one run: regular roots, ends near multiple ones, and the numbers of paths with other ends.
+
+    diverged: at infinity. stalled: far out and not to be followed further. repeated: at a regular root that another
+    path has. lost: anything else.
+    """
 
     regular: np.ndarray
     multiple: np.ndarray
     diverged: int
-    lost: int
+    stalled: int
     repeated: int
+    lost: int
 
 
 def _all_roots(kind: str, target: Problem) -> tuple[tuple[np.ndarray, np.ndarray], tuple[int, int, int, int], int]:
     """Regular and multiple roots of the target; finite, singular, diverged, suspicious; the runs it took."""
     regular, multiple = np.zeros((0, 8), complex), np.zeros((0, 8), complex)
-    diverged, run = 0, 0
+    diverged, run, paths, alone = 0, 0, len(start_of(kind, 0).roots), 0
     for run, steps in enumerate(CAREFUL_STEPS):
-        start = start_of(kind, run)
+        start, known = start_of(kind, run), len(regular)
         ends = _run(start, target, steps)
-        regular = np.concatenate([regular, ends.regular])
-        regular = regular[distinct(regular)]
-        if len(ends.multiple) > len(multiple):
-            multiple = ends.multiple
+        regular = _united(regular, ends.regular)
+        multiple = max(multiple, ends.multiple, key=len)
+        alone = _without_conjugate(regular)
+        if ends.lost == ends.repeated == alone == 0 and (ends.stalled == 0 or len(regular) == known):
+            # What stalls far out by two ways, with the same roots found both times, is on its way to infinity.
+            diverged = max(diverged, ends.diverged + ends.stalled)
+            break
         diverged = max(diverged, ends.diverged)
-        if ends.lost == ends.repeated == 0:
+        regular = _united(regular, regular.conj())
+        if len(regular) + len(multiple) + diverged == paths:
             break
-        with_mirror = np.concatenate([regular, regular.conj()])
-        regular = with_mirror[distinct(with_mirror)]
-        if len(regular) + len(multiple) + diverged >= len(start.roots):
-            break
-    missing = max(0, len(start.roots) - len(regular) - len(multiple) - diverged)
+    diverged = max(0, min(diverged, paths - len(regular) - len(multiple)))
+    missing = abs(paths - len(regular) - len(multiple) - diverged)
     return (regular, multiple), (len(regular), len(multiple), diverged, missing), run + 1
+
+
+def _without_conjugate(roots: np.ndarray) -> int:
+    """How many of the roots (k, 8) of a real problem lack their complex conjugate: one of the two was not found."""
+    unit = roots / np.linalg.norm(roots, axis=1, keepdims=True)
+    return int(np.sum(np.abs(unit @ unit.T).max(axis=1, initial=0.0) < 1 - 1e-9))
+
+
+def _united(some: np.ndarray, more: np.ndarray) -> np.ndarray:
+    both = np.concatenate([some, more])
+    return both[distinct(both)]
 
 
 def _run(start: Start, target: Problem, steps: Steps) -> _Ends:
     """All paths from one start to the target, sorted by how they end."""
     system = ContactSystem(start.problem, target)
-    roots, arrived = track(system, start.roots, 0.0, NEARLY_THERE, steps)
-    ends, at_target = track(system, roots[arrived], NEARLY_THERE, 1.0, LAST_STEPS)
-    rotation = np.abs(np.sum(ends[:, :4] ** 2, axis=1)) / np.sum(np.abs(ends[:, :4]) ** 2, axis=1)
-    at_infinity = (rotation < INFINITE_ROTATION) | (~at_target & (rotation < FAR_ROTATION))
-    regular = at_target & ~at_infinity
-    regular[regular] = (_condition(system, ends[regular]) > SINGULAR) | (rotation[regular] < FAR_ROTATION)
+    roots, part = track(system, start.roots, 0.0, NEARLY_THERE, steps)
+    far_on_the_way = (part < 1) & (_rotation_size(roots) < FAR_ROTATION)
+    ends, last_part = track(system, roots[part == 1], NEARLY_THERE, 1.0, LAST_STEPS)
+    rotation = _rotation_size(ends)
+    far, at_target, close = rotation < FAR_ROTATION, last_part == 1, last_part > CLOSE
+    diverged = (close & ~at_target & far) | (rotation < INFINITE_ROTATION)
+    regular = at_target & ~diverged
+    regular[regular] = far[regular] | (_condition(system, ends[regular]) > SINGULAR)
+    multiple = close & ~regular & ~diverged
     kept = distinct(ends[regular])
+    stalled = int(np.sum(far_on_the_way) + np.sum(far & ~close & ~diverged))
+    known = int(regular.sum() + multiple.sum() + diverged.sum())
     return _Ends(
         regular=ends[regular][kept],
-        multiple=ends[~regular & ~at_infinity],
-        diverged=int(at_infinity.sum()),
-        lost=int(np.sum(~arrived)),
+        multiple=ends[multiple],
+        diverged=int(diverged.sum()),
+        stalled=stalled,
         repeated=int(regular.sum()) - len(kept),
+        lost=len(start.roots) - known - stalled,
     )
+
+
+def _rotation_size(roots: np.ndarray) -> np.ndarray:
+    """|q . q| / |q|^2 (k,): 1 for real poses, less for complex ones, 0 at infinity."""
+    return np.asarray(np.abs(np.sum(roots[:, :4] ** 2, axis=1)) / np.sum(np.abs(roots[:, :4]) ** 2, axis=1))
 
 
 def _condition(system: ContactSystem, roots: np.ndarray) -> np.ndarray:

@@ -118,11 +118,11 @@ class ContactSystem:
     def __init__(self, start: Problem, target: Problem) -> None:
         samples = [contact_forms(start.toward(target, tau)) for tau in (0.0, 0.5, 1.0)]
         forms, lengths = (_quadratic_through(*values) for values in zip(*samples, strict=True))
-        self._count = forms.shape[1]
-        # (8, 3 f 8): one matrix product gives the coefficients of 1, tau, tau^2 of every form's A z.
-        self._stacked = np.moveaxis(forms, 3, 0).reshape(8, -1)
+        # (3, 8, 8 f): z @ it gives the coefficients of 1, tau, tau^2 of every form's A z, side by side.
+        self._stacked = np.ascontiguousarray(np.moveaxis(forms, 3, 1).reshape(3, 8, -1))
         self._lengths = lengths
         self._quadrics, self._cylinders = self._rows(start)
+        self._work = np.zeros((3, 0, self._stacked.shape[2]), dtype=complex)
 
     @staticmethod
     def _rows(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
@@ -136,14 +136,14 @@ class ContactSystem:
 
     def equations(self, z: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values (k, 7), derivatives by z (k, 7, 8) and by tau (k, 7), for z (k, 8), tau (k,)."""
-        coefficients = (z @ self._stacked).reshape(len(z), 3, self._count, 8)
-        at, per_tau = _horner(coefficients, tau[:, None, None])
+        at, per_tau = self._forms_times(z, tau)
         value = (at @ z[:, :, None])[..., 0]
         speed = (per_tau @ z[:, :, None])[..., 0]
         quad, cyl = self._quadrics, self._cylinders
         if len(cyl) == 0:
             return value[:, quad], 2 * at[:, quad], speed[:, quad]
-        length, length_speed = _horner(np.broadcast_to(self._lengths, (len(z), *self._lengths.shape)), tau[:, None])
+        (l0, l1, l2), each = self._lengths, tau[:, None]
+        length, length_speed = l0 + each * (l1 + each * l2), l1 + 2 * each * l2
         n, s, p = value[:, :1], value[:, cyl], value[:, cyl + 1]
         ln = length * n
         f = ln * s - p * p
@@ -155,14 +155,22 @@ class ContactSystem:
             np.concatenate([speed[:, quad], f_tau], axis=1),
         )
 
+    def _forms_times(self, z: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A z (k, f, 8) of every form at tau (k,), and its derivative by tau; valid until the next call."""
+        if self._work.shape[1] < len(z):
+            # Kept between calls: asking the system for this much memory each time costs more than the arithmetic.
+            self._work = np.empty((3, len(z), self._stacked.shape[2]), dtype=complex)
+        c0, c1, c2 = np.matmul(z, self._stacked, out=self._work[:, : len(z)])
+        each = tau[:, None]
+        c2 *= each
+        c1 += c2
+        c2 += c1  # C1 + 2 tau C2
+        c1 *= each
+        c0 += c1  # C0 + tau C1 + tau^2 C2
+        shape = (len(z), self._stacked.shape[2] // 8, 8)
+        return c0.reshape(shape), c2.reshape(shape)
+
 
 def _quadratic_through(at_0: np.ndarray, at_half: np.ndarray, at_1: np.ndarray) -> np.ndarray:
     """Coefficients (3, ...) of 1, tau, tau^2 of the parabola through three samples."""
     return np.array([at_0, -3 * at_0 + 4 * at_half - at_1, 2 * at_0 - 4 * at_half + 2 * at_1])
-
-
-def _horner(coefficients: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Value and derivative at tau of coefficients (k, 3, ...) of 1, tau, tau^2."""
-    c0, c1, c2 = coefficients[:, 0], coefficients[:, 1], coefficients[:, 2]
-    scaled = tau * c2
-    return c0 + tau * (c1 + scaled), c1 + 2 * scaled

@@ -1,7 +1,10 @@
 """The oracle itself: counts that others confirm, the truth among the answers, answers that fit, no path lost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from oracles import pose_oracle
 from oracles.kinds import CONFIRMED, KINDS, feature_list, kind_of
 from oracles.monodromy import distinct, load, solve_by_monodromy
 from oracles.pose_oracle import OracleAnswer, all_real_poses
@@ -76,7 +79,10 @@ def test_monodromy_counts_again_from_another_problem(kind: str) -> None:
     assert len(again.roots) == CONFIRMED[kind]
 
 
-@pytest.mark.parametrize("kind", [*QUICK, "sphere2+sphere2+sphere2", "cylinder3+sphere3"])
+@pytest.mark.parametrize(
+    "kind",
+    [*QUICK, "sphere2+sphere2+sphere2", "cylinder3+sphere3", "cylinder1+sphere3+plane2", "cylinder2+sphere2+plane2"],
+)
 def test_truth_is_found_and_all_answers_fit(kind: str) -> None:
     problem = random_problem(kind, np.random.default_rng(len(kind)))
     answer = solved(problem)
@@ -84,6 +90,16 @@ def test_truth_is_found_and_all_answers_fit(kind: str) -> None:
     assert answer.paths == answer.finite == KINDS[kind]
     # Complex poses of a real problem come in conjugate pairs.
     assert len(answer.poses) % 2 == answer.paths % 2
+    assert not answer.multiple.any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind(kind: str) -> None:
+    rng = np.random.default_rng(len(kind))
+    for _ in range(5):
+        problem = random_problem(kind, rng)
+        assert_answers(problem, solved(problem))
 
 
 @pytest.mark.parametrize("tidy", TIDY)
@@ -138,6 +154,36 @@ def test_units_and_the_order_of_contacts_change_nothing(factor: float) -> None:
     for pose in reference:
         expected = np.hstack([pose[:3, :3], factor * pose[:3, 3:]])
         assert min(np.abs(other[:3] - expected).max() / max(1.0, factor) for other in answer.poses) < 1e-6
+
+
+def test_a_multiple_pose_is_found_and_said_to_be_one() -> None:
+    # Three contacts on a great circle: the two centres that explain them fall together.
+    rng = np.random.default_rng(0)
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    rotation *= np.linalg.det(rotation)
+    centers, radii, index = (
+        np.array([[0.0, 0, 0], [60, 0, 0], [20, 70, 10]]),
+        np.array([20.0, 15, 12]),
+        [0, 0, 0, 1, 1, 2],
+    )
+    normals = np.array(
+        [[1.0, 0, 0], [-0.5, 0.8, 0], [-0.3, -0.9, 0], [0.2, 0.5, 0.8], [0.9, 0.1, 0.3], [-0.2, 0.6, 0.7]]
+    )
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = (centers[index] + radii[index][:, None] * normals) @ rotation.T + [100.0, 200.0, -50.0]
+    answer = all_real_poses([("sphere", c) for c in centers], index, points, radii[index])
+    at_truth = [np.abs(pose[:3, :3] - rotation).max() < 1e-6 for pose in answer.poses]
+    assert answer.multiple[at_truth].tolist() == [True]
+    assert answer.singular == answer.paths
+
+
+def test_a_root_missing_from_the_start_does_not_go_unnoticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = pose_oracle.start_of
+    monkeypatch.setattr(
+        pose_oracle, "start_of", lambda kind, number: replace(whole(kind, number), roots=whole(kind, number).roots[:-1])
+    )
+    problem = random_problem("sphere2+sphere2+sphere2", np.random.default_rng(2))
+    assert solved(problem).suspicious > 0
 
 
 def test_a_kind_is_named_whatever_the_order() -> None:

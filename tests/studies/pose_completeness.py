@@ -23,9 +23,8 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.poses import all_poses
 
 SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
-SAME = (
-    1e-3  # Largest difference of two equal poses: rotation entries, and translations in units of the contacts' spread.
-)
+# Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
+SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
 
 
