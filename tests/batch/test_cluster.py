@@ -1,0 +1,96 @@
+"""A batch on a real cluster of worker processes, one of them killed half-way: every set once, as without a cluster."""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from batch.balls import PLAIN, blank, contact_sets, rows, slow, write_cell
+
+from tactfix import load_fixture
+from tactfix.batch import run_batch
+from tactfix.batching.cluster import ClusterError, DaskCluster
+from tactfix.batching.task import BatchTask, locate_set
+from tactfix.batching.workers import spread_over
+from tactfix.files.batch_journal import BatchJournal
+
+pytest.importorskip("distributed", reason="needs the extra: pip install 'tactfix[dask]'")
+SCRIPT = Path(__file__).with_name("local_cluster.py")
+# Clients in this process leave threads, and libraries of their own warnings.
+pytestmark = pytest.mark.filterwarnings("default")
+
+
+class Cluster:
+    """The cluster's address, and a way to kill one of its workers."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        assert process.stdout is not None
+        self.address = process.stdout.readline().strip()
+
+    def kill_one(self) -> int:
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write("kill\n")
+        self.process.stdin.flush()
+        return int(self.process.stdout.readline())
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Cluster]:
+    path = ":".join(sys.path)
+    environment = {"PYTHONPATH": path, "PATH": "", "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, str(SCRIPT)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        yield Cluster(process)
+        process.communicate()
+
+
+def test_one_worker_killed_half_way(cluster: Cluster, tmp_path: Path) -> None:
+    fixture, _ = write_cell(tmp_path, 0)
+    task = BatchTask(load_fixture(fixture), slow(0.05), blank)
+    sets = contact_sets(60)
+    killed: list[int] = []
+    done: list[int] = []
+
+    def told(count: int) -> None:
+        done.append(count)
+        if count >= len(sets) // 3 and not killed:
+            killed.append(cluster.kill_one())
+
+    with BatchJournal(tmp_path / "journal") as journal:
+        found = list(run_batch(task, sets, lambda *a: spread_over(DaskCluster(cluster.address), *a), journal, "", told))
+    assert killed
+    assert done == list(range(1, len(sets) + 1))
+    written = [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()[1:]]
+    assert Counter(line["row"]["set"] for line in written) == {one.name: 1 for one in sets}
+    plain = BatchTask(task.fixture, PLAIN, blank)
+    assert found == [locate_set(plain, one) for one in sets]
+
+
+@pytest.mark.slow
+def test_the_command_says_the_same_with_a_cluster(cluster: Cluster, tmp_path: Path) -> None:
+    fixture, _ = write_cell(tmp_path, 0)
+    text = "set,feature,x,y,z,ax,ay,az\n" + "".join(f"s{k},{row}\n" for k in range(20) for row in rows(k))
+    (tmp_path / "t.csv").write_text(text)
+    printed = []
+    for words in (["--scheduler", cluster.address], ["--jobs", "1"]):
+        command = [sys.executable, "-m", "tactfix", "batch", str(fixture), str(tmp_path / "t.csv"), *words]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == "tactfix: 20 sets: 20 located\n"
+        printed.append(done.stdout)
+    assert printed[0] == printed[1]
+
+
+def test_no_cluster_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tactfix.batching.cluster._PATIENCE", 1)
+    with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: no Dask scheduler answers"):
+        DaskCluster("tcp://127.0.0.1:9").open().__enter__()
+    with pytest.raises(ClusterError, match="no Dask scheduler"):
+        DaskCluster("nonsense").open().__enter__()
