@@ -15,7 +15,7 @@ import numpy as np
 from tactfix.combinations import combinations
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture, FrameRecipe, Relation
-from tactfix.frame import FrameError, frame, frames, sign_choices
+from tactfix.frame import FrameError, frame, frames, recipe_of, sign_choices
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.nearest import foot
@@ -71,12 +71,11 @@ def _fallen(
     solutions: Solutions,
 ) -> Iterator[Candidate]:
     """Combinations of surfaces that explain the contacts of each feature, but not the relations between them."""
-    assert fixture.frame is not None
     broken = [(s, f) for s, f in zip(starts, fits, strict=True) if f.chi2 > solutions.limit]
     for surfaces, fit in broken[:MOST_FALLEN] if len(broken) < len(starts) else []:
         values, _ = contact_residuals(surfaces, problem.contacts)
         try:
-            pose = frames(fixture.frame, surfaces)[0]
+            pose = frames(recipe_of(fixture), surfaces)[0]
         except FrameError:
             continue
         rms = float(np.sqrt((values**2).mean()))
@@ -204,11 +203,10 @@ def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit]
 
 def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[Solution]:
     """One solution per frame that the recipe allows."""
-    assert fixture.frame is not None
-    poses = frames(fixture.frame, fit.surfaces)
+    poses = frames(recipe_of(fixture), fit.surfaces)
     factor, free = fit.spread()
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    moves = _frame_jacobian(fixture.frame, fit)
+    moves = _frame_jacobian(recipe_of(fixture), fit)
     for base_from_fixture in poses:
         yield solution_from(
             base_from_fixture, fit.surfaces, problem.contacts, values, normals, fit.chi2, moves @ factor, moves @ free.T

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from tactfix.errors import TactfixError
-from tactfix.fixture import AxisRule, FrameRecipe, OriginRule
+from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
 from tactfix.geometry.rigid import homogeneous
@@ -22,6 +22,13 @@ SQUARE = 1e-6
 
 class FrameError(TactfixError):
     """The features lie so that the recipe gives no frame."""
+
+
+def recipe_of(fixture: Fixture) -> FrameRecipe:
+    """The frame recipe of a fixture by relations; raises FrameError where it has none."""
+    if fixture.frame is None:
+        raise FrameError(f"frame: {fixture.name} is given by relations and has no frame recipe; write one")
+    return fixture.frame
 
 
 def frames(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[Floats]:
