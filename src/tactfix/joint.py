@@ -72,7 +72,9 @@ class JointFit:
         In scaled units; free displacements are left out of S.
         """
         span = _null_space(self.constraints, self.jacobian.shape[1])
-        _, values, motions = np.linalg.svd(self.jacobian @ span, full_matrices=True)
+        # The triangle has the singular values of all rows, however many contacts there are.
+        triangle = np.linalg.qr(self.jacobian @ span, mode="r")
+        _, values, motions = np.linalg.svd(triangle, full_matrices=True)
         known = np.zeros(len(motions), dtype=bool)
         known[: len(values)] = values > RANK * max(values[0] if len(values) else 0.0, np.finfo(float).tiny)
         factor = span @ motions[known].T / values[known[: len(values)]]
