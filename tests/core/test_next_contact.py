@@ -15,7 +15,7 @@ AMBIGUOUS = {
 }
 
 
-def ambiguous_cases(name, most=4):
+def ambiguous_cases(name, most=2):
     patches, counts, touch, sigma, tip = AMBIGUOUS[name]
     for seed in range(30):
         rng = np.random.default_rng([9, seed])

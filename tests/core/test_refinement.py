@@ -85,14 +85,14 @@ def test_refined_is_the_optimum_that_scipy_finds(name):
 
 @pytest.mark.parametrize("name", ["minimal", "bush", "bar"])
 def test_covariance_against_monte_carlo(name):
-    """250 repetitions: every entry of the normalised scatter within five of its own standard errors."""
+    """150 repetitions: every entry of the normalised scatter within five of its own standard errors."""
     surfaces, truth, _ = problem(name)
     rng = np.random.default_rng(3)
     exact = truth.contacts()
     start = fit_at(surfaces, exact, exact.sigmas, truth.pose)
     covariance = start.sensitivity.covariance(truth.pose[:3, 3])
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-    count = 250
+    count = 150
     fits = (refine(surfaces, truth.contacts(rng), exact.sigmas, truth.pose) for _ in range(count))
     errors = np.array([whiten @ pose_error(fit.base_from_fixture, truth.pose) for fit in fits])
     np.testing.assert_allclose(errors.T @ errors / count, np.eye(6), atol=5 * np.sqrt(2 / count))
