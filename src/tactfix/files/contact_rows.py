@@ -1,6 +1,5 @@
 """The rows of a contact file below its header, cut into columns."""
 
-import csv
 from collections.abc import Sequence
 
 from tactfix.errors import Problem
@@ -59,6 +58,8 @@ def _quoted_rows(
     body: list[str], places: Sequence[int], header: Header, problems: list[Problem]
 ) -> list[list[str]] | None:
     """The rows of a file with quotation marks; None, with a problem, where one is left open."""
+    import csv
+
     try:
         rows = list(csv.reader(body, delimiter=header.separator, strict=True))
     except csv.Error:

@@ -14,8 +14,8 @@ from tactfix.geometry.arrays import Floats
 # What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
 _PLAIN: Final = re.compile(r"[0-9eE+\-. \n]*")
-_NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_THOUSANDS: Final = re.compile(r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?")
+_NUMBER: Final = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
+_THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def _slow_column(table: Table, name: str, problems: list[Problem], may_be_empty:
     values = np.full(len(table), np.nan)
     for index, cell in enumerate(table.columns[name]):
         text = cell.replace(",", ".") if table.decimal == "," and "." not in cell else cell
-        if _NUMBER.fullmatch(text) and math.isfinite(float(text)):
+        if re.fullmatch(_NUMBER, text) and math.isfinite(float(text)):
             values[index] = float(text)
         elif cell or not may_be_empty:
             problems.append(table.problem(index, *_cell_problem(name, cell, table.separator)))
@@ -103,7 +103,7 @@ def _cell_problem(name: str, cell: str, separator: str) -> tuple[str, str]:
     if not cell:
         return f"{name} is empty", "write a number"
     shown = repr(cell if len(cell) <= 40 else cell[:40] + "...")
-    if _THOUSANDS.fullmatch(cell) and not re.fullmatch(r"[+-]?[0-9]+,[0-9]+", cell):
+    if re.fullmatch(_THOUSANDS, cell) and not re.fullmatch(r"[+-]?[0-9]+,[0-9]+", cell):
         return f"{name} is {shown}", "write it without thousands separators"
     if separator == "," and re.fullmatch(r"[+-]?[0-9]*,[0-9]+", cell):
         return f"{name} is {shown}", "write a decimal point, or divide cells by semicolons or tabs"

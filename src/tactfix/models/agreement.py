@@ -1,7 +1,10 @@
 """Where features carry their place: what else the file says must agree with it."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +14,11 @@ from tactfix.geometry.nearest import angle_between, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.models.box_reach import leaves_nothing
 from tactfix.models.build import AXES, box_of, recipe_of, surface_of
-from tactfix.models.entries import FixtureEntry
-from tactfix.models.feature_sense import is_placed
 from tactfix.models.findings import Finding
 from tactfix.models.relation_sense import SIGMAS
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FixtureEntry
 
 # Directions typed with four digits are parallel within this sine.
 _PARALLEL = 1e-4
@@ -27,9 +31,7 @@ _MOST_ROUNDING = 1e-4
 
 
 def check_agreement(document: FixtureEntry) -> list[Finding]:
-    """Relations, frame and touch boxes that contradict the places of the features; none where these have no place."""
-    if not is_placed(document):
-        return []
+    """Relations, frame and touch boxes that contradict the places, which every feature must have."""
     places = {name: surface_of(feature) for name, feature in document["features"].items()}
     surfaces = {name: surface for name, surface in places.items() if surface is not None}
     return [

@@ -1,15 +1,27 @@
 """From what the file says to what a fixture is: plain values, angles in rad."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tactfix.fixture import Axis, AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.models.entries import AxisEntry, FeatureEntry, FixtureEntry, FrameEntry, Interval, OriginEntry, TouchEntry
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import (
+        AxisEntry,
+        FeatureEntry,
+        FixtureEntry,
+        FrameEntry,
+        Interval,
+        OriginEntry,
+        TouchEntry,
+    )
 
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 

@@ -1,11 +1,16 @@
 """The names that a fixture file declares, for whoever checks the names that it uses."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from tactfix.models.entries import FeatureEntry
 from tactfix.models.findings import Finding, Path
 from tactfix.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FeatureEntry
 
 
 @dataclass(frozen=True, slots=True)

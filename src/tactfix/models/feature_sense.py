@@ -1,12 +1,16 @@
 """Features: names, places given in full, all features placed or none."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterator
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from tactfix.models.declared import Declared
-from tactfix.models.entries import FeatureEntry, FixtureEntry
 from tactfix.models.findings import Finding
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FeatureEntry, FixtureEntry
 
 PLACE: Final[dict[str, tuple[str, ...]]] = {
     "plane": ("point", "normal"),

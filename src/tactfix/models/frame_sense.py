@@ -1,13 +1,17 @@
 """The frame recipe: features that exist, of types that the rules can use, and two axes that are not the same."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from tactfix.models.build import axes_of
 from tactfix.models.declared import Declared
-from tactfix.models.entries import AxisEntry, DirectionEntry, FixtureEntry, OriginEntry
 from tactfix.models.feature_sense import given_places, is_placed
 from tactfix.models.findings import Finding, Path
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import AxisEntry, DirectionEntry, FixtureEntry, OriginEntry
 
 _FEET: Final = {("sphere", "cylinder"), ("sphere", "plane"), ("cylinder", "cylinder")}
 _MEETINGS: Final = {("plane", "plane", "plane"), ("cylinder", "plane")}

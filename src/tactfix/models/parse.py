@@ -1,25 +1,18 @@
-"""The plain values of a fixture file in, a fixture out, or everything that is wrong with them at once.
+"""The plain values of a fixture file in, a fixture out, or everything that is wrong with them at once."""
 
-Where some entries are malformed, the rest is still checked for sense: what pydantic refuses is taken out first.
-"""
+from __future__ import annotations
 
-import copy
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from tactfix.fixture import Fixture
 from tactfix.models.build import build_fixture
 from tactfix.models.conformity import is_well_formed
 from tactfix.models.declared import Declared
-from tactfix.models.entries import FixtureEntry
-from tactfix.models.findings import Finding, Path
+from tactfix.models.findings import Finding
 from tactfix.models.sense import check_sense
 
 if TYPE_CHECKING:
-    from tactfix.models.refusals import Refusal
-
-_LISTS = ("distances", "angles")
-_DEFAULTS = {"tactfix": 1, "units": "mm"}
+    from tactfix.models.entries import FixtureEntry
 
 
 def parse_fixture(value: Any, name: str) -> Fixture | list[Finding]:
@@ -28,64 +21,18 @@ def parse_fixture(value: Any, name: str) -> Fixture | list[Finding]:
         remedy = "begin with tactfix: 1, then units: and features:"
         what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
         return [Finding((), what, remedy)]
-    refusals = [] if is_well_formed(value) else _refusals(value)
-    if refusals:
-        return [refusal.finding for refusal in refusals] + _sense_of_the_rest(value, refusals)
-    document = cast(FixtureEntry, value)
+    refused = [] if is_well_formed(value) else _refused(value)
+    if refused:
+        return refused
+    document = cast("FixtureEntry", value)
     findings = check_sense(document, Declared(tuple(document["features"]), document["features"]))
     return findings or build_fixture(document, name)
 
 
-def _refusals(value: dict[str, Any]) -> "list[Refusal]":
-    """What pydantic finds wrong; only then is it worth the time to import it."""
+def _refused(value: dict[str, Any]) -> list[Finding]:
+    """What pydantic finds wrong, and what makes no sense in the rest; only now is it worth the time to import it."""
     from tactfix.models.refusals import refusals_of
+    from tactfix.models.remainder import sense_of_the_rest
 
-    return refusals_of(value)
-
-
-@dataclass(slots=True)
-class _Sieve:
-    """What is left of the values of a file, and what was taken out of them."""
-
-    value: dict[str, Any]
-    taken: set[Path] = field(default_factory=set)
-
-    def take_out(self, path: Path, *, key_only: bool) -> None:
-        """Take out the refused key, or the entry or section around a refused value."""
-        end = len(path) if key_only else min(len(path), 2 if path[0] in ("features", "touch", *_LISTS) else 1)
-        if path[:end] in self.taken:
-            return
-        self.taken.add(path[:end])
-        parent: Any = self.value
-        for part in path[: end - 1]:
-            parent = parent[part] if not isinstance(parent, dict) or part in parent else {}
-        if isinstance(parent, list):
-            parent[int(path[end - 1])] = None  # keeps the indices of the others until all are known
-        elif isinstance(parent, dict):
-            parent.pop(path[end - 1], None)
-
-
-def _sense_of_the_rest(value: dict[str, Any], refusals: "list[Refusal]") -> list[Finding]:
-    """What makes no sense in the entries that are well formed."""
-    sieve = _Sieve(copy.deepcopy(value))
-    for refusal in refusals:
-        sieve.take_out(refusal.path, key_only=refusal.is_unknown_key)
-    rest = {**_DEFAULTS, **sieve.value}
-    kept = {}
-    for key in _LISTS:
-        if isinstance(rest.get(key), list):
-            kept[key] = [i for i in range(len(rest[key])) if (key, i) not in sieve.taken]
-            rest[key] = [rest[key][i] for i in kept[key]]
-    if not is_well_formed(rest):
-        return []  # nothing is left to make sense of
-    document = cast(FixtureEntry, rest)
-    declared = Declared(tuple(value["features"]), document["features"], ("frame",) in sieve.taken)
-    return [_at_home(finding, kept) for finding in check_sense(document, declared)]
-
-
-def _at_home(finding: Finding, kept: dict[str, list[int]]) -> Finding:
-    """The finding with the index that its relation has in the file."""
-    match finding.path:
-        case (str() as key, int() as index, *rest) if key in kept:
-            return Finding((key, kept[key][index], *rest), finding.what, finding.remedy, finding.at_key)
-    return finding
+    refusals = refusals_of(value)
+    return [refusal.finding for refusal in refusals] + (sense_of_the_rest(value, refusals) if refusals else [])

@@ -1,14 +1,18 @@
 """Distances and angles: between which features, of which size, and no contradiction among themselves."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from tactfix.models.declared import Declared
-from tactfix.models.entries import FixtureEntry, RelationEntry
 from tactfix.models.feature_sense import given_places
 from tactfix.models.findings import Finding, Path
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FixtureEntry, RelationEntry
 
 # Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
 SIGMAS: Final = 4.0

@@ -1,13 +1,18 @@
 """Whether the entries of a fixture file make sense together; each rule lives with the section that it is about."""
 
-from tactfix.models.agreement import check_agreement
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tactfix.models.declared import Declared
-from tactfix.models.entries import FixtureEntry
-from tactfix.models.feature_sense import check_features
+from tactfix.models.feature_sense import check_features, is_placed
 from tactfix.models.findings import Finding
 from tactfix.models.frame_sense import check_frame
 from tactfix.models.relation_sense import check_relations
 from tactfix.models.touch_sense import check_touch
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FixtureEntry
 
 
 def check_sense(document: FixtureEntry, declared: Declared) -> list[Finding]:
@@ -18,4 +23,8 @@ def check_sense(document: FixtureEntry, declared: Declared) -> list[Finding]:
         *check_frame(document, declared),
         *check_touch(document, declared),
     ]
-    return findings or check_agreement(document)
+    if findings or not is_placed(document):
+        return findings
+    from tactfix.models.agreement import check_agreement  # not worth its time where no feature has a place
+
+    return check_agreement(document)

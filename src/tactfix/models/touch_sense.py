@@ -1,11 +1,16 @@
 """Touch boxes: of features that exist, with a low end below the high one."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from tactfix.models.build import AXES
 from tactfix.models.declared import Declared
-from tactfix.models.entries import FixtureEntry
 from tactfix.models.findings import Finding
+
+if TYPE_CHECKING:
+    from tactfix.models.entries import FixtureEntry
 
 
 def check_touch(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
