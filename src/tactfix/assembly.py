@@ -26,7 +26,6 @@ from tactfix.realization import fixture_scale, random_surface, realize
 from tactfix.refinement import contact_residuals
 from tactfix.relations import relation_residuals
 from tactfix.results import Candidate, Reason
-from tactfix.rigid import rigid_solutions
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions, solution_from
 
@@ -127,6 +126,8 @@ def _unlocated(
     fixture: Fixture, contacts: Contacts, sigmas: Floats, problem: JointProblem, with_misses: bool
 ) -> Solutions:
     """The rigid shapes where the relations fix one, and otherwise samples of what is free."""
+    from tactfix.rigid import rigid_solutions  # most fixtures by relations go without
+
     shapes = realize(fixture)
     if not shapes:
         return _samples(fixture, contacts, problem)

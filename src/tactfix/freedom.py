@@ -5,8 +5,6 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.scale import tolerance_for
-from tactfix.motion_words import twist_in_words
 from tactfix.results import FreeMotion
 from tactfix.solution import Solution
 
@@ -36,6 +34,9 @@ def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tu
 
 
 def _in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str) -> FreeMotion:
+    from tactfix.geometry.scale import tolerance_for  # located fixtures have no motion to name
+    from tactfix.motion_words import twist_in_words
+
     rotation, translation = twist[:3], twist[3:]
     turn = np.linalg.norm(rotation)
     size = turn if turn > 0 else np.linalg.norm(translation)

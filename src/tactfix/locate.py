@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.assembly import assembled_solutions
 from tactfix.candidates import Verdict, judge
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
@@ -18,14 +17,11 @@ from tactfix.freedom import free_motions, is_worthless
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import rigid_displacements
 from tactfix.geometry.surfaces import Surface
-from tactfix.next_contact import next_contact
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.refinement import contact_sigmas
 from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
-from tactfix.rigid import rigid_solutions
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions
-from tactfix.suspicions import suspicions
 
 SAMPLES_SHOWN = 8
 """Poses of a continuum that are listed."""
@@ -63,9 +59,14 @@ def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: boo
 
     Where there is none the nearest miss, unless without with_misses.
     """
+    # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
     if fixture.is_placed:
+        from tactfix.rigid import rigid_solutions
+
         surfaces = {name: f.surface for name, f in fixture.features.items() if f.surface is not None}
         return rigid_solutions(surfaces, contacts, sigmas, with_misses)
+    from tactfix.assembly import assembled_solutions
+
     return assembled_solutions(fixture, contacts, sigmas, with_misses)
 
 
@@ -214,6 +215,8 @@ def _with_pose(result: LocateResult, fixture: Fixture, solution: Solution, scale
 def _with_next_contact(
     result: LocateResult, fixture: Fixture, contacts: Contacts, left: Sequence[Solution]
 ) -> LocateResult:
+    from tactfix.next_contact import next_contact
+
     return replace(result, next_contact=next_contact(fixture, left, float(contacts.sigmas.max()), contacts.tip_radius))
 
 
@@ -227,6 +230,7 @@ def _with_free_motions(
 
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts) -> LocateResult:
     """The result with what would make the contacts consistent."""
+    from tactfix.suspicions import suspicions
 
     def solve_again(corrected: Contacts) -> Solutions:
         return solve(fixture, corrected, _sigmas(fixture, corrected))

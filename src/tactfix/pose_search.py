@@ -145,7 +145,7 @@ def _turned(vectors: Floats, rotations: Floats) -> Floats:
     return np.asarray(np.einsum("ijN,jkN->ikN", rotations_from_quaternions(quaternions.T), rotations))
 
 
-def _around(centres: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _around(centres: Floats, rng: "np.random.Generator") -> tuple[Floats, Floats]:
     """NEIGHBOURS random poses around each of the centres (k, 13), at every scale."""
     poses = np.repeat(centres, NEIGHBOURS, axis=0).T
     step = rng.normal(size=(6, poses.shape[1]))

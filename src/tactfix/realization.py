@@ -68,7 +68,8 @@ def fixture_scale(fixture: Fixture) -> float:
     return max(lengths, default=0.0) or max(radii, default=1.0)
 
 
-def random_surface(feature: Feature, scale: float, rng: np.random.Generator) -> Surface:
+# The annotation is a text because looking the name up would import numpy.random, a sixth of numpy's own import.
+def random_surface(feature: Feature, scale: float, rng: "np.random.Generator") -> Surface:
     """A surface of the feature's kind and size, anywhere within about scale of the origin, in any direction."""
     point, direction = scale * rng.normal(size=3), unit(rng.normal(size=3))
     if feature.type == "plane":
