@@ -13,10 +13,10 @@ import pytest
 from design.special_positions import POSITIONS, REFERENCE, Position
 
 from tactfix.design.contact_counts import minimal_sets
-from tactfix.geometry.scale import tolerance_for
 from tactfix.design.symmetries import symmetries
-from tactfix.motion_words import free_motions
+from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
+from tactfix.motion_words import free_motions
 
 ROWS = json.loads((Path(__file__).parent / "data" / "combinations.json").read_text())["rows"]
 
