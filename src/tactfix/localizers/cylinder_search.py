@@ -22,8 +22,9 @@ _SUBSETS = 2
 _COVERING = 160
 """Directions of the covering: neighbours 10 degrees apart, half the distance at which two minima were ever seen."""
 
-_DEEPEST = 6
-"""Local minima of the covering that are followed."""
+_DEEPEST, _STRIDE = 6, 10
+"""Local minima of the covering that are followed, and every how manieth direction is followed in any case: with much
+noise a minimum of the geometric residuals need not show in those of the best circles."""
 
 _GAP = 1e-4
 """Below this gap the zeros may form a curve, or be more than counted."""
@@ -112,7 +113,7 @@ def spread_subset(points: Floats, size: int) -> Ints:
 
 
 def _covering_states(points: Floats, weights: Floats, radius: float | None) -> Floats:
-    """The states of the covering's directions whose circle fits better than at all neighbouring directions."""
+    """The states of the covering whose circle fits better than at all neighbours, and some of the others."""
     directions, neighbours = _covering()
     states = circle_states(directions, points, weights)
     if radius is not None:
@@ -123,7 +124,8 @@ def _covering_states(points: Floats, weights: Floats, radius: float | None) -> F
     cost = np.sum((weights * (distance - states[:, 6:])) ** 2, axis=1)
     cost = np.where(np.isfinite(cost), cost, np.inf)
     minima = np.flatnonzero(cost <= cost[neighbours].min(axis=1))
-    return states[minima[np.argsort(cost[minima])[:_DEEPEST]]]
+    deepest = minima[np.argsort(cost[minima])[:_DEEPEST]]
+    return states[np.union1d(deepest, np.arange(0, _COVERING, _STRIDE))]
 
 
 def _at_radius(states: Floats, points: Floats, radius: float) -> Floats:

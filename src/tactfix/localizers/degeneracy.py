@@ -13,13 +13,14 @@ RATIO = 1e-7
 """Contacts nearer than this part of their extent to a degenerate layout are taken for it: the root of the rounding of
 doubles, beyond which no digit of the answer would be left."""
 
-_SIGMAS = 3.0
-"""So many standard deviations of a contact do not tell a layout from a degenerate one."""
+_SIGMAS, _PLAIN = 3.0, 0.02
+"""So many standard deviations of a contact do not tell a layout from a degenerate one; but a layout farther from it
+than this is plainly none, however large sigma is."""
 
 
 def limit(contacts: UnitContacts) -> float:
     """The ratio below which a layout counts as degenerate."""
-    return max(RATIO, _SIGMAS * contacts.sigma)
+    return max(RATIO, min(_SIGMAS * contacts.sigma, _PLAIN))
 
 
 def refuse_coincident(kind: str, contacts: UnitContacts, needed: int) -> None:
