@@ -11,7 +11,7 @@ import numpy as np
 
 from tactfix.errors import TactfixError
 from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule
-from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.arrays import Floats, cross, unit
 from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -66,7 +66,7 @@ def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
     axes[i], axes[j] = first, unit(across)
     k = 3 - i - j
     # x, y, z in cyclic order are right-handed: the third axis is i x j, or j x i against the cycle.
-    axes[k] = np.cross(axes[i], axes[j]) if (j - i) % 3 == 1 else np.cross(axes[j], axes[i])
+    axes[k] = cross(axes[i], axes[j]) if (j - i) % 3 == 1 else cross(axes[j], axes[i])
     return np.asarray(axes.T)
 
 

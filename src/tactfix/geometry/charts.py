@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, perpendicular, unit
+from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
 from tactfix.geometry.nearest import direction_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, radial
 
@@ -22,7 +22,7 @@ def across(surface: Plane | Cylinder) -> Floats:
     """Two unit vectors (2, 3) square to the normal or axis and to each other."""
     direction = direction_of(surface)
     first = perpendicular(direction)
-    return np.array([first, np.cross(direction, first)])
+    return np.array([first, cross(direction, first)])
 
 
 def displaced(surface: Surface, step: Floats) -> Surface:

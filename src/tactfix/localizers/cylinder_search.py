@@ -94,12 +94,15 @@ def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], s
 
 
 def _minimal_subsets(points: Floats, size: int) -> Ints:
-    """Indices (k, size): contacts far from each other first, then seeded random choices."""
+    """Indices (k, size): contacts far from each other, and blind choices."""
     if len(points) == size:
         return np.arange(size)[None]
-    rng = np.random.default_rng(len(points))
-    blind = [np.sort(rng.permutation(len(points))[:size]) for _ in range(_SUBSETS - 1)]
-    return np.unique(np.array([np.sort(spread_subset(points, size)), *blind]), axis=0)
+    index = np.arange(1, len(points) + 1)
+    # Blind enough, and without numpy.random, whose import takes longer than all of the search.
+    blind = [np.sort(np.argsort(index**2 * (40503 + k) % 65537, kind="stable")[:size]) for k in range(1, _SUBSETS)]
+    chosen = [np.sort(spread_subset(points, size)), *blind]
+    # What np.unique gives, which would import numpy.ma.
+    return np.array(sorted(set(map(tuple, chosen))))
 
 
 def spread_subset(points: Floats, size: int) -> Ints:
@@ -125,7 +128,9 @@ def _covering_states(points: Floats, weights: Floats, radius: float | None) -> F
     cost = np.where(np.isfinite(cost), cost, np.inf)
     minima = np.flatnonzero(cost <= cost[neighbours].min(axis=1))
     deepest = minima[np.argsort(cost[minima])[:_DEEPEST]]
-    return states[np.union1d(deepest, np.arange(0, _COVERING, _STRIDE))]
+    followed = np.arange(_COVERING) % _STRIDE == 0
+    followed[deepest] = True
+    return np.asarray(states[followed])
 
 
 def _at_radius(states: Floats, points: Floats, radius: float) -> Floats:
