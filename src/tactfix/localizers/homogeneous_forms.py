@@ -87,10 +87,17 @@ def common_zeros(rows: Floats, degree: int, count: int, variables: int = 3) -> t
     return _points(np.asarray(null @ vectors), index), np.asarray(singular[..., rank - 1] / largest)
 
 
+# Drawn once from a normal distribution, of use for up to four variables; to draw them here would import numpy.random.
+_DRAWN = (
+    *(-0.35966845567139044, 1.2036751014877107, 1.3968681196180939, 0.31723592758455404),
+    *(0.41413419203577684, -0.4895498035052234, -0.9141207048308895, -0.9003606290309881),
+)
+
+
 @cache
 def _generic_forms(variables: int) -> Floats:
     """Two orthonormal linear forms with no relation to the coordinate axes or to each other's."""
-    q, _ = np.linalg.qr(np.random.default_rng(20).normal(size=(variables, 2)))
+    q, _ = np.linalg.qr(np.reshape(_DRAWN[: 2 * variables], (variables, 2)))
     return np.asarray(q.T)
 
 

@@ -26,6 +26,9 @@ _MOST_TRIPLES = 12
 _EXACT = 1e-3
 """A distance without a sigma of its own counts as so much surer than a contact."""
 
+_FIRST_LOOK, _IN_SIGHT = 8, 1e-3
+"""After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
+
 _ON_AXIS = 3.0
 """A centre nearer to an axis than so many sigma is taken to lie on it: its distance has no direction there."""
 
@@ -105,7 +108,10 @@ def localize_sphere_at_distances(
     _refuse_too_few(loci)
     # Weights up to one for the refinement, whose tolerances are those of unit size; 1/sigma to judge what it found.
     search = CenterProblem(tuple(loci), min(noise) / np.array(noise))
-    states = refined(search.evaluate, search.step, _starts(loci, len(points)))
+    starts = _starts(loci, len(points))
+    if len(loci) == _UNKNOWNS:
+        starts = _in_sight_of_a_root(search, starts, min(noise) / scale)
+    states = refined(search.evaluate, search.step, starts)
     problem = CenterProblem(search.loci, float(np.mean(deviations)) / np.array(noise))
     return _candidates(problem, states, float(np.mean(deviations)) / scale, origin, scale, len(points))
 
@@ -151,6 +157,16 @@ def _starts(loci: list[Locus], contacts: int) -> Floats:
     if not starts and refusal is not None:
         raise refusal
     return np.concatenate(starts)
+
+
+def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) -> Floats:
+    """The starts after a few steps, without those that lead nowhere: the real parts of complex pairs.
+
+    slack: by so much noise may keep a weighted residual from zero.
+    """
+    states = refined(problem.evaluate, problem.step, starts, _FIRST_LOOK)
+    misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
+    return np.asarray(states[misses <= max(_IN_SIGHT, 30 * slack)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
