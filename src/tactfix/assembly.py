@@ -36,6 +36,9 @@ MOST_FALLEN = 32
 """Combinations that fell because of a relation and are listed."""
 LOOSE = 3.0
 """Times the slack of the relations, added to the contacts' sigma while a fixture is searched as if it were rigid."""
+UNSEEN = 0.05
+"""Surfaces nearer to each other than this share of sigma are one: where axes are only almost parallel, their spacing
+depends a little on where it is taken, and so does the fit on where it started."""
 KEPT = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
 DIFFERENCE = 1e-6
@@ -113,13 +116,15 @@ def _distinct(fits: Sequence[JointFit], problem: JointProblem) -> list[JointFit]
     """Best first, those with the same surfaces once."""
     kept: list[JointFit] = []
     for fit in sorted(fits, key=lambda fit: fit.chi2 + (0.0 if fit.missing < KEPT else np.inf)):
-        if fit.missing < KEPT and not any(_alike(fit, other, problem.scale) for other in kept):
+        if fit.missing < KEPT and not any(_alike(fit, other, problem) for other in kept):
             kept.append(fit)
     return kept
 
 
-def _alike(one: JointFit, other: JointFit, scale: float) -> bool:
-    return all(same_surface(s, other.surfaces[n], 1e-7 * scale, 1e-7) for n, s in one.surfaces.items())
+def _alike(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
+    """Whether two fits have the same surfaces, but for what neither rounding nor noise lets anyone see."""
+    length = max(1e-7 * problem.scale, UNSEEN * float(problem.sigmas.min()))
+    return all(same_surface(s, other.surfaces[n], length, length / problem.scale) for n, s in one.surfaces.items())
 
 
 def _unlocated(

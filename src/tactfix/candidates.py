@@ -21,7 +21,7 @@ from tactfix.results import Reason, ReasonCode
 from tactfix.solution import Solution
 
 GRAZING = 0.5
-"""Sine of the angle beyond which an approach is not called doubtful, however little is known of the pose."""
+"""Sine of the angle to the surface beyond which an approach into the material is not called doubtful."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ def judge(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool 
 def _approach(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], doubts: list[str]) -> None:
     """Eq. 11: the probe must travel into the material, approach . outward normal < 0."""
     cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, trial.normals), -1.0)
-    margin = SURE * np.minimum(trial.normal_sigmas, GRAZING / SURE)
+    margin = SURE * trial.normal_sigmas
     _report(
         "approach",
         contacts,
@@ -57,7 +57,7 @@ def _approach(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: li
             f"the probe would have come out of the material of {contacts.features[i]} at {contacts.label(i)}{more}"
         ),
     )
-    for i in np.flatnonzero(np.abs(cosine) <= margin)[:3]:
+    for i in np.flatnonzero((np.abs(cosine) <= margin) & (cosine > -GRAZING))[:3]:
         doubts.append(
             f"the approach at {contacts.label(int(i))} grazes {contacts.features[i]}: too close to tell a side"
         )

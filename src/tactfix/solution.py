@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tactfix.contact_certainty import contact_certainty
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.geometry.surfaces import Surface
 from tactfix.refinement import covariance_at
 from tactfix.results import Candidate
 
@@ -76,17 +77,13 @@ def solution_from(
 ) -> Solution:
     """A solution from a factor (6, m) of its covariance about the fixture's origin and free motions (6, k) there.
 
-    With a free motion every sigma is infinite: nothing may be decided by it.
+    With a free motion the covariance is infinite, and the sigmas of every contact that it moves.
     """
     origin = base_from_fixture[:3, 3]
     scale = float(np.abs(contacts.points - origin).max())
     moving = free[:, np.abs(free).max(axis=0) > 1e-9 * max(float(np.abs(free).max(initial=0.0)), 1e-300)]
     covariance = np.full((6, 6), np.inf) if moving.shape[1] else factor @ factor.T
-    centre = contacts.points.mean(axis=0)
-    central = covariance if moving.shape[1] else covariance_at(covariance, centre - origin)
-    turn, shift = largest_sigma(central[:3, :3]), largest_sigma(central[3:, 3:])
-    arms = np.linalg.norm(contacts.points - centre, axis=1)
-    place = shift + turn * arms if np.isfinite(turn) else np.full(len(contacts), np.inf)
+    place, normal = contact_certainty(surfaces, contacts, normals, origin, factor, moving)
     scaled = factor / np.array([1, 1, 1, scale, scale, scale])[:, None]
     weak = np.linalg.svd(scaled)[0][:, 0] * np.array([1, 1, 1, scale, scale, scale]) if factor.size else np.zeros(6)
     return Solution(
@@ -98,7 +95,7 @@ def solution_from(
         rms=float(np.sqrt((residuals**2).mean())),
         covariance=covariance,
         place_sigmas=place,
-        normal_sigmas=_normal_sigmas(surfaces, contacts, turn, place),
+        normal_sigmas=normal,
         free_twists=_at_base_origin(moving.T, origin),
         weak_twist=_at_base_origin(weak[None], origin)[0],
     )
@@ -107,18 +104,3 @@ def solution_from(
 def _at_base_origin(twists: Floats, origin: Floats) -> Floats:
     """Twists (k, 6) of the point origin (3,) as twists of the point at base's origin."""
     return np.hstack([twists[:, :3], twists[:, 3:] - np.cross(twists[:, :3], origin)])
-
-
-def _normal_sigmas(surfaces: Mapping[str, Surface], contacts: Contacts, turn: float, place: Floats) -> Floats:
-    """Standard deviation (n,) in rad of the normal below each contact: of a plane its tilt, else place over radius."""
-    sigmas = np.empty(len(contacts))
-    names = np.array(contacts.features)
-    for name in dict.fromkeys(contacts.features):
-        index = np.flatnonzero(names == name)
-        surface = surfaces[name]
-        if isinstance(surface, Plane):
-            sigmas[index] = turn
-            continue
-        sign = 1.0 if surface.side == "outer" else -1.0
-        sigmas[index] = np.hypot(place[index], contacts.sigmas[index]) / (surface.radius + sign * contacts.tip_radius)
-    return sigmas

@@ -12,12 +12,14 @@ from core.problems import (
     CYLINDER_SPHERE_TOUCH,
     PLATE,
     Patch,
+    angle,
     box,
     distance,
     placed,
     pose_error,
     pose_of,
     random_pose,
+    recipe,
     related,
     touch_all,
 )
@@ -384,3 +386,33 @@ def test_planes_touched_from_below_are_the_other_side():
     truth = touch_all(two, {"right": 3, "back": 3, "top": 3}, rng, sigma=0.01)
     assert_located_truly(locate(placed(two), truth.contacts(rng)), truth)
     assert locate(placed(CORNER), truth.contacts(rng), explain=False).status == "inconsistent"
+
+
+def test_a_pose_that_is_all_but_free_is_not_judged_by_its_approaches():
+    """Four contacts on one bar and two on the other, next to a double root: the best fit lies 20 degrees off.
+
+    Chi-square hardly changes on the way to the truth, so an approach that is wrong there says nothing.
+    """
+    bars = {
+        "one": Patch("cylinder", (0, 0, 0), (1, 0, 0), 8.0, length=20.0, middle=30.0),
+        "two": Patch("cylinder", (0, 0, 40), (0, 1, 0), 6.0, length=20.0, middle=30.0),
+    }
+    rng = np.random.default_rng([11, 10])
+    truth = touch_all(bars, {"one": 4, "two": 2}, rng, sigma=0.01, tip=1.0)
+    result = locate(placed(bars, {"one": box(x=(5, 55)), "two": box(y=(5, 55))}), truth.contacts(rng), explain=False)
+    assert result.status in ("underdetermined", "ambiguous")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pins_that_are_parallel_within_a_sigma_are_one_pose(seed):
+    """The spacing of almost parallel axes depends a little on where the fit began; that makes no second pose."""
+    pins = {
+        "plate": Patch("plane", (100, 100, 0), (0, 0, 1), length=60.0),
+        "p1": Patch("cylinder", (0, 0, 0), (0, 0, 1), 10.0, length=15.0, middle=20.0),
+        "p2": Patch("cylinder", (200, 0, 0), (0, 0, 1), 10.0, length=15.0, middle=20.0),
+    }
+    relations = [angle("plate", "p1", 0, 0.01), angle("plate", "p2", 0, 0.01), distance("p1", "p2", 200.0, 0.01)]
+    rule = recipe(("meet_of", "p1", "plate"), ("z", "along", "plate"), ("x", "from_to", "p1", "p2"))
+    rng = np.random.default_rng([11, seed])
+    truth = touch_all(pins, {"plate": 3, "p1": 5, "p2": 5}, rng, sigma=0.02, tip=1.5)
+    assert_located_truly(locate(related(pins, relations, rule), truth.contacts(rng)), truth)
