@@ -1,0 +1,44 @@
+"""At the prompt: whole commands, from the start of the process to its end, against `python -c "import numpy"`.
+
+python tests/benchmarks/bench_prompt.py [ROUNDS]
+"""
+
+import os
+import sys
+from pathlib import Path
+
+from clock import IMPORT_NUMPY, best_processes, heading, table
+
+TACTFIX = str(Path(sys.executable).with_name("tactfix"))
+LOCATE = (TACTFIX, "locate", "fixtures/cylinder-sphere.yaml", "samples/cylinder-sphere/contacts.csv")
+
+
+def main(rounds: int) -> None:
+    os.environ["OMP_NUM_THREADS"] = "1"
+    commands = {
+        'python -c "import numpy"': IMPORT_NUMPY,
+        "tactfix locate (the paper's fixture)": LOCATE,
+        "tactfix locate --json": (*LOCATE, "--json"),
+        "tactfix --help": (TACTFIX, "--help"),
+        "tactfix locate --help": (TACTFIX, "locate", "--help"),
+        "tactfix --version": (TACTFIX, "--version"),
+        "completion of a command": (
+            "env",
+            "_TACTFIX_COMPLETE=complete_bash",
+            "COMP_WORDS=tactfix l",
+            "COMP_CWORD=1",
+            TACTFIX,
+        ),
+    }
+    best = best_processes(commands, rounds)
+    (elapsed, used), *_ = best.values()
+    rows = [
+        (f"`{name}`", f"{1e3 * wall:.0f}", f"{wall / elapsed:.2f}", f"{1e3 * cpu:.0f}", f"{cpu / used:.2f}")
+        for name, (wall, cpu) in best.items()
+    ]
+    print(heading(f"At the prompt, best of {rounds}") + "\n")
+    print(table(("command", "ms", "x import numpy", "processor ms", "x import numpy"), rows))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 15)

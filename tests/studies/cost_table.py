@@ -1,0 +1,167 @@
+"""How cost grows: time and memory of locate and batch against contacts, features and sets, as tables for the README.
+
+    OMP_NUM_THREADS=1 python tests/studies/cost_table.py [contacts|features|sets] [MOST]
+
+MOST is the largest count that is measured. Each row is a process of its own, so that its memory is its own; memory is
+the largest resident set, of which tactfix and numpy take some 40 MB before there is any contact.
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.clock import ROOT, heading, table
+
+SIGMA, RADIUS = 0.01, 12.7
+PATIENCE = 180
+"""Seconds after which a table is not continued."""
+
+
+def fixture_text(balls: int) -> str:
+    """Balls on a square grid, lifted a little so that no mirror image fits."""
+    places = grid(balls)
+    lines = [f"  b{k}: {{type: sphere, radius: {RADIUS}, center: {place.tolist()}}}" for k, place in enumerate(places)]
+    head = f"tactfix: 1\nname: balls\nunits: mm\nprobe: {{tip_radius: 0.0, sigma: {SIGMA}}}\nfeatures:\n"
+    return head + "\n".join(lines) + "\n"
+
+
+def grid(balls: int) -> np.ndarray:
+    side = int(np.ceil(np.sqrt(balls)))
+    index = np.arange(balls)
+    lift = np.random.default_rng(7).uniform(0, 60, balls)
+    return np.column_stack([100.0 * (index % side), 100.0 * (index // side), lift])
+
+
+def touches(balls: int, count: int, seed: int = 1) -> list[str]:
+    """count rows of a contact file, ball after ball by turns, at some pose, with noise."""
+    rng = np.random.default_rng(seed)
+    q, r = np.linalg.qr(rng.standard_normal((3, 3)))
+    q *= np.sign(np.diag(r))
+    rotation = q * np.linalg.det(q)
+    normals = rng.standard_normal((count, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    owner = np.arange(count) % balls
+    points = grid(balls)[owner] + normals * (RADIUS + SIGMA * rng.standard_normal((count, 1)))
+    cells = np.hstack([points @ rotation.T + [700.0, -300.0, 100.0], -normals @ rotation.T]).tolist()
+    return [f"b{k},{','.join(map(repr, row))}" for k, row in zip(owner.tolist(), cells, strict=True)]
+
+
+def contact_file(balls: int, count: int) -> str:
+    return "\n".join(["feature,x,y,z,ax,ay,az", *touches(balls, count)]) + "\n"
+
+
+def megabytes(who: int) -> float:
+    """The largest resident set so far (MB): kilobytes on Linux, bytes on macOS."""
+    return resource.getrusage(who).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+def measure_locate(fixture: str, contacts: str) -> None:
+    """In a process of its own: read and locate, and print times (s) and memory (MB)."""
+    from tactfix import load_contacts, load_fixture, locate
+
+    times = [time.perf_counter()]
+    there = load_fixture(fixture)
+    read = load_contacts(contacts, there)
+    times.append(time.perf_counter())
+    result = locate(there, read)
+    times.append(time.perf_counter())
+    took = [after - before for before, after in pairwise(times)]
+    print(json.dumps([*took, megabytes(resource.RUSAGE_SELF), result.status]))
+
+
+def located(directory: Path, balls: int, count: int) -> tuple[float, float, float, str]:
+    fixture, contacts = directory / "fixture.yaml", directory / "contacts.csv"
+    fixture.write_text(fixture_text(balls))
+    contacts.write_text(contact_file(balls, count))
+    command = [sys.executable, __file__, "--measure", str(fixture), str(contacts)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return tuple(json.loads(done.stdout))
+
+
+def locate_row(directory: Path, balls: int, count: int) -> tuple[object, ...]:
+    reading, locating, memory, status = located(directory, balls, count)
+    return f"{balls:,}", f"{count:,}", status, f"{reading:.3f}", f"{locating:.3f}", f"{memory:.0f}"
+
+
+def by_contacts(directory: Path, most: int) -> str:
+    return locate_table(directory, [(3, 10**k) for k in range(1, 7) if 10**k <= most])
+
+
+def by_features(directory: Path, most: int) -> str:
+    return locate_table(directory, [(n, 4 * n) for n in (1, 3, 10, 30, 100) if n <= most])
+
+
+def locate_table(directory: Path, cases: list[tuple[int, int]]) -> str:
+    start, rows = time.monotonic(), []
+    for balls, count in cases:
+        rows.append(locate_row(directory, balls, count))
+        if time.monotonic() - start > PATIENCE:
+            break
+    return table(("balls", "contacts", "status", "read, s", "locate, s", "memory, MB"), rows)
+
+
+def by_sets(directory: Path, most: int) -> str:
+    """Batches of sets of 12 contacts, in one process; what is beyond patience is extrapolated and says so."""
+    fixture, source = directory / "fixture.yaml", directory / "table.csv"
+    fixture.write_text(fixture_text(3))
+    different = [touches(3, 12, seed) for seed in range(100)]
+    rows, each, base = [], 0.0, 0.0
+    for sets in (10**k for k in range(7)):
+        if sets <= most and sets * each < PATIENCE:
+            with source.open("w") as file:
+                file.write("set,feature,x,y,z,ax,ay,az\n")
+                file.writelines(f"{k},{row}\n" for k in range(sets) for row in different[k % 100])
+            took, memory = batched(fixture, source)
+            base = took if sets == 1 else base
+            each = max(took - base, 1e-9) / sets
+            rows.append((f"{sets:,}", f"{took:.1f}", f"{sets / took:.0f}", f"{memory:.0f}", "measured"))
+        else:
+            took = base + sets * each
+            rows.append((f"{sets:,}", f"{took:.0f}", f"{sets / took:.0f}", "", "extrapolated"))
+    return table(("sets of 12 contacts", "s", "sets a second", "memory, MB", ""), rows)
+
+
+def batched(fixture: Path, source: Path) -> tuple[float, float]:
+    """Elapsed time (s) and memory (MB) of a whole `tactfix batch --jobs 1`."""
+    command = [sys.executable, "-m", "tactfix", "batch", str(fixture), str(source), "-j", "1", "-q"]
+    start = time.perf_counter()
+    with subprocess.Popen([*command, "-o", str(source.with_name("out.parquet"))], cwd=ROOT) as process:
+        _, status, used = wait4(process)
+    assert status == 0
+    return time.perf_counter() - start, used.ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+def wait4(process: subprocess.Popen) -> tuple[int, int, resource.struct_rusage]:
+    """What this one process used, unlike RUSAGE_CHILDREN, which is the largest of all so far."""
+    found = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(found[1])
+    return found
+
+
+TABLES = {"contacts": (by_contacts, 1_000_000), "features": (by_features, 100), "sets": (by_sets, 1_000_000)}
+
+
+def main(chosen: str | None, most: int | None) -> None:
+    for name, (measure, usual) in TABLES.items():
+        if chosen in (None, name):
+            with tempfile.TemporaryDirectory() as directory:
+                print(heading(f"Cost by {name}"))
+                print("\n" + measure(Path(directory), usual if most is None else most) + "\n", flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--measure"]:
+        measure_locate(*sys.argv[2:])
+    else:
+        words = dict(enumerate(sys.argv[1:]))
+        main(words.get(0), int(words[1]) if 1 in words else None)
