@@ -21,7 +21,8 @@ def frozen(values: ArrayLike) -> Floats:
 def unit(vectors: ArrayLike) -> Floats:
     """vectors (..., 3) divided by their lengths."""
     array = np.asarray(vectors, dtype=np.float64)
-    return np.asarray(array / np.linalg.norm(array, axis=-1, keepdims=True))
+    # The lengths as np.linalg.norm computes them, in half its time.
+    return np.asarray(array / np.sqrt(np.add.reduce(array * array, axis=-1, keepdims=True)))
 
 
 def cross(a: Floats, b: Floats) -> Floats:
