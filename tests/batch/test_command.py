@@ -13,6 +13,10 @@ import numpy as np
 import pytest
 from batch.balls import contact_file, pose, rows, write_cell
 
+from tactfix.batching.cluster import DaskCluster
+from tactfix.errors import MissingExtraError
+from tactfix.report.batch_table import WRITERS, find_writer
+
 TACTFIX = [sys.executable, "-m", "tactfix"]
 
 
@@ -144,6 +148,16 @@ def test_what_cannot_be(
     assert done.returncode == status, done.stderr
     assert said in done.stderr
     assert not list(tmp_path.glob("*.partial.jsonl"))
+
+
+def test_an_extra_that_is_missing_is_named_before_any_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("pyarrow", "distributed"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingExtraError, match=r"tactfix\[batch\]"):
+        find_writer(".parquet")
+    with pytest.raises(MissingExtraError, match=r"tactfix\[dask\]"):
+        DaskCluster("tcp://127.0.0.1:1").open().__enter__()
+    assert find_writer(".csv") is WRITERS[".csv"]
 
 
 def wait_for_rows(journal: Path, count: int, process: subprocess.Popen[str]) -> None:
