@@ -18,7 +18,7 @@ from oracles import monodromy
 from oracles.kinds import TYPE_ORDER, kind_of
 from oracles.monodromy import Start, distinct, random_complex_problem
 from oracles.path_tracking import Steps, track
-from oracles.real_poses import Gauge, polished, pose_gap, pose_of_root
+from oracles.real_poses import Gauge, is_multiple, polished, pose_gap, pose_of_root
 from oracles.study_forms import PLANE, SPHERE, ContactSystem, Problem
 
 Feature = tuple[str, Sequence[float]] | tuple[str, Sequence[float], Sequence[float]]
@@ -36,6 +36,8 @@ FAR_ROTATION = 3e-2
 SINGULAR = 1e-8
 # Largest distance of a contact from its feature, in units of the contacts' spread, for a pose to be an answer.
 ON_SURFACE = 1e-10
+# Largest imaginary part of a regular root, and of an end near a multiple one, from which a real pose is sought.
+WIDEST_IMAGINARY = (1e-3, 0.1)
 
 
 @dataclass(frozen=True)
@@ -201,11 +203,13 @@ def _all_roots(kind: str, target: Problem) -> tuple[tuple[np.ndarray, np.ndarray
             break
         diverged = max(diverged, ends.diverged)
         regular = _united(regular, regular.conj())
-        if len(regular) + len(multiple) + diverged == paths:
+        if len(regular) == paths or len(regular) + len(multiple) + diverged == paths:
             break
-    diverged = max(0, min(diverged, paths - len(regular) - len(multiple)))
-    missing = abs(paths - len(regular) - len(multiple) - diverged)
-    return (regular, multiple), (len(regular), len(multiple), diverged, missing), run + 1
+    # A path that one run left short of a multiple root or of infinity, another may have brought to a regular one.
+    singular = max(0, min(len(multiple), paths - len(regular)))
+    diverged = max(0, min(diverged, paths - len(regular) - singular))
+    missing = abs(paths - len(regular) - singular - diverged)
+    return (regular, multiple), (len(regular), singular, diverged, missing), run + 1
 
 
 def _without_conjugate(roots: np.ndarray) -> int:
@@ -258,16 +262,18 @@ def _condition(system: ContactSystem, roots: np.ndarray) -> np.ndarray:
 
 
 def _real_ones(target: Problem, roots: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Real poses (k, 4, 4) in the target's own frames, each once, and which (k,) come from multiple roots."""
+    """Real poses (k, 4, 4) in the target's own frames, each once, and which (k,) are multiple."""
     poses: list[np.ndarray] = []
     multiple: list[bool] = []
-    for group, is_multiple, widest, merge in ((roots[0], False, 1e-3, 1e-7), (roots[1], True, 0.1, 1e-3)):
+    for group, widest in zip(roots, WIDEST_IMAGINARY, strict=True):
         for root in group:
             pose, imaginary = pose_of_root(root)
             if imaginary > widest:
                 continue
             pose, off = polished(target, pose)
-            if off <= ON_SURFACE and all(pose_gap(pose, known) > merge for known in poses):
+            flat = is_multiple(target, pose)
+            # A multiple pose is found to the square or cube root of rounding only, once for each path that ends there.
+            if off <= ON_SURFACE and all(pose_gap(pose, known) > (1e-3 if flat else 1e-7) for known in poses):
                 poses.append(pose)
-                multiple.append(is_multiple)
+                multiple.append(flat)
     return np.array(poses).reshape(-1, 4, 4), np.array(multiple, dtype=bool)

@@ -59,10 +59,7 @@ def polished(problem: Problem, pose: np.ndarray, steps: int = 60) -> tuple[np.nd
     """The pose after damped Gauss-Newton steps on the six distances, and the largest distance left."""
     damping, off = 1e-6, distances_off(problem, pose)[0]
     for _ in range(steps):
-        off, gradients = distances_off(problem, pose)
-        body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
-        # y = R^T (x - t), R -> R exp([w]), t -> t + R v: dy = y cross w - v.
-        jacobian = np.hstack([np.cross(gradients, body), -gradients])
+        off, jacobian = _distances_and_jacobian(problem, pose)
         step = np.linalg.solve(jacobian.T @ jacobian + damping * np.eye(6), -jacobian.T @ off)
         trial = pose @ _exponential(step)
         if np.linalg.norm(distances_off(problem, trial)[0]) < np.linalg.norm(off):
@@ -72,6 +69,20 @@ def polished(problem: Problem, pose: np.ndarray, steps: int = 60) -> tuple[np.nd
         if damping > 1e3 or np.linalg.norm(step) < 1e-15:
             break
     return pose, float(np.abs(distances_off(problem, pose)[0]).max())
+
+
+def _distances_and_jacobian(problem: Problem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far (6,) the contacts are off at a pose, and the derivative (6, 6) by R -> R exp([w]), t -> t + R v."""
+    off, gradients = distances_off(problem, pose)
+    body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
+    # y = R^T (x - t): dy = y cross w - v.
+    return off, np.hstack([np.cross(gradients, body), -gradients])
+
+
+def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
+    """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell."""
+    values = np.linalg.svd(_distances_and_jacobian(problem, pose)[1], compute_uv=False)
+    return bool(values[-1] < 1e-6 * values[0])
 
 
 def _exponential(step: np.ndarray) -> np.ndarray:
