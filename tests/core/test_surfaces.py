@@ -1,5 +1,7 @@
 """Surfaces: residuals, normals and feet against their definitions written anew, by distance alone."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from core.problems import random_pose, rotation
@@ -16,6 +18,7 @@ from tactfix.geometry.surfaces import (
     offset_radius,
     outward_normals,
     residuals,
+    signed_axis,
 )
 
 SIDES = ["outer", "inner"]
@@ -154,3 +157,26 @@ def test_angles_of_normals_run_to_180_and_of_axes_to_90():
     assert angle_between(Cylinder([0, 0, 0], up, 1), Cylinder([0, 0, 0], tilted, 1)) == pytest.approx(np.pi - 2.5)
     tiny = np.array([1e-9, 0, 1.0])
     assert angle_between(Plane([0, 0, 0], up), Plane([0, 0, 0], tiny)) == pytest.approx(1e-9)
+
+
+def ordinary_directions():
+    """Along every five degrees of longitude and latitude, and of whole numbers up to five."""
+    longitude, latitude = np.radians(np.meshgrid(np.arange(0, 360, 5), np.arange(-90, 91, 5))).reshape(2, -1)
+    angles = [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)]
+    whole = np.array([v for v in product(range(-5, 6), repeat=3) if any(v)], dtype=float)
+    return np.vstack([np.transpose(angles), whole / np.linalg.norm(whole, axis=1, keepdims=True)])
+
+
+def test_an_axis_has_one_direction_whichever_end_it_is_given_from():
+    for direction in ordinary_directions():
+        np.testing.assert_array_equal(signed_axis(direction), signed_axis(-direction))
+        assert np.abs(signed_axis(direction)).tolist() == np.abs(direction).tolist()
+    np.testing.assert_array_equal(signed_axis(np.array([0.0, 0.0, -1.0])), [0.0, 0.0, 1.0])
+
+
+def test_no_rounding_turns_an_ordinary_axis_round():
+    rng = np.random.default_rng(5)
+    for direction in ordinary_directions():
+        for shake in rng.normal(size=(5, 3)):
+            shaken = signed_axis(direction + 1e-3 * shake / np.linalg.norm(shake))
+            assert shaken @ signed_axis(direction) > 0, direction

@@ -43,6 +43,18 @@ def test_reference_sets(case):
         assert min(np.linalg.norm(np.cross(c.surface.direction, direction)) for c in found) < 1e-10
 
 
+@pytest.mark.parametrize("axis", AXES, ids=str)
+@pytest.mark.parametrize("n", [6, 40])
+def test_the_direction_of_an_axis_does_not_depend_on_rounding(axis, n):
+    """From other contacts of the same cylinder, in any order: no two searches round alike."""
+    rng = np.random.default_rng(n)
+    best = []
+    for _ in range(8):
+        points = on_cylinder(rng, n) @ turned_to(axis, rng).T
+        best.append(localize_cylinder(points, 1.0, 1e-3)[0].surface.direction)
+    np.testing.assert_allclose(best, np.broadcast_to(best[0], (8, 3)), atol=1e-6)
+
+
 @pytest.mark.parametrize("n", [4, 5, 6, 9, 20, 300])
 @pytest.mark.parametrize("radius_known", [True, False])
 def test_truth_is_among_the_candidates(n, radius_known):

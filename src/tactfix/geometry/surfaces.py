@@ -58,6 +58,15 @@ class Cylinder:
 
 Surface: TypeAlias = Plane | Sphere | Cylinder
 
+_UP = np.array([0.092, 0.188, 1.0])
+"""Which end of an axis is called its direction. Oblique on purpose: no direction of whole degrees in steps of five or
+of whole numbers up to ten is square to it, so that neither rounding nor little noise turns such an axis round."""
+
+
+def signed_axis(direction: Floats) -> Floats:
+    """One of the two unit directions (3,) of an axis, the same one whichever of them is given: up, in most cases."""
+    return direction if direction @ _UP > 0 else -direction
+
 
 def moved(a_from_b: Floats, surface: Surface) -> Surface:
     """The surface of frame b in frame a, for a_from_b (4, 4)."""

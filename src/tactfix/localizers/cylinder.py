@@ -3,7 +3,7 @@
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder
+from tactfix.geometry.surfaces import Cylinder, signed_axis
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
 from tactfix.localizers.cylinder_search import spread_subset, starting_states
@@ -41,7 +41,8 @@ def localize_cylinder(
     Returns the minima whose chi-square noise can explain, best first, and beyond the minimal number of contacts the
     global minimum always. Five contacts: up to six cylinders, each of its own radius; four of known radius: up to
     twelve. A double root is returned once and marked poorly determined, also where noise has made it complex. No
-    cylinder is an empty result: four contacts too far apart, five in a plane on a hyperbola.
+    cylinder is an empty result: four contacts too far apart, five in a plane on a hyperbola. Of the two directions of
+    an axis the one of `signed_axis`.
     Raises DegenerateContactsError when too few contacts differ, all lie on one line, or on two parallel lines without
     a known radius: infinitely many cylinders pass through those.
     Source: eqs. 16-45 and fig. 5 (five contacts); Macdonald, Pach and Theobald 2001 (four of known radius).
@@ -100,7 +101,9 @@ def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats
     distances = residuals[kept] / contacts.weights * contacts.scale
     return tuple(
         SurfaceCandidate(
-            Cylinder(contacts.origin + contacts.scale * state[:3], state[3:6], float(state[6] * contacts.scale)),
+            Cylinder(
+                contacts.origin + contacts.scale * state[:3], signed_axis(state[3:6]), float(state[6] * contacts.scale)
+            ),
             float(chi2[i]),
             float(np.sqrt(np.mean(distance**2))),
             float(cond),
