@@ -21,6 +21,7 @@ from tactfix.geometry.charts import displaced
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.surfaces import Sphere, Surface
 from tactfix.joint import JointFit, JointProblem, joint_fit
+from tactfix.joint_spread import JointSpread
 from tactfix.noise import chi_square_limit
 from tactfix.realization import fixture_scale, random_surface, realize
 from tactfix.refinement import contact_residuals
@@ -210,13 +211,10 @@ def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit]
 def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[Solution]:
     """One solution per frame that the recipe allows."""
     poses = frames(recipe_of(fixture), fit.surfaces)
-    factor, free = fit.spread()
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    moves = _frame_jacobian(recipe_of(fixture), fit)
-    for base_from_fixture in poses:
-        yield solution_from(
-            base_from_fixture, fit.surfaces, problem.contacts, values, normals, fit.chi2, moves @ factor, moves @ free.T
-        )
+    spread = JointSpread(problem, recipe_of(fixture), fit, _frame_jacobian(recipe_of(fixture), fit))
+    for pose in poses:
+        yield solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread.at(pose))
 
 
 def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:

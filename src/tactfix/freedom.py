@@ -15,8 +15,8 @@ WORTHLESS_SHIFT = 0.25
 
 
 def is_worthless(solution: Solution, contacts: Contacts) -> bool:
-    """Whether a motion is free, or known so badly that it might as well be."""
-    if len(solution.free_twists):
+    """Whether a motion is free, or known so badly that it might as well be, or too badly to say how badly."""
+    if len(solution.free_twists) or not solution.trusted:
         return True
     centre = contacts.points.mean(axis=0)
     turn, shift = solution.sigmas_at(centre)

@@ -36,24 +36,30 @@ LEAST_SIGMA = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointProblem:
-    """What is known: contacts, sigmas (n,) of their residuals, relations; scale is a length of the fixture."""
+    """What is known: contacts, sigmas (n,) of their residuals, relations; scale is a length of the fixture.
+
+    wanted: what residuals over sigma, those of the relations with a sigma behind, shall be instead of zero.
+    """
 
     contacts: Contacts
     sigmas: Floats
     relations: tuple[Relation, ...]
     scale: float
+    wanted: Floats | float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointFit:
     """Surfaces of least chi-square, and the linear model there.
 
-    missing: the most by which an exact relation fails (rad, fixture sizes). jacobian (m, width) of residual over sigma
+    observed (m,): residuals over sigma, less what is wanted, those of the relations with a sigma behind those of the
+    contacts. missing: the most by which an exact relation fails (rad, fixture sizes). jacobian (m, width) of observed
     and constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
     """
 
     surfaces: Mapping[str, Surface]
     residuals: Floats
+    observed: Floats
     chi2: float
     missing: float
     jacobian: Floats
@@ -129,6 +135,11 @@ def _restored(problem: JointProblem, fit: JointFit, target: Linear) -> JointFit:
     return fit
 
 
+def fit_at(problem: JointProblem, fit: JointFit, step: Floats) -> JointFit:
+    """The fit as it stands after a step (width,) in scaled units, moved onto the exact relations."""
+    return _restored(problem, *_linearized(problem, _displaced(fit, step)))
+
+
 def _merit(fit: JointFit, price: float, stiffness: float) -> float:
     """Chi-square and, in the same coin, what is missing to the exact relations.
 
@@ -168,10 +179,11 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
         else:
             exact.append(value / unit)
             exact_rows.append(jacobian / unit)
-    residual, missing = np.concatenate(observed), np.concatenate(exact)
+    residual, missing = np.concatenate(observed) - problem.wanted, np.concatenate(exact)
     fit = JointFit(
         surfaces=surfaces,
         residuals=values,
+        observed=residual,
         chi2=float((residual**2).sum()),
         missing=float(np.abs(missing).max(initial=0.0)),
         jacobian=np.vstack(observed_rows) * lengths,

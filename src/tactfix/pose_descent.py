@@ -3,6 +3,8 @@
 Arrays have the trial poses last, as in `pose_equations`: every numpy call works on all of them.
 """
 
+from contextlib import suppress
+
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
@@ -145,7 +147,8 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
     """
     m, count = rhs.shape
     if count < FEW:
-        return np.asarray(np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0].T)
+        with suppress(np.linalg.LinAlgError):
+            return np.asarray(np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0].T)
     x = rhs.copy()
     for j in range(m):
         column = matrices[j:, j]

@@ -8,7 +8,8 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses import all_poses
-from tactfix.refinement import SMALLEST_RATIO, PoseFit, contact_residuals
+from tactfix.refinement import PoseFit, contact_residuals
+from tactfix.rigid_spread import rigid_spread
 from tactfix.solution import Solution, Solutions, solution_from
 
 UNRESOLVED = 0.5
@@ -23,7 +24,7 @@ def rigid_solutions(
     Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
     search = all_poses(surfaces, contacts, sigmas, with_misses)
-    found = [_solution(fit, contacts) for fit in distinct(search.fits)]
+    found = [_solution(fit, contacts, sigmas) for fit in distinct(search.fits)]
     return Solutions(tuple(found), len(contacts) - 6, search.limit, search.complete, search.continuum)
 
 
@@ -49,19 +50,8 @@ def _unresolved(one: PoseFit, other: PoseFit) -> bool:
     return bool(np.linalg.norm(change) < UNRESOLVED)
 
 
-def _solution(fit: PoseFit, contacts: Contacts) -> Solution:
+def _solution(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Solution:
     """The fit with its uncertainty spelled out."""
-    origin = fit.base_from_fixture[:3, 3]
-    values, motions = fit.sensitivity.svd()
-    known = values > SMALLEST_RATIO * max(values[0], np.finfo(float).tiny)
     _, normals = contact_residuals(fit.surfaces, contacts)
-    return solution_from(
-        fit.base_from_fixture,
-        fit.surfaces,
-        contacts,
-        fit.residuals,
-        normals,
-        fit.chi2,
-        fit.sensitivity.twists(motions[known] / values[known][:, None], origin).T,
-        fit.sensitivity.twists(motions[~known], origin).T,
-    )
+    spread = rigid_spread(fit, contacts, sigmas)
+    return solution_from(fit.base_from_fixture, fit.surfaces, contacts, fit.residuals, normals, fit.chi2, spread)

@@ -9,6 +9,7 @@ from tactfix.contact_certainty import contact_certainty
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
+from tactfix.pose_spread import Spread
 from tactfix.refinement import covariance_at
 from tactfix.results import Candidate
 
@@ -21,7 +22,7 @@ class Solution:
     6): of (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,):
     of each contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
     free_twists (k, 6): motions at base's origin that nothing resists; weak_twist (6,): the least known motion
-    there.
+    there. trusted: whether the covariance is true (`pose_spread`).
     """
 
     base_from_fixture: Floats
@@ -35,6 +36,7 @@ class Solution:
     normal_sigmas: Floats
     free_twists: Floats
     weak_twist: Floats
+    trusted: bool
 
     def sigmas_at(self, point: Floats) -> tuple[float, float]:
         """Worst standard deviations of rotation (rad) and of the place of a point (3,) of the fixture, in base."""
@@ -72,13 +74,13 @@ def solution_from(
     residuals: Floats,
     normals: Floats,
     chi2: float,
-    factor: Floats,
-    free: Floats,
+    spread: Spread,
 ) -> Solution:
-    """A solution from a factor (6, m) of its covariance about the fixture's origin and free motions (6, k) there.
+    """A solution from the spread of its pose.
 
     With a free motion the covariance is infinite, and the sigmas of every contact that it moves.
     """
+    factor, free = spread.factor, spread.free
     origin = base_from_fixture[:3, 3]
     scale = float(np.abs(contacts.points - origin).max())
     moving = free[:, np.abs(free).max(axis=0) > 1e-9 * max(float(np.abs(free).max(initial=0.0)), 1e-300)]
@@ -98,6 +100,7 @@ def solution_from(
         normal_sigmas=normal,
         free_twists=_at_base_origin(moving.T, origin),
         weak_twist=_at_base_origin(weak[None], origin)[0],
+        trusted=spread.trusted,
     )
 
 
