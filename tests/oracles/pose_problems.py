@@ -4,7 +4,7 @@ Lengths are mm; fixtures are 40 to 250 mm wide, the pose is up to two metres fro
 shared with the package: rotations come from QR of normal numbers, contacts from angles on each surface.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,6 +12,8 @@ from oracles.kinds import feature_list
 
 Tidy = Literal["even", "symmetric", "axis-parallel"]
 TIDY: tuple[Tidy, ...] = ("even", "symmetric", "axis-parallel")
+LAYOUTS = ("loose", *TIDY, "mixed", "far")
+FAR = 1e4
 
 
 @dataclass(frozen=True)
@@ -38,24 +40,50 @@ class PoseProblem:
     base_from_fixture: np.ndarray
 
 
-def random_problem(kind: str, rng: np.random.Generator, tidy: Tidy | None = None) -> PoseProblem:
+def random_problem(kind: str, rng: np.random.Generator, tidy: Tidy | None = None, bores: bool = False) -> PoseProblem:
     """A problem of the kind that leaves no motion free at its true pose; tidy as people lay out contacts by hand.
 
     even: square fixtures, contacts evenly spaced on circles, any pose. symmetric: a fixture with mirror planes and
     contacts in mirrored pairs, any pose. axis-parallel: all on the axes of base, the pose a quarter-turn one.
+    bores: some spheres and cylinders of a tidy fixture are touched from inside; of a loose one they always are.
     """
     for _ in range(1000):
-        problem = _draw(kind, rng, tidy)
+        problem = _draw(kind, rng, tidy, bores)
         if stiffness(problem, problem.base_from_fixture) > 1e-3:
             return problem
     raise ValueError(f"no {tidy or 'random'} layout found that locates a fixture of kind {kind!r}")
 
 
-def _draw(kind: str, rng: np.random.Generator, tidy: Tidy | None) -> PoseProblem:
+def problem_number(kind: str, layout: str, seed: int, number: int) -> PoseProblem:
+    """One problem of a numbered series, which can so be made alone.
+
+    layout: loose, a tidy one, mixed (a tidy one with bosses and bores) or far (loose, 10 m from the origin of base and
+    of the fixture). Raises ValueError as random_problem does.
+    """
+    rng = np.random.default_rng([seed, number, *kind.encode(), 0, *layout.encode()])
+    if layout == "mixed":
+        return random_problem(kind, rng, TIDY[rng.integers(len(TIDY))], bores=True)
+    if layout == "far":
+        return _far_away(random_problem(kind, rng), rng)
+    return random_problem(kind, rng, next((tidy for tidy in TIDY if tidy == layout), None))
+
+
+def _far_away(problem: PoseProblem, rng: np.random.Generator) -> PoseProblem:
+    """The same problem with both origins moved away, FAR in every coordinate."""
+    in_base, in_fixture = FAR * rng.choice([-1.0, 1.0], 3), FAR * rng.choice([-1.0, 1.0], 3)
+    pose = problem.base_from_fixture.copy()
+    pose[:3, 3] += in_base - pose[:3, :3] @ in_fixture
+    features = tuple(replace(f, point=f.point + in_fixture) for f in problem.features)
+    return replace(problem, features=features, points=problem.points + in_base, base_from_fixture=pose)
+
+
+def _draw(kind: str, rng: np.random.Generator, tidy: Tidy | None, bores: bool) -> PoseProblem:
     types, counts = feature_list(kind)
     place = _loose_features if tidy is None else _square_features
     tip = float(rng.choice([0.0, 1.5]))
     features = place(types, rng, symmetric=tidy == "symmetric")
+    if bores:
+        features = tuple(f if f.type == "plane" or rng.integers(2) else replace(f, side="inner") for f in features)
     rho = np.array([f.radius + (tip if f.side == "outer" else -tip) for f in features])
     on_features = np.concatenate(
         [_contacts(f, float(r), n, rng, tidy) for f, r, n in zip(features, rho, counts, strict=True)]
@@ -79,6 +107,46 @@ def stiffness(problem: PoseProblem, pose: np.ndarray) -> float:
     arm /= np.sqrt((arm**2).sum(axis=1).mean())
     values = np.linalg.svd(np.hstack([normals, np.cross(arm, normals)]), compute_uv=False)
     return float(values[-1] / values[0])
+
+
+def misfit(problem: PoseProblem, pose: np.ndarray) -> float:
+    """Largest distance of a contact from its offset surface at a pose."""
+    return float(np.abs(_distances(problem, pose)[0]).max())
+
+
+def settled(problem: PoseProblem, pose: np.ndarray, steps: int = 30) -> np.ndarray:
+    """Where plain Newton steps on the six distances, shortened to a tenth of a turn, lead from a pose."""
+    unit = np.sqrt(problem.points.var(axis=0).sum())
+    for _ in range(steps):
+        off, normals, body = _distances(problem, pose)
+        # y = R^T (x - t), R -> R exp([w]), t -> t + R v: dy = y cross w - v. The fixture's origin may be far away.
+        center = body.mean(axis=0)
+        jacobian = np.hstack([np.cross(normals, body - center), -normals * unit])
+        step = np.linalg.lstsq(jacobian, -off, rcond=1e-12)[0]
+        step *= min(1.0, 0.6 / max(np.abs(step).max(), 1e-300))
+        turn, shift = _rotation_by(step[:3]), unit * step[3:]
+        moved = pose.copy()
+        moved[:3, :3] = pose[:3, :3] @ turn
+        moved[:3, 3] = pose[:3, 3] + pose[:3, :3] @ (center + shift - turn @ center)
+        pose = moved
+        if np.abs(step).max() < 1e-14:
+            break
+    return pose
+
+
+def _rotation_by(w: np.ndarray) -> np.ndarray:
+    """The rotation by about the rotation vector w: Cayley's map."""
+    skew = 0.5 * np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    return np.asarray(np.linalg.solve(np.eye(3) - skew, np.eye(3) + skew))
+
+
+def _distances(problem: PoseProblem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far (6,) the contacts are off their offset surfaces, gradients and contacts (6, 3) in the fixture frame."""
+    body = (problem.points - pose[:3, 3]) @ pose[:3, :3]
+    touched = [problem.features[f] for f in problem.feature_of_contact]
+    normals = np.array([_normal(f, x) for f, x in zip(touched, body, strict=True)])
+    off = np.sum(normals * (body - [f.point for f in touched]), axis=1) - problem.rho
+    return off, normals, body
 
 
 def _normal(feature: Feature, x: np.ndarray) -> np.ndarray:

@@ -1,22 +1,37 @@
 """Poses that the package misses, counted: its search for all poses against path tracking in oracles/pose_oracle.
 
-    python -m studies.pose_completeness --kind cylinder4+sphere2 --problems 100        (from tests/)
+    pip install '.[study]'
+    python -m studies.pose_completeness --problems 10000 --jobs 2 --record out.jsonl          (from tests/)
+    python -m studies.pose_completeness --kind cylinder4+sphere2 --layout even --replay 17
 
-A miss is a regular real pose of the oracle with no pose of the package next to it; near: the same where two poses are
-nearly one (the contacts' Jacobian is almost singular there), which noise of the contacts would decide either way.
-Extra is the reverse; it should be zero, since every pose either side reports is checked against the contacts. Problems
-with suspicious paths are counted apart: there the oracle itself may lack a pose.
+Problems are numbered: --first N goes on where another run ended, --record keeps finished blocks of problems and does
+not do them again, --replay shows one problem with all poses of both sides. Set OMP_NUM_THREADS=1.
+
+    poses       real poses of the oracle, multiple: those that are multiple roots, which are not judged
+    missed      regular poses of the oracle with no pose of the package next to them, with miss: problems that have one
+    near        the same where two poses are nearly one (the contacts' Jacobian is almost singular there), which noise
+                of the contacts would decide either way
+    extra       poses of the package that hold exactly and are none of the oracle's: the oracle missed them
+    inexact     poses of the package within its sigma of every contact, but exact nowhere near: two complex poses
+    lost        problems whose planted pose, always a regular one, the package did not find: needs no oracle
+    raised      problems at which the package raised an exception
+    suspect     problems with paths that are not accounted for: the oracle itself may lack a pose
 """
 
 import argparse
+import json
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+from oracles.compiled_poses import COMPILED
 from oracles.kinds import KINDS
-from oracles.pose_oracle import OracleAnswer, all_real_poses
-from oracles.pose_problems import TIDY, PoseProblem, oracle_features, random_problem, stiffness
+from oracles.pose_oracle import ON_SURFACE, OracleAnswer, all_real_poses
+from oracles.pose_problems import LAYOUTS, PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -26,6 +41,44 @@ SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 # Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
 SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
+BLOCK = 50
+COUNTED = ("poses", "multiple", "missed", "near", "with miss", "extra", "inexact", "lost", "raised", "suspect")
+STUDIED = (
+    "plane3+plane2+plane1",
+    "plane2+plane2+plane2",
+    "sphere3+sphere2+sphere1",
+    "sphere2+sphere2+sphere2",
+    "cylinder3+sphere3",
+    "cylinder4+sphere2",
+    "cylinder3+cylinder3",
+    "cylinder4+cylinder2",
+    "cylinder3+plane3",
+    "cylinder4+plane2",
+    "cylinder3+sphere2+plane1",
+    "cylinder2+sphere2+plane2",
+    "cylinder4+sphere1+plane1",
+    "sphere2+plane3+plane1",
+)
+
+
+@dataclass
+class Tally:
+    """Counts, milliseconds of processor time of oracle and package for each problem, and what is worth a line."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    oracle: list[float] = field(default_factory=list)
+    package: list[float] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+    def add(self, other: "Tally") -> None:
+        self.counts.update(other.counts)
+        self.oracle += other.oracle
+        self.package += other.package
+
+    def row(self, name: str) -> str:
+        numbers = "".join(f"{self.counts[head]:10d}" for head in COUNTED)
+        times = f"{np.median(self.oracle):10.1f}{np.median(self.package):10.1f}{np.max(self.package):10.1f}"
+        return f"{name}{len(self.oracle):9d}{numbers}{times}"
 
 
 def poses_of_package(problem: PoseProblem) -> np.ndarray:
@@ -51,88 +104,203 @@ def poses_of_package(problem: PoseProblem) -> np.ndarray:
     return np.asarray(all_poses(surfaces, contacts, np.full(n, SIGMA)).poses)
 
 
-def gap(a: np.ndarray, b: np.ndarray, problem: PoseProblem) -> float:
-    """How far the contacts, taken into the fixture frame, and the axes are apart under two poses, dimensionless."""
+def poses_of_oracle(problem: PoseProblem) -> OracleAnswer:
+    return all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho, COMPILED)
+
+
+def gaps(some: np.ndarray, others: np.ndarray, problem: PoseProblem) -> np.ndarray:
+    """How far (k, m) the contacts, taken into the fixture frame, and the axes are apart under each two poses."""
     spread = np.sqrt(problem.points.var(axis=0).sum())
     center = problem.points.mean(axis=0)
-    shift = a[:3, :3].T @ (center - a[:3, 3]) - b[:3, :3].T @ (center - b[:3, 3])
-    return float(max(np.abs(a[:3, :3] - b[:3, :3]).max(), np.abs(shift).max() / spread))
+    centers = [np.einsum("kji,kj->ki", p[:, :3, :3], center - p[:, :3, 3]) for p in (some, others)]
+    shifts = np.abs(centers[0][:, None] - centers[1][None]).max(axis=2) / spread
+    turns = np.abs(some[:, None, :3, :3] - others[None, :, :3, :3]).max(axis=(2, 3))
+    return np.asarray(np.maximum(shifts, turns))
 
 
-def unmatched(wanted: np.ndarray, given: np.ndarray, problem: PoseProblem) -> list[np.ndarray]:
-    """The wanted poses with none of the given next to them."""
-    return [a for a in wanted if all(gap(a, b, problem) > SAME for b in given)]
+def nearest(some: np.ndarray, others: np.ndarray, problem: PoseProblem) -> np.ndarray:
+    """How far (k,) the nearest of the others is from each."""
+    return gaps(some, others, problem).min(axis=1, initial=np.inf)
 
 
-def compare(problem: PoseProblem, counts: Counter[str]) -> tuple[float, float]:
-    """Adds one problem to the counts; seconds of processor time of the oracle and of the package."""
+def is_exact(problem: PoseProblem, pose: np.ndarray) -> bool:
+    """Whether a pose at which every contact is exactly on its surface is where this one is."""
+    there = settled(problem, pose)
+    spread = np.sqrt(problem.points.var(axis=0).sum())
+    return bool(misfit(problem, there) < 10 * ON_SURFACE * spread and nearest(there[None], pose[None], problem) < SAME)
+
+
+def examine(kind: str, layout: str, seed: int, number: int, tally: Tally) -> None:
+    """Adds one problem to the tally."""
+    problem = problem_number(kind, layout, seed, number)
+    name = f"{kind} --layout {layout} --seed {seed} --replay {number}"
     began = time.process_time()
-    oracle: OracleAnswer = all_real_poses(
-        oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho
-    )
+    oracle = poses_of_oracle(problem)
     middle = time.process_time()
-    found = poses_of_package(problem)
+    try:
+        found = poses_of_package(problem)
+    except Exception as error:
+        found = np.zeros((0, 4, 4))
+        tally.counts["raised"] += 1
+        tally.remarks.append(f"raised   {name}  {type(error).__name__}: {error}")
     ended = time.process_time()
     regular = oracle.poses[~oracle.multiple]
-    missed = unmatched(regular, found, problem)
-    extra = unmatched(found, oracle.poses, problem)
-    near = sum(stiffness(problem, pose) < NEARLY_SINGULAR for pose in missed)
-    counts.update(
-        poses=len(regular),
-        multiple=int(oracle.multiple.sum()),
-        missed=len(missed) - near,
-        near=near,
-        with_miss=int(len(missed) > near),
-        extra=len(extra),
-        suspicious=int(oracle.suspicious > 0),
-        diverged=oracle.diverged,
+    away = nearest(regular, found, problem)
+    missed = [(gap, stiffness(problem, pose)) for gap, pose in zip(away, regular, strict=True) if gap > SAME]
+    near = sum(stiff < NEARLY_SINGULAR for _, stiff in missed)
+    strange = found[nearest(found, oracle.poses, problem) > SAME]
+    extra = sum(is_exact(problem, pose) for pose in strange)
+    lost = nearest(problem.base_from_fixture[None], found, problem)[0] > SAME
+    tally.counts.update(poses=len(regular), multiple=int(oracle.multiple.sum()), missed=len(missed) - near, near=near)
+    tally.counts.update({"with miss": int(len(missed) > near), "extra": extra, "inexact": len(strange) - extra})
+    tally.counts.update(lost=int(lost), suspect=int(oracle.suspicious > 0))
+    tally.oracle.append(1e3 * (middle - began))
+    tally.package.append(1e3 * (ended - middle))
+    tally.remarks += [
+        f"missed   {name}  stiffness {stiff:.1e}, next pose {gap:.1e} away, {len(missed)} of {len(regular)}"
+        for gap, stiff in missed
+        if stiff >= NEARLY_SINGULAR
+    ]
+    if lost:
+        tally.remarks.append(f"lost     {name}")
+    if extra:
+        tally.remarks.append(f"extra    {name}  {extra}")
+
+
+def block(kind: str, layout: str, seed: int, first: int, count: int) -> Tally:
+    """Some problems of one series. Raises ValueError where there is no such layout."""
+    poses_of_oracle(problem_number(kind, layout, seed, first))  # compiles, and loads the start
+    tally = Tally()
+    for number in range(first, first + count):
+        examine(kind, layout, seed, number, tally)
+    return tally
+
+
+Task = tuple[str, str, int, int, int]
+
+
+def finished(record: Path | None) -> dict[Task, Tally]:
+    """The blocks kept in a record."""
+    if record is None or not record.exists():
+        return {}
+    kept = {}
+    for line in record.read_text().splitlines():
+        task, counts, oracle, package, remarks = json.loads(line)
+        kept[tuple(task)] = Tally(Counter(counts), oracle, package, remarks)
+    return kept
+
+
+def work(tasks: Iterable[Task], jobs: int) -> Iterator[tuple[Task, Tally | str]]:
+    """Each task with its tally, or with the reason why there is none, as they end."""
+    if jobs == 1:
+        for task in tasks:
+            yield task, _guarded(task)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        futures = {pool.submit(_guarded, task): task for task in tasks}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def _guarded(task: Task) -> Tally | str:
+    try:
+        return block(*task)
+    except ValueError as nothing:
+        return str(nothing)
+
+
+def run(options: argparse.Namespace) -> None:
+    """All blocks of all rows; remarks as they come, a row when its last block is done."""
+    ends = range(options.first, options.first + options.problems, BLOCK)
+    rows: dict[tuple[str, str], list[Task]] = {
+        (kind, layout): [
+            (kind, layout, options.seed, first, min(BLOCK, options.first + options.problems - first)) for first in ends
+        ]
+        for kind in options.kind
+        for layout in options.layout
+    }
+    done: dict[Task, Tally | str] = {**finished(options.record)}
+    print(f"{'kind':32s} {'layout':14s}{'count':>9s}" + "".join(f"{head:>10s}" for head in HEADS), flush=True)
+    waiting = {name: {task for task in tasks if task not in done} for name, tasks in rows.items()}
+    for name in [name for name, tasks in waiting.items() if not tasks]:
+        _print_row(name, [done[task] for task in rows[name]])
+    for task, tally in work([task for name in rows for task in rows[name] if task not in done], options.jobs):
+        done[task] = tally
+        if isinstance(tally, Tally):
+            _keep(options.record, task, tally)
+            for remark in tally.remarks:
+                print(f"    {remark}", flush=True)
+        waiting[task[:2]].discard(task)
+        if not waiting[task[:2]]:
+            _print_row(task[:2], [done[task] for task in rows[task[:2]]])
+
+
+HEADS = (*COUNTED, "oracle ms", "median ms", "worst ms")
+
+
+def _print_row(name: tuple[str, str], tallies: list[Tally | str]) -> None:
+    heading, total = f"{name[0]:32s} {name[1]:14s}", Tally()
+    for tally in tallies:
+        if isinstance(tally, str):
+            print(f"{heading}  {tally}", flush=True)
+            return
+        total.add(tally)
+    print(total.row(heading), flush=True)
+
+
+def _keep(record: Path | None, task: Task, tally: Tally) -> None:
+    if record is not None:
+        with record.open("a") as file:
+            times = [[round(t, 2) for t in part] for part in (tally.oracle, tally.package)]
+            file.write(json.dumps([task, tally.counts, *times, tally.remarks]) + "\n")
+
+
+def replay(kind: str, layout: str, seed: int, number: int) -> None:
+    """One problem, every pose of the oracle, the package's pose next to it, and what only the package has."""
+    problem = problem_number(kind, layout, seed, number)
+    oracle, found = poses_of_oracle(problem), poses_of_package(problem)
+    truth = problem.base_from_fixture
+    for f in problem.features:
+        size = "" if f.type == "plane" else f" {f.side}, radius {f.radius!r}"
+        print(f"{f.type} at {f.point.tolist()}, direction {f.direction.tolist()}{size}")
+    print(f"tip radius {problem.tip_radius}, contacts:")
+    for f, x in zip(problem.feature_of_contact, problem.points, strict=True):
+        print(f"  {f} {x.tolist()}")
+    print(
+        f"oracle: {oracle.paths} paths, {oracle.finite} finite, {oracle.singular} singular, "
+        f"{oracle.diverged} diverged, {oracle.suspicious} suspicious, {oracle.runs} runs"
     )
-    return middle - began, ended - middle
-
-
-def study(kind: str, layout: str, count: int, seed: int) -> str:
-    """One row of the table."""
-    counts: Counter[str] = Counter()
-    times = np.array([compare(problem, counts) for problem in problems(kind, layout, count, seed)])
-    oracle, package = 1e3 * times.mean(axis=0)
-    worst = 1e3 * times[:, 1].max()
-    columns = ("poses", "multiple", "missed", "near", "with_miss", "extra", "suspicious")
-    numbers = "".join(f"{counts[name]:10d}" for name in columns)
-    return f"{kind:32s} {layout:14s}{count:7d}{numbers}{oracle:10.0f}{package:10.1f}{worst:10.1f}"
-
-
-def problems(kind: str, layout: str, count: int, seed: int) -> Iterator[PoseProblem]:
-    rng = np.random.default_rng([seed, *kind.encode(), *layout.encode()])
-    for _ in range(count):
-        yield random_problem(kind, rng, tidy=None if layout == "loose" else layout)
+    print(f"real poses: oracle {len(oracle.poses)}, package {len(found)}")
+    print(f"{'':10s}{'stiffness':>11s}{'misfit mm':>11s}{'nearest':>11s}")
+    for pose, multiple, gap in zip(oracle.poses, oracle.multiple, nearest(oracle.poses, found, problem), strict=True):
+        what = "multiple" if multiple else ("MISSED" if gap > SAME else "")
+        is_true = "  planted" if nearest(pose[None], truth[None], problem)[0] < SAME else ""
+        print(f"{what:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}{is_true}")
+        if what:
+            print(np.array2string(pose, prefix=" " * 10, formatter={"float": "{:.17g}".format}))
+    for pose, gap in zip(found, nearest(found, oracle.poses, problem), strict=True):
+        if gap > SAME:
+            what = "extra" if is_exact(problem, pose) else "inexact"
+            print(f"{what:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}  of the package")
+    if nearest(truth[None], found, problem)[0] > SAME:
+        print("LOST: the planted pose is not among the package's")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(KINDS), metavar="KIND")
-    parser.add_argument("--layout", nargs="+", choices=["loose", *TIDY], default=["loose", *TIDY])
+    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(STUDIED), metavar="KIND")
+    parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
     parser.add_argument("--problems", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="number of the first problem")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--record", type=Path, help="file of finished blocks; those in it are not done again")
+    parser.add_argument("--replay", type=int, metavar="NUMBER", help="show this problem of the kind and layout alone")
     options = parser.parse_args()
-    heads = (
-        "poses",
-        "multiple",
-        "missed",
-        "near",
-        "with miss",
-        "extra",
-        "suspicious",
-        "oracle ms",
-        "all ms",
-        "worst ms",
-    )
-    print(f"{'kind':32s} {'layout':14s}{'count':>7s}" + "".join(f"{head:>10s}" for head in heads))
-    for kind in options.kind:
-        for layout in options.layout:
-            try:
-                print(study(kind, layout, options.problems, options.seed), flush=True)
-            except ValueError as nothing:
-                print(f"{kind:32s} {layout:14s}  {nothing}", flush=True)
+    if options.replay is None:
+        run(options)
+    else:
+        replay(options.kind[0], options.layout[0], options.seed, options.replay)
 
 
 if __name__ == "__main__":
