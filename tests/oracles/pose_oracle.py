@@ -12,6 +12,7 @@ are used up.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from oracles import monodromy
@@ -169,9 +170,10 @@ def _center_of(problem: Problem) -> np.ndarray:
 def _turn_and_signs(place: np.ndarray, direction: np.ndarray, start: Problem) -> tuple[np.ndarray, np.ndarray]:
     """The rotation of the fixture, and signs of axes and normals, that bring all directions near the start's."""
     count, best = len(direction), (np.inf, np.eye(3), direction)
-    goals = np.vstack([np.where(direction.any(axis=1)[:, None], start.direction.real, 0), 0.3 * start.place.real])
-    for number in range(2**count):
-        signed = direction * np.where(number >> np.arange(count) & 1, -1.0, 1.0)[:, None]
+    has_sign = direction.any(axis=1)
+    goals = np.vstack([np.where(has_sign[:, None], start.direction.real, 0), 0.3 * start.place.real])
+    for signs in product(*((1.0, -1.0) if open_sign else (1.0,) for open_sign in has_sign)):
+        signed = direction * np.array(signs)[:, None]
         turn = _turn_onto(np.vstack([signed, 0.3 * place]), goals)
         gap = float(((signed @ turn.T - goals[:count]) ** 2).sum())
         best = min(best, (gap, turn, signed), key=lambda item: item[0])

@@ -19,19 +19,18 @@ not do them again, --replay shows one problem with all poses of both sides. Set 
 """
 
 import argparse
-import json
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from oracles.compiled_poses import COMPILED
 from oracles.kinds import KINDS
 from oracles.pose_oracle import ON_SURFACE, OracleAnswer, all_real_poses
 from oracles.pose_problems import LAYOUTS, PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
+from studies.blocks import by_row, numbered
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -41,7 +40,6 @@ SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 # Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
 SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
-BLOCK = 50
 COUNTED = ("poses", "multiple", "missed", "near", "with miss", "extra", "inexact", "lost", "raised", "suspect")
 STUDIED = (
     "plane3+plane2+plane1",
@@ -70,15 +68,10 @@ class Tally:
     package: list[float] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
-    def add(self, other: "Tally") -> None:
-        self.counts.update(other.counts)
-        self.oracle += other.oracle
-        self.package += other.package
-
-    def row(self, name: str) -> str:
+    def row(self) -> str:
         numbers = "".join(f"{self.counts[head]:10d}" for head in COUNTED)
         times = f"{np.median(self.oracle):10.1f}{np.median(self.package):10.1f}{np.max(self.package):10.1f}"
-        return f"{name}{len(self.oracle):9d}{numbers}{times}"
+        return f"{len(self.oracle):9d}{numbers}{times}"
 
 
 def poses_of_package(problem: PoseProblem) -> np.ndarray:
@@ -154,8 +147,8 @@ def examine(kind: str, layout: str, seed: int, number: int, tally: Tally) -> Non
     tally.counts.update(poses=len(regular), multiple=int(oracle.multiple.sum()), missed=len(missed) - near, near=near)
     tally.counts.update({"with miss": int(len(missed) > near), "extra": extra, "inexact": len(strange) - extra})
     tally.counts.update(lost=int(lost), suspect=int(oracle.suspicious > 0))
-    tally.oracle.append(1e3 * (middle - began))
-    tally.package.append(1e3 * (ended - middle))
+    tally.oracle.append(round(1e3 * (middle - began), 2))
+    tally.package.append(round(1e3 * (ended - middle), 2))
     tally.remarks += [
         f"missed   {name}  stiffness {stiff:.1e}, next pose {gap:.1e} away, {len(missed)} of {len(regular)}"
         for gap, stiff in missed
@@ -167,92 +160,47 @@ def examine(kind: str, layout: str, seed: int, number: int, tally: Tally) -> Non
         tally.remarks.append(f"extra    {name}  {extra}")
 
 
-def block(kind: str, layout: str, seed: int, first: int, count: int) -> Tally:
-    """Some problems of one series. Raises ValueError where there is no such layout."""
-    poses_of_oracle(problem_number(kind, layout, seed, first))  # compiles, and loads the start
-    tally = Tally()
-    for number in range(first, first + count):
-        examine(kind, layout, seed, number, tally)
-    return tally
-
-
-Task = tuple[str, str, int, int, int]
-
-
-def finished(record: Path | None) -> dict[Task, Tally]:
-    """The blocks kept in a record."""
-    if record is None or not record.exists():
-        return {}
-    kept = {}
-    for line in record.read_text().splitlines():
-        task, counts, oracle, package, remarks = json.loads(line)
-        kept[tuple(task)] = Tally(Counter(counts), oracle, package, remarks)
-    return kept
-
-
-def work(tasks: Iterable[Task], jobs: int) -> Iterator[tuple[Task, Tally | str]]:
-    """Each task with its tally, or with the reason why there is none, as they end."""
-    if jobs == 1:
-        for task in tasks:
-            yield task, _guarded(task)
-        return
-    with ProcessPoolExecutor(jobs) as pool:
-        futures = {pool.submit(_guarded, task): task for task in tasks}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-
-
-def _guarded(task: Task) -> Tally | str:
+def block(kind: str, layout: str, seed: int, first: int, count: int) -> dict[str, Any] | str:
+    """Some problems of one series, as a dict for JSON; or why there are none."""
     try:
-        return block(*task)
+        poses_of_oracle(problem_number(kind, layout, seed, first))  # compiles, and loads the start
+        tally = Tally()
+        for number in range(first, first + count):
+            examine(kind, layout, seed, number, tally)
     except ValueError as nothing:
         return str(nothing)
+    return dict(vars(tally))
 
 
 def run(options: argparse.Namespace) -> None:
     """All blocks of all rows; remarks as they come, a row when its last block is done."""
-    ends = range(options.first, options.first + options.problems, BLOCK)
-    rows: dict[tuple[str, str], list[Task]] = {
-        (kind, layout): [
-            (kind, layout, options.seed, first, min(BLOCK, options.first + options.problems - first)) for first in ends
-        ]
+    numbers = numbered(options.first, options.problems)
+    rows = {
+        (kind, layout): [(kind, layout, options.seed, *block_numbers) for block_numbers in numbers]
         for kind in options.kind
         for layout in options.layout
     }
-    done: dict[Task, Tally | str] = {**finished(options.record)}
     print(f"{'kind':32s} {'layout':14s}{'count':>9s}" + "".join(f"{head:>10s}" for head in HEADS), flush=True)
-    waiting = {name: {task for task in tasks if task not in done} for name, tasks in rows.items()}
-    for name in [name for name, tasks in waiting.items() if not tasks]:
-        _print_row(name, [done[task] for task in rows[name]])
-    for task, tally in work([task for name in rows for task in rows[name] if task not in done], options.jobs):
-        done[task] = tally
-        if isinstance(tally, Tally):
-            _keep(options.record, task, tally)
-            for remark in tally.remarks:
-                print(f"    {remark}", flush=True)
-        waiting[task[:2]].discard(task)
-        if not waiting[task[:2]]:
-            _print_row(task[:2], [done[task] for task in rows[task[:2]]])
+    for name, result, all_results in by_row(rows, block, options.jobs, options.record):
+        for remark in [] if isinstance(result, str) else result["remarks"]:
+            print(f"    {remark}", flush=True)
+        if all_results is not None:
+            print(f"{name[0]:32s} {name[1]:14s}{total(all_results)}", flush=True)
 
 
 HEADS = (*COUNTED, "oracle ms", "median ms", "worst ms")
 
 
-def _print_row(name: tuple[str, str], tallies: list[Tally | str]) -> None:
-    heading, total = f"{name[0]:32s} {name[1]:14s}", Tally()
-    for tally in tallies:
-        if isinstance(tally, str):
-            print(f"{heading}  {tally}", flush=True)
-            return
-        total.add(tally)
-    print(total.row(heading), flush=True)
-
-
-def _keep(record: Path | None, task: Task, tally: Tally) -> None:
-    if record is not None:
-        with record.open("a") as file:
-            times = [[round(t, 2) for t in part] for part in (tally.oracle, tally.package)]
-            file.write(json.dumps([task, tally.counts, *times, tally.remarks]) + "\n")
+def total(results: list[dict[str, Any] | str]) -> str:
+    """The numbers of a row, or why there are none."""
+    tally = Tally()
+    for result in results:
+        if isinstance(result, str):
+            return f"  {result}"
+        tally.counts.update(result["counts"])
+        tally.oracle += result["oracle"]
+        tally.package += result["package"]
+    return tally.row()
 
 
 def replay(kind: str, layout: str, seed: int, number: int) -> None:
