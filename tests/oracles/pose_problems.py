@@ -68,6 +68,27 @@ def problem_number(kind: str, layout: str, seed: int, number: int) -> PoseProble
     return random_problem(kind, rng, next((tidy for tidy in TIDY if tidy == layout), None))
 
 
+def touched_again(problem: PoseProblem, more: int, rng: np.random.Generator) -> PoseProblem:
+    """The problem with some more contacts, on any of its features and anywhere on them."""
+    chosen = rng.integers(len(problem.features), size=more)
+    rho_of_feature = {int(f): float(r) for f, r in zip(problem.feature_of_contact, problem.rho, strict=True)}
+    rho = np.array([rho_of_feature[int(f)] for f in chosen])
+    added = [_contacts(problem.features[f], r, 1, rng, None)[0] for f, r in zip(chosen, rho, strict=True)]
+    pose = problem.base_from_fixture
+    points = np.array(added).reshape(-1, 3) @ pose[:3, :3].T + pose[:3, 3]
+    return replace(
+        problem,
+        feature_of_contact=np.concatenate([problem.feature_of_contact, chosen]),
+        points=np.concatenate([problem.points, points]),
+        rho=np.concatenate([problem.rho, rho]),
+    )
+
+
+def random_direction(rng: np.random.Generator) -> np.ndarray:
+    direction = rng.normal(size=3)
+    return direction / np.linalg.norm(direction)
+
+
 def _far_away(problem: PoseProblem, rng: np.random.Generator) -> PoseProblem:
     """The same problem with both origins moved away, FAR in every coordinate."""
     in_base, in_fixture = FAR * rng.choice([-1.0, 1.0], 3), FAR * rng.choice([-1.0, 1.0], 3)
@@ -111,14 +132,14 @@ def stiffness(problem: PoseProblem, pose: np.ndarray) -> float:
 
 def misfit(problem: PoseProblem, pose: np.ndarray) -> float:
     """Largest distance of a contact from its offset surface at a pose."""
-    return float(np.abs(_distances(problem, pose)[0]).max())
+    return float(np.abs(distances(problem, pose)[0]).max())
 
 
 def settled(problem: PoseProblem, pose: np.ndarray, steps: int = 30) -> np.ndarray:
     """Where plain Newton steps on the six distances, shortened to a tenth of a turn, lead from a pose."""
     unit = np.sqrt(problem.points.var(axis=0).sum())
     for _ in range(steps):
-        off, normals, body = _distances(problem, pose)
+        off, normals, body = distances(problem, pose)
         # y = R^T (x - t), R -> R exp([w]), t -> t + R v: dy = y cross w - v. The fixture's origin may be far away.
         center = body.mean(axis=0)
         jacobian = np.hstack([np.cross(normals, body - center), -normals * unit])
@@ -140,8 +161,8 @@ def _rotation_by(w: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.solve(np.eye(3) - skew, np.eye(3) + skew))
 
 
-def _distances(problem: PoseProblem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How far (6,) the contacts are off their offset surfaces, gradients and contacts (6, 3) in the fixture frame."""
+def distances(problem: PoseProblem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far (n,) the contacts are off their offset surfaces, gradients and contacts (n, 3) in the fixture frame."""
     body = (problem.points - pose[:3, 3]) @ pose[:3, :3]
     touched = [problem.features[f] for f in problem.feature_of_contact]
     normals = np.array([_normal(f, x) for f, x in zip(touched, body, strict=True)])
