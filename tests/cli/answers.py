@@ -1,5 +1,7 @@
 """Results made by hand, for reports and the command line: no solver takes part."""
 
+from importlib import import_module
+
 import numpy as np
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
@@ -12,6 +14,9 @@ from tactfix.results import (
     Reason,
     Status,
 )
+
+LOCATING = import_module("tactfix.locate")
+"""Where locate is at home; tactfix.locate itself is the function."""
 
 BASE_FROM_FIXTURE = np.array(
     [[0.6, -0.8, 0.0, 1 / 3], [0.8, 0.6, 0.0, -2.0e-7], [0.0, -0.0, 1.0, 12345.678901234567], [0.0, 0.0, 0.0, 1.0]]

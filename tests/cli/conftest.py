@@ -4,10 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.answers import answer
+from cli.answers import LOCATING, answer
 from files.texts import PAPER, contact_text, written
 
-import tactfix.cli.locate
 from tactfix.results import LocateResult, Status
 
 
@@ -27,6 +26,6 @@ def answers(monkeypatch: pytest.MonkeyPatch) -> Callable[[Status], None]:
         def locate(*_: object, **__: object) -> LocateResult:
             return answer(status)
 
-        monkeypatch.setattr(tactfix.cli.locate, "locate", locate)
+        monkeypatch.setattr(LOCATING, "locate", locate)
 
     return set_status

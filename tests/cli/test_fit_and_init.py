@@ -1,13 +1,13 @@
 """fit and init on the command line."""
 
 import json
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from files.texts import HEAD, written
 
-import tactfix.cli.fit
 from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
@@ -29,7 +29,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
         plane = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
         return FitResult("plane", "located", plane, (), 0, 0.0, 3.8, 0.0, warnings=("mind the step",))
 
-    monkeypatch.setattr(tactfix.cli.fit, "fit", fit)
+    monkeypatch.setattr(import_module("tactfix.fit"), "fit", fit)
     return calls
 
 
@@ -56,7 +56,7 @@ def test_contacts_that_leave_the_surface_free(
     def fit(*_: object) -> FitResult:
         raise DegenerateContactsError("plane", "collinear", 1e-12, 1e-6, "spread them")
 
-    monkeypatch.setattr(tactfix.cli.fit, "fit", fit)
+    monkeypatch.setattr(import_module("tactfix.fit"), "fit", fit)
     path = str(written(tmp_path, PLANE, "c.csv"))
     assert main(["fit", "plane", path]) == 4
     out, err = capsys.readouterr()

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.answers import BASE_FROM_FIXTURE, COVARIANCE, answer
+from cli.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
 
-import tactfix.cli.locate
 from tactfix.accuracy import point_covariance
 from tactfix.cli import main
 from tactfix.contacts import Contacts
@@ -172,7 +171,7 @@ def test_options_reach_the_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
         seen.append(contacts)
         return answer()
 
-    monkeypatch.setattr(tactfix.cli.locate, "locate", locate)
+    monkeypatch.setattr(LOCATING, "locate", locate)
     assert main([*RUN, "--units", "m", "--tip-radius", "0.003", "--sigma", "1e-5", "--scale-sigma"]) == 0
     assert seen[0].tip_radius == 3.0
     assert seen[0].sigmas[0] == pytest.approx(0.01)
@@ -188,7 +187,7 @@ def test_contacts_from_standard_input(answers: Answers, folder: Path, monkeypatc
 
 def test_a_machine_log(monkeypatch: pytest.MonkeyPatch, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     seen: list[Contacts] = []
-    monkeypatch.setattr(tactfix.cli.locate, "locate", lambda _, contacts, **__: seen.append(contacts) or answer())
+    monkeypatch.setattr(LOCATING, "locate", lambda _, contacts, **__: seen.append(contacts) or answer())
     (folder / "grbl.txt").write_text("[PRB:1.0,2.0,3.0:1]\nok\n[PRB:0,0,0:0]\n[PRB:4.0,5.0,6.0:1]\n")
     options = [
         "--contacts-format",

@@ -7,40 +7,32 @@ from functools import partial
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from tactfix.batch import run_batch
-from tactfix.batching.cluster import DaskCluster
-from tactfix.batching.processes import LocalProcesses, cores
-from tactfix.batching.row import BatchRow
-from tactfix.batching.task import BatchTask
-from tactfix.batching.workers import Spread, here, spread_over
 from tactfix.cli.arguments import vector
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, ContactsFormat, Features, FixturePath, Quiet, Sigma, TipOffset, TipRadius, Units
 from tactfix.cli.output import emit, note, tell
 from tactfix.cli.progress import progress_bar
 from tactfix.errors import UsageError
-from tactfix.files.batch_journal import BatchJournal, journal_path
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.contact_sets import SetReader, find_sets
-from tactfix.files.fixture_file import load_fixture
-from tactfix.files.reading import read_bytes
-from tactfix.files.writing import whole_file
-from tactfix.report.batch_summary import BatchCount, batch_json, batch_lines
-from tactfix.report.batch_table import Writer, find_writer, write_jsonl
-from tactfix.report.text_report import verdict_lines
-from tactfix.results import LocateResult
 from tactfix.version import VERSION
+
+if TYPE_CHECKING:
+    from tactfix.batching.row import BatchRow
+    from tactfix.batching.task import BatchTask
+    from tactfix.batching.workers import Spread
+    from tactfix.files.batch_journal import BatchJournal
+    from tactfix.report.batch_summary import BatchCount
+    from tactfix.report.batch_table import Writer
+    from tactfix.results import LocateResult
 
 
 def command(
     fixture: FixturePath,
     contacts: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="CONTACTS...",
             help="Contact files, directories of them, or tables (CSV or parquet) with a column set.",
             show_default=False,
@@ -48,36 +40,34 @@ def command(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             "--output", "-o", metavar="FILE", help="A .parquet, .csv or .jsonl file; without it JSON lines are printed."
         ),
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
+        int | None, Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
+        str | None, Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
     ] = None,
     units: Units = None,
     tip_radius: TipRadius = None,
     sigma: Sigma = None,
     max_sigma: Annotated[
         float | None,
-        typer.Option(
-            metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."
-        ),
+        Option(metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."),
     ] = None,
     max_rms: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
+        float | None, Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
+        str | None, Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
     ] = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -89,6 +79,14 @@ def command(
 
     Exit status: 0 all are located and acceptable, 1 some are not (their rows say why), 3 none could be read.
     """
+    from tactfix.batch import run_batch
+    from tactfix.batching.task import BatchTask
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_sets import SetReader, find_sets
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.report.batch_summary import BatchCount, batch_json, batch_lines
+    from tactfix.report.batch_table import find_writer, write_jsonl
+
     if as_json and output is None:
         raise UsageError("--json prints what became of the sets; give their rows an --output")
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
@@ -118,13 +116,19 @@ def command(
     return _exit_of(count)
 
 
-def in_one_line(result: LocateResult) -> str:
+def in_one_line(result: "LocateResult") -> str:
     """Why a result is not located; empty where it is."""
+    from tactfix.report.text_report import verdict_lines
+
     return "; ".join(line.strip() for line in verdict_lines(result))
 
 
-def _spread(jobs: int | None, scheduler: str | None) -> Spread:
+def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
     """Who does the work: a cluster, processes of this machine, or this process alone where one is enough."""
+    from tactfix.batching.cluster import DaskCluster
+    from tactfix.batching.processes import LocalProcesses, cores
+    from tactfix.batching.workers import here, spread_over
+
     if scheduler is not None:
         if jobs is not None:
             raise UsageError("--jobs is for this machine; a cluster has the workers that it has")
@@ -133,15 +137,19 @@ def _spread(jobs: int | None, scheduler: str | None) -> Spread:
     return here if wanted == 1 else partial(spread_over, LocalProcesses(wanted))
 
 
-def _digest(fixture: Path, task: BatchTask) -> str:
+def _digest(fixture: Path, task: "BatchTask") -> str:
     """A checksum of all that the rows depend on but the contacts."""
+    from tactfix.files.reading import read_bytes
+
     rest = (VERSION, task.read, task.scale_sigma, task.max_sigma, task.max_rms, task.point_fixture)
     return sha256(read_bytes(fixture) + repr(rest).encode()).hexdigest()
 
 
 @contextmanager
-def _journal(output: Path | None) -> Iterator[BatchJournal]:
+def _journal(output: Path | None) -> "Iterator[BatchJournal]":
     """The journal beside the output; where there is no output, one that is forgotten."""
+    from tactfix.files.batch_journal import BatchJournal, journal_path
+
     if output is not None:
         with BatchJournal(journal_path(output)) as journal:
             yield journal
@@ -151,7 +159,7 @@ def _journal(output: Path | None) -> Iterator[BatchJournal]:
 
 
 @contextmanager
-def _told_how_to_go_on(journal: BatchJournal, sets: int, output: Path | None) -> Iterator[None]:
+def _told_how_to_go_on(journal: "BatchJournal", sets: int, output: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
@@ -160,8 +168,10 @@ def _told_how_to_go_on(journal: BatchJournal, sets: int, output: Path | None) ->
         raise
 
 
-def _write(rows: Iterable[BatchRow], write: Writer, output: Path | None) -> None:
+def _write(rows: "Iterable[BatchRow]", write: "Writer", output: Path | None) -> None:
     """Write the rows to the output, whole or not at all, or to standard output."""
+    from tactfix.files.writing import whole_file
+
     if output is not None:
         with whole_file(output) as file:
             write(rows, file)
@@ -171,7 +181,7 @@ def _write(rows: Iterable[BatchRow], write: Writer, output: Path | None) -> None
     emit(printed.getvalue())
 
 
-def _exit_of(count: BatchCount) -> Exit:
+def _exit_of(count: "BatchCount") -> Exit:
     """0 where all is well, 3 where nothing could be read, 1 in between."""
     if not count.refused:
         return Exit.DONE

@@ -3,42 +3,41 @@
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-import typer
-
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
 from tactfix.cli.output import emit, tell
-from tactfix.compare import Limits, compare, exceeded
-from tactfix.files.pose_file import load_pose
-from tactfix.files.writing import write_whole
-from tactfix.report.compare_report import compare_json, compare_junit, compare_lines
-from tactfix.report.json_report import text_of
 
 
 def command(
-    before: Annotated[str, typer.Argument(metavar="BEFORE", help="The pose that was: output of locate, or else.")],
-    after: Annotated[str, typer.Argument(metavar="AFTER", help="The pose that is; - is standard input.")],
+    before: Annotated[str, Argument(metavar="BEFORE", help="The pose that was: output of locate, or else.")],
+    after: Annotated[str, Argument(metavar="AFTER", help="The pose that is; - is standard input.")],
     limit_translation: Annotated[
         float | None,
-        typer.Option(metavar="L", min=0, help="Exit 1 where the origin moved more than L, in the unit of BEFORE."),
+        Option(metavar="L", min=0, help="Exit 1 where the origin moved more than L, in the unit of BEFORE."),
     ] = None,
     limit_rotation: Annotated[
-        float | None, typer.Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
+        float | None, Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
     ] = None,
     units: Annotated[
-        str | None, typer.Option(metavar="U", help="Unit of a pose whose file does not say: mm, m, um or in.")
+        str | None, Option(metavar="U", help="Unit of a pose whose file does not say: mm, m, um or in.")
     ] = None,
     as_json: AsJson = False,
-    junit: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the verdict to FILE as JUnit XML too.")
-    ] = None,
+    junit: Annotated[Path | None, Option(metavar="FILE", help="Write the verdict to FILE as JUnit XML too.")] = None,
     output: Output = None,
 ) -> int:
     """Tell how far a fixture has moved since it was located last, in base and in its own frame.
 
     Exit status: 0 within the limits, 1 past one of them.
     """
+    import numpy as np
+
+    from tactfix.compare import Limits, compare, exceeded
+    from tactfix.files.pose_file import load_pose
+    from tactfix.files.writing import write_whole
+    from tactfix.report.compare_report import compare_json, compare_junit, compare_lines
+    from tactfix.report.json_report import text_of
+
     limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))
     if junit is not None:

@@ -3,22 +3,25 @@
 import os
 from collections.abc import Iterator
 
+from tactfix.cli.vocabulary import CONTACT_FORMATS, POSE_FORMATS
 from tactfix.errors import TactfixError
+from tactfix.templates import TEMPLATES
 from tactfix.units import UNITS
 
 
 def pose_formats(incomplete: str) -> list[str]:
     """The formats of poses."""
-    from tactfix.dialects import DIALECTS
-
-    return [name for name in DIALECTS if name.startswith(incomplete)]
+    return [name for name in POSE_FORMATS if name.startswith(incomplete)]
 
 
 def contact_formats(incomplete: str) -> list[str]:
     """The formats of contacts."""
-    from tactfix.files.logs import LOG_FORMATS
+    return [name for name in ("csv", *CONTACT_FORMATS) if name.startswith(incomplete)]
 
-    return [name for name in ("csv", *LOG_FORMATS) if name.startswith(incomplete)]
+
+def templates(incomplete: str) -> list[str]:
+    """The fixture files to start from."""
+    return [name for name in TEMPLATES if name.startswith(incomplete)]
 
 
 def units(incomplete: str) -> list[str]:
@@ -40,12 +43,15 @@ def words_of_shell() -> list[str]:
 
 def _features() -> Iterator[str]:
     """The features of the fixture file; none where it cannot be read, for this is no time to complain."""
-    from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.reading import decode, read_bytes
+    from tactfix.files.yaml_tree import read_tree
 
     # The arguments are not parsed yet where an option still waits for its value.
     path = next((word for word in words_of_shell() if word.endswith((".yaml", ".yml"))), None)
     if path is not None:
         try:
-            yield from load_fixture(path).features
+            value = read_tree(decode(path, read_bytes(path))).value
         except TactfixError:
             return
+        features = value.get("features") if isinstance(value, dict) else None
+        yield from features if isinstance(features, dict) else ()

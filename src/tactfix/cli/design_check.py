@@ -3,37 +3,30 @@
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import TYPE_CHECKING, Annotated
 
 from tactfix.cli.arguments import vector
-from tactfix.cli.contacts_input import read_contacts
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, TipOffset, Units
 from tactfix.cli.output import emit
 from tactfix.cli.progress import progress_bar
-from tactfix.contacts import Contacts
-from tactfix.design.explanations import explanation
-from tactfix.design_check import DesignReport, Wishes, design_check
 from tactfix.errors import UsageError
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.fixture_file import load_fixture
-from tactfix.files.writing import write_whole
-from tactfix.fixture import Fixture
-from tactfix.report.design_json import design_json
-from tactfix.report.design_junit import design_junit
-from tactfix.report.design_table import design_text
-from tactfix.report.json_report import text_of
+
+if TYPE_CHECKING:
+    from tactfix.contacts import Contacts
+    from tactfix.design_check import DesignReport
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.fixture import Fixture
 
 
 def command(
     fixture: Annotated[
-        Path | None, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
+        Path | None, Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
     ] = None,
     contacts: Annotated[
         str | None,
-        typer.Argument(
+        Argument(
             metavar="CONTACTS-OR-PLAN",
             help="Contacts made in base, or planned in the fixture frame (CSV); - is standard input.",
             show_default=False,
@@ -41,34 +34,32 @@ def command(
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
+        Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
     ] = None,
     sigma: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0, help="Sigma of a contact, in the unit of the contacts or fixture."),
+        Option(metavar="S", min=0, help="Sigma of a contact, in the unit of the contacts or fixture."),
     ] = None,
     tip_radius: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
+        float | None, Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
     ] = None,
     max_sigma: Annotated[
-        float | None, typer.Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
+        float | None, Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
     ] = None,
     study: Annotated[
         int,
-        typer.Option(metavar="N", min=0, help="Locate N random layouts for each number of contacts; takes its time."),
+        Option(metavar="N", min=0, help="Locate N random layouts for each number of contacts; takes its time."),
     ] = 0,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
+    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
     units: Units = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     as_json: AsJson = False,
-    junit: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
-    ] = None,
+    junit: Annotated[Path | None, Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")] = None,
     output: Output = None,
     explain: Annotated[
-        str | None, typer.Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
+        str | None, Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
     ] = None,
     quiet: Quiet = False,
 ) -> int:
@@ -78,6 +69,13 @@ def command(
 
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
+    from tactfix.design.explanations import explanation
+    from tactfix.design_check import Wishes, design_check
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.writing import write_whole
+    from tactfix.report.design_junit import design_junit
+
     if explain is not None:
         emit(explanation(explain), output)
         return Exit.DONE
@@ -99,21 +97,27 @@ def command(
 
 def _contacts(
     path: str | None,
-    fixture: Fixture,
-    options: ContactOptions,
+    fixture: "Fixture",
+    options: "ContactOptions",
     format_name: str,
     features: str | None,
     tip_offset: str | None,
     *,
     quiet: bool,
-) -> Contacts | None:
+) -> "Contacts | None":
+    from tactfix.cli.contacts_input import read_contacts
+
     if path is None:
         return None
     return read_contacts(path, format_name, fixture, options, features, tip_offset, quiet=quiet).contacts
 
 
-def _text(report: DesignReport, output: Path | None, *, as_json: bool) -> str:
+def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:
     """JSON where it is asked for by option or suffix, else tables, in colour on a terminal that wants it."""
+    from tactfix.report.design_json import design_json
+    from tactfix.report.design_table import design_text
+    from tactfix.report.json_report import text_of
+
     if as_json or (output is not None and output.suffix.lower() == ".json"):
         return text_of(design_json(report))
     is_terminal = output is None and sys.stdout.isatty()

@@ -1,20 +1,17 @@
 """tactfix fit."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units
 from tactfix.cli.output import emit, tell
-from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError, UsageError
-from tactfix.files.contact_file import read_contact_file
-from tactfix.files.contact_options import ContactOptions
-from tactfix.fit import FitResult, fit
-from tactfix.report.json_report import fit_json, text_of
-from tactfix.report.text_report import fit_verdict_lines, surface_text
+
+if TYPE_CHECKING:
+    from tactfix.contacts import Contacts
+    from tactfix.fit import FitResult
 
 
 class Kind(StrEnum):
@@ -33,15 +30,15 @@ class Side(StrEnum):
 
 
 def command(
-    kind: Annotated[Kind, typer.Argument(help="The kind of surface.", show_default=False)],
+    kind: Annotated[Kind, Argument(help="The kind of surface.", show_default=False)],
     contacts: ContactsPath,
     radius: Annotated[
-        float | None, typer.Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
+        float | None, Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
     ] = None,
-    side: Annotated[Side, typer.Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
+    side: Annotated[Side, Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
     feature: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
+        Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -54,6 +51,11 @@ def command(
 
     All lengths are in the contact file's unit. Exit status as for locate.
     """
+    from tactfix.files.contact_file import read_contact_file
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.report.json_report import fit_json, text_of
+    from tactfix.report.text_report import fit_verdict_lines, surface_text
+
     if radius is not None and (kind is Kind.PLANE or not 0 < radius < float("inf")):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
@@ -69,15 +71,17 @@ def command(
     return exit_of_status(result.status)
 
 
-def _fit(kind: Kind, contacts: Contacts, radius: float | None, side: Side) -> FitResult:
+def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> "FitResult":
     """What fit finds; contacts that leave the surface free are an answer too."""
+    from tactfix.fit import FitResult, fit
+
     try:
         return fit(kind.value, contacts, radius, side.value)
     except DegenerateContactsError as error:
         return FitResult(kind.value, "underdetermined", None, (), 0, None, None, None, warnings=(str(error),))
 
 
-def _one_feature(contacts: Contacts, feature: str | None) -> Contacts:
+def _one_feature(contacts: "Contacts", feature: str | None) -> "Contacts":
     """The contacts on one feature; a file that names several needs to be told which."""
     names = list(dict.fromkeys(contacts.features))
     if feature is None and len(names) == 1:

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from tactfix.cli import completion
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.output import emit
 from tactfix.errors import UsageError
 from tactfix.templates import TEMPLATES, template_text
@@ -13,15 +13,15 @@ from tactfix.templates import TEMPLATES, template_text
 def command(
     output: Annotated[
         Path | None,
-        typer.Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
+        Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
     ] = None,
     like: Annotated[
         str,
-        typer.Option(
-            metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=lambda: list(TEMPLATES)
+        Option(
+            metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=completion.templates
         ),
     ] = "cylinder-sphere",
-    force: Annotated[bool, typer.Option("--force", help="Replace FILE where it exists.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace FILE where it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""
     if output is not None and output.exists() and not force:

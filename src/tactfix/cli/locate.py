@@ -1,13 +1,10 @@
 """tactfix locate."""
 
-from typing import Annotated
-
-import numpy as np
-import typer
+from typing import TYPE_CHECKING, Annotated
 
 from tactfix.cli.arguments import vector
 from tactfix.cli.completion import pose_formats
-from tactfix.cli.contacts_input import read_contacts
+from tactfix.cli.declarations import Option
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     AsJson,
@@ -24,14 +21,10 @@ from tactfix.cli.options import (
     Verbose,
 )
 from tactfix.cli.output import emit, note, tell, wants_summary
-from tactfix.cli.pose_output import chosen_format, render_pose
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.fixture_file import load_fixture
-from tactfix.gates import exceeded_gates, shown_sigma
-from tactfix.geometry.arrays import Floats
-from tactfix.locate import locate
-from tactfix.report.text_report import verdict_lines
-from tactfix.results import LocateResult
+
+if TYPE_CHECKING:
+    from tactfix.geometry.arrays import Floats
+    from tactfix.results import LocateResult
 
 
 def command(
@@ -39,7 +32,7 @@ def command(
     contacts: ContactsPath,
     format: Annotated[  # noqa: A002 - the name of the option
         str | None,
-        typer.Option(
+        Option(
             "--format",
             "-f",
             metavar="F",
@@ -54,23 +47,21 @@ def command(
     sigma: Sigma = None,
     max_sigma: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
+        Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
     ] = None,
     max_rms: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
+        float | None, Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
+        str | None, Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
     ] = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
-    ] = False,
+    force: Annotated[bool, Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
@@ -80,6 +71,16 @@ def command(
 
     Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined, 5 ambiguous, 6 inconsistent.
     """
+    import numpy as np
+
+    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.pose_output import chosen_format, render_pose
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.gates import shown_sigma
+    from tactfix.locate import locate
+    from tactfix.report.text_report import verdict_lines
+
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
     there = load_fixture(fixture)
@@ -101,8 +102,10 @@ def command(
     return _judge(result, point, max_sigma, max_rms)
 
 
-def _judge(result: LocateResult, at: Floats | None, max_sigma: float | None, max_rms: float | None) -> Exit:
+def _judge(result: "LocateResult", at: "Floats | None", max_sigma: float | None, max_rms: float | None) -> Exit:
     """The exit status: that of the result's status, or of a gate that it exceeds."""
+    from tactfix.gates import exceeded_gates
+
     if result.status != "located":
         return exit_of_status(result.status)
     exceeded = exceeded_gates(result, at, max_sigma, max_rms)

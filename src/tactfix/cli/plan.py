@@ -2,46 +2,36 @@
 
 from typing import Annotated, Literal
 
-import typer
-
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Verbose
 from tactfix.cli.output import emit, tell, wants_summary
 from tactfix.cli.progress import progress_bar
-from tactfix.files.contact_file import load_contacts
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.fixture_file import load_fixture
-from tactfix.plan import plan
-from tactfix.report.json_report import text_of
-from tactfix.report.plan_csv import plan_csv, plan_lines
-from tactfix.report.plan_json import plan_json
 
 
 def command(
     fixture: FixturePath,
     made: Annotated[
         str | None,
-        typer.Argument(
-            metavar="CONTACTS", help="Contacts already made (CSV); - is standard input.", show_default=False
-        ),
+        Argument(metavar="CONTACTS", help="Contacts already made (CSV); - is standard input.", show_default=False),
     ] = None,
     add: Annotated[
         int | None,
-        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
+        Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
     ] = None,
     contacts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
+        Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
     ] = None,
     criterion: Annotated[
         Literal["worst", "d", "e"],
-        typer.Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
+        Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
     ] = "worst",
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
-    sigma: Annotated[float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
+    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
+    sigma: Annotated[float | None, Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
     tip_radius: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
+        Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -55,6 +45,14 @@ def command(
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
+    from tactfix.files.contact_file import load_contacts
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.plan import plan
+    from tactfix.report.json_report import text_of
+    from tactfix.report.plan_csv import plan_csv, plan_lines
+    from tactfix.report.plan_json import plan_json
+
     there = load_fixture(fixture)
     existing = None if made is None else load_contacts(made, there, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress:

@@ -1,7 +1,7 @@
-"""Values of arguments without pydantic, for those that need none of it.
+"""Values of arguments without pydantic, for help and completion, which need none of it.
 
 typer, from version 0.29 on, makes a pydantic validator for each parameter, even for one that is not given. Importing
-pydantic takes longer than reading a fixture and its contacts. So what is plainly a text, path, number or choice is
+pydantic takes longer than importing numpy. So what is plainly a text, path, number or choice is
 taken here as what it is; everything else, and with it every complaint, is left to typer. Where typer no longer works
 like this nothing is changed, and only the time is lost.
 """

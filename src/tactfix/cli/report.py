@@ -2,11 +2,9 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from tactfix.cli.contacts_input import read_contacts
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     ContactsFormat,
@@ -20,22 +18,19 @@ from tactfix.cli.options import (
 )
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.fixture_file import load_fixture
-from tactfix.files.reading import read_bytes
-from tactfix.locate import locate
-from tactfix.report.html_page import InputFile, Record, locate_page
-from tactfix.report.text_report import verdict_lines
+
+if TYPE_CHECKING:
+    from tactfix.report.html_page import InputFile, Record
 
 
 def command(
     fixture: FixturePath,
     contacts: Annotated[
         str | None,
-        typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
+        Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
+        Path | None, Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
     ] = None,
     units: Units = None,
     tip_radius: TipRadius = None,
@@ -44,7 +39,7 @@ def command(
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
     quiet: Quiet = False,
 ) -> int:
@@ -54,6 +49,13 @@ def command(
     design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra: pip install
     'tactfix[report]'. Exit status as of locate or design-check.
     """
+    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.locate import locate
+    from tactfix.report.html_page import Record, locate_page
+    from tactfix.report.text_report import verdict_lines
+
     there = load_fixture(fixture)
     said = {
         "--features": features,
@@ -82,11 +84,14 @@ def command(
     return exit_of_status(result.status)
 
 
-def _input(role: str, path: str) -> InputFile:
+def _input(role: str, path: str) -> "InputFile":
+    from tactfix.files.reading import read_bytes
+    from tactfix.report.html_page import InputFile
+
     return InputFile(role, path, read_bytes(path))
 
 
-def _design(record: Record, sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
+def _design(record: "Record", sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
     """The page of a design check, and its exit status."""
     from tactfix.design_check import Wishes, design_check
     from tactfix.report.html_design import design_page

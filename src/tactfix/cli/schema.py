@@ -2,7 +2,6 @@
 
 from tactfix.cli.options import Output
 from tactfix.cli.output import emit
-from tactfix.schema import fixture_schema
 
 
 def command(output: Output = None) -> int:
@@ -12,5 +11,7 @@ def command(output: Output = None) -> int:
 
         # yaml-language-server: $schema=tactfix.schema.json
     """
+    from tactfix.schema import fixture_schema
+
     emit(fixture_schema(), output)
     return 0

@@ -1,51 +1,45 @@
 """tactfix simulate."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.options import AsJson, FixturePath, Output
 from tactfix.cli.output import emit
-from tactfix.faults import FAULT_KINDS, parse_fault
-from tactfix.files.contact_file import load_contacts
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.fixture_file import load_fixture
-from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats
-from tactfix.report.json_report import text_of
-from tactfix.report.plan_csv import simulation_csv
-from tactfix.report.plan_json import simulation_json
-from tactfix.simulate import simulate
+from tactfix.cli.vocabulary import FAULTS
+
+if TYPE_CHECKING:
+    from tactfix.fixture import Fixture
+    from tactfix.geometry.arrays import Floats
 
 
 def command(
     fixture: FixturePath,
     plan: Annotated[
         str | None,
-        typer.Argument(
+        Argument(
             metavar="PLAN", help="Contacts to make, as plan writes them (CSV, fixture frame); - is standard input."
         ),
     ] = None,
     pose: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
+        str | None, Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
     ] = None,
     sigma: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
+        Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
     ] = None,
     tip_radius: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
+        Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
+    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
     contacts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
+        Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
     ] = None,
     fault: Annotated[
         str | None,
-        typer.Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULT_KINDS)}."),
+        Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULTS)}."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -58,6 +52,15 @@ def command(
     Faults: outlier (length; default 20 sigma), reversed-approach (row), swapped-labels, wrong-unit (factor; 25.4),
     forgotten-tip (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4).
     """
+    from tactfix.faults import parse_fault
+    from tactfix.files.contact_file import load_contacts
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.report.json_report import text_of
+    from tactfix.report.plan_csv import simulation_csv
+    from tactfix.report.plan_json import simulation_json
+    from tactfix.simulate import simulate
+
     asked = None if fault is None else parse_fault(fault)
     there = load_fixture(fixture)
     planned = None if plan is None else load_contacts(plan, there, ContactOptions(None, tip_radius, sigma))
@@ -67,7 +70,7 @@ def command(
     return 0
 
 
-def _pose(path: str, fixture: Fixture) -> Floats:
+def _pose(path: str, fixture: "Fixture") -> "Floats":
     """The pose in a file, in the fixture's units; a file that does not say its units is taken to be in these."""
     from tactfix.files.pose_file import load_pose
 

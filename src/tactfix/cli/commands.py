@@ -1,0 +1,38 @@
+"""The commands by name, and where each is at home."""
+
+import importlib
+from collections.abc import Callable
+from typing import Final, TypeAlias, cast
+
+Command: TypeAlias = Callable[..., int]
+"""What a command does; its parameters are Annotated with what a command line may say."""
+
+COMMANDS: Final[dict[str, str]] = {
+    "locate": "Find where a fixture stands from contacts.",
+    "batch": "Locate many contact sets, on all cores or a Dask cluster, into one table.",
+    "fit": "Find one plane, sphere or cylinder from contacts.",
+    "design-check": "Tell whether a fixture will locate, how surely, and what it would not notice.",
+    "schema": "Print the JSON Schema of fixture files, for editors.",
+    "init": "Write a commented fixture file to start from.",
+    "simulate": "Make a contact file as a probe would report it, with the truth in it.",
+    "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
+    "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
+    "compare": "Tell how far a fixture has moved between two poses.",
+    "import": "Write the log of a machine as a contact file.",
+    "report": "Locate a fixture, or check its design, and write the record as one HTML page.",
+}
+"""Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
+
+Only the module of the command that runs is imported. At its top it imports no more than its parameters need, so that
+its help is there at once; all else is imported where it is used."""
+
+
+def module_of(command: str) -> str:
+    """The module of a command; one named like a Python keyword ends with an underscore."""
+    name = command.replace("-", "_")
+    return f"tactfix.cli.{name}_" if command == "import" else f"tactfix.cli.{name}"
+
+
+def command_of(name: str) -> Command:
+    """The function of a command."""
+    return cast(Command, importlib.import_module(module_of(name)).command)
