@@ -1,8 +1,8 @@
 """All zeros of the pose equations: damped Newton from a covering of the rotations, repeated around what it finds.
 
 Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
-a linear problem to within a few radii. A low-discrepancy covering of the rotations by START_ROTATIONS points starts
-one damped Newton (Levenberg-Marquardt) descent each, so a zero is lost only if its basin falls through the
+a linear problem to within a few radii. A low-discrepancy covering of the rotations by up to 1200 points starts one
+damped Newton (Levenberg-Marquardt) descent each, so a zero is lost only if its basin falls through the
 covering: the zeros of two or three cylinders with few contacts do, in about one of a hundred. Such zeros are never
 alone: they lie close to others, beyond a fold of the equations. So every zero found is a centre for NEIGHBOURS new
 starts at all scales from 0.05 to 1.2 (rad, and fixture sizes), rounds go on until one finds nothing new and every
@@ -20,7 +20,6 @@ from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.pose_descent import FIRST_LOOK, descend, rotation_matrices, turned
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
 
-START_ROTATIONS = 1200
 NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ZEROS = 600
@@ -49,9 +48,7 @@ class Zeros:
         )
 
 
-def find_zeros(
-    equations: PoseEquations, cost_limit: float, starts: int = START_ROTATIONS, turns: Sequence[Floats] = ()
-) -> Zeros:
+def find_zeros(equations: PoseEquations, cost_limit: float, starts: int, turns: Sequence[Floats] = ()) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
 
     Lengths must be scaled so that contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's
