@@ -72,11 +72,25 @@ def test_blanks_case_and_context_do_not_matter(name, text):
         ("ros", "transform: {translation: {x: 0, y: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}", "TransformStamped"),
         ("ros", "transform: {translation: {x: 0, y: 0, z: .nan}, rotation: {x: 0, y: 0, z: 0, w: 1}}", "finite"),
         ("npy", b"\x93NUMPYxx", "numpy"),
+        ("json", '{"units": "mm", "units": "m", "transform": null}', "'units' stands in one object a second time"),
+        ("yaml", "units: mm\nunits: m\n", "line 2.*'units' stands here a second time, first in line 1"),
+        ("ros", "transform:\n  rotation: {x: 0, y: 0, y: 1, z: 0, w: 1}\n", "line 2.*'y' stands here a second time"),
+        ("json", "[" * 100_000, "too deep"),
+        ("yaml", "[" * 100_000, "not YAML"),
+        ("json", '{"transform": ' + "9" * 5000 + "}", "cannot be read"),
+        ("json", result(transform=[[10**400] * 4] * 4), "not a number"),
+        ("yaml", "transform: [[" + "9" * 5000 + "]]", "1 x 1"),
+        ("yaml", "transform: 2001-99-99", "not a number"),
     ],
 )
 def test_what_is_no_pose_is_refused_and_named(name, text, what):
     with pytest.raises(PoseSyntaxError, match=what):
         DIALECTS[name].read(text)
+
+
+def test_a_power_of_ten_is_a_number_in_yaml():
+    text = "units: mm\ntransform: [[1, 0, 0, 1e-3], [0, 1, 0, 2e1], [0, 0, 1, 0], [0, 0, 0, 1e0]]\n"
+    assert DIALECTS["yaml"].read(text).translation.tolist() == [1e-3, 20.0, 0.0]
 
 
 def test_few_digits_are_made_a_rotation_and_all_digits_are_kept():

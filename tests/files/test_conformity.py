@@ -10,10 +10,10 @@ from files.texts import PAPER, PLACED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactfix.files.yaml_tree import read_tree
 from tactfix.models.conformity import conforms, is_well_formed
 from tactfix.models.refusals import refusals_of
 from tactfix.schema import fixture_schema, schema_of_models
+from tactfix.yaml_tree import read_tree
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 FULL = read_tree(

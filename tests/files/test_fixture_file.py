@@ -126,7 +126,9 @@ def test_columns_count_characters_and_not_bytes(tmp_path: Path) -> None:
 
 
 def test_deep_nesting_is_refused_and_not_followed(tmp_path: Path) -> None:
-    assert "levels" in str(refusal(tmp_path, "[" * 100_000))
+    assert "levels" in str(refusal(tmp_path, "[" * 30 + "]" * 30))
+    # From some version of it on libyaml stops before.
+    assert "not YAML" in str(refusal(tmp_path, "[" * 100_000))
 
 
 def test_all_errors_at_once_those_of_form_and_those_of_sense(tmp_path: Path) -> None:

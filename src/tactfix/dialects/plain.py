@@ -10,9 +10,10 @@ import yaml
 
 from tactfix.dialects.dialect import Dialect, Numbers, decoded
 from tactfix.dialects.orientation import Quaternion
-from tactfix.dialects.pose import Pose, rigid_matrix, syntax_error
+from tactfix.dialects.pose import Pose, PoseSyntaxError, rigid_matrix, syntax_error
 from tactfix.geometry.arrays import Floats
 from tactfix.units import UNITS
+from tactfix.yaml_tree import read_tree
 
 SCHEMA: Final = "tactfix/pose/1"
 _LOCATE_SCHEMA: Final = "tactfix/locate/1"
@@ -84,21 +85,33 @@ def _commented(remarks: tuple[str, ...]) -> str:
 
 
 def _read_json(text: str | bytes) -> Pose:
+    remedy = "give the output of locate --json"
     try:
-        tree = json.loads(decoded(text))
+        tree = json.loads(decoded(text), object_pairs_hook=_without_twins)
     except json.JSONDecodeError as error:
-        raise syntax_error(f"is not JSON: {error.msg}", "give the output of locate --json", error.lineno) from error
+        raise syntax_error(f"is not JSON: {error.msg}", remedy, error.lineno) from error
+    except RecursionError:
+        raise syntax_error("is not a pose: its brackets stand too deep in each other", remedy) from None
+    except ValueError as error:  # an integer of thousands of digits
+        raise syntax_error(f"holds a number that cannot be read: {error}", remedy) from error
     return _from_tree(tree)
+
+
+def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object; PoseSyntaxError where a key stands in it twice, of which json would keep the last in silence."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise syntax_error(f"{twice!r} stands in one object a second time", "remove one of the two")
+    return found
 
 
 def _read_yaml(text: str | bytes) -> Pose:
-    try:
-        tree = yaml.safe_load(decoded(text))
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = mark.line + 1 if mark else None
-        raise syntax_error("is not YAML", "write a pose as tactfix convert --to yaml or ros does", line) from error
-    return _from_tree(tree)
+    tree = read_tree(decoded(text))
+    if tree.problems:
+        raise PoseSyntaxError(tree.problems)
+    return _from_tree(tree.value)
 
 
 def _from_tree(tree: object) -> Pose:
@@ -140,7 +153,7 @@ def _array(values: object, name: str) -> Floats:
     except ValueError as error:
         raise syntax_error(f"{name} has rows of different length", "write rows of equal length") from error
     if array.dtype.kind not in "if":
-        raise syntax_error(f"{name} holds something that is not a number", "write numbers (1.0e-3 in YAML, not 1e-3)")
+        raise syntax_error(f"{name} holds something that is not a number", "write numbers")
     return array.astype(np.float64)
 
 

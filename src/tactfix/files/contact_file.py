@@ -83,7 +83,7 @@ def _read(
         approaches=approaches,
         sigmas=np.where(np.isnan(sigmas), settings.sigma or np.nan, sigmas),
         tip_radius=settings.tip_radius,
-        rows=tuple(range(1, len(table) + 1)),
+        rows=tuple(table.rows),
         ids=tuple(cell or None for cell in table.columns["id"]) if "id" in table.columns else (None,) * len(table),
     )
     return ContactFile(name, contacts, settings.target_units)

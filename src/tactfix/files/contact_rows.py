@@ -8,33 +8,35 @@ from tactfix.files.contact_table import Table
 
 
 def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
-    """The cells below the header; None, with a problem, where there are none or where rows differ in length."""
+    """The cells below the header; None, with a problem, where there are none.
+
+    A row that cannot be cut into the columns of the header is a problem and left out: the others are judged all the
+    same, under the numbers that they have in the file.
+    """
     body, places = _content(lines, header, problems)
     if not body:
         problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
         return None
     text = "\n".join(body)
     width = len(header.columns)
-    rows_of_cells = None
+    rows: Sequence[int] = range(1, len(body) + 1)
     if '"' in text:
-        rows_of_cells = _quoted_rows(body, places, header, problems)
-        if rows_of_cells is None:
-            return None
-        widths = list(map(len, rows_of_cells))
+        cut = _quoted_rows(body, places, header, problems)
+        sound = [index for index, cells in enumerate(cut) if cells is not None and len(cells) == width]
+        widths = [width if cells is None else len(cells) for cells in cut]
+        cells = [cell for index in sound for cell in cut[index] or ()]
     else:
         widths = [line.count(header.separator) + 1 for line in body]
-    if set(widths) != {width}:
-        problems.extend(_ragged(widths, places, header))
-        return None
-    # Cells of all rows in one list: a list for each row would cost more than all numbers together.
-    cells = (
-        text.replace("\n", header.separator).split(header.separator)
-        if rows_of_cells is None
-        else [cell for row in rows_of_cells for cell in row]
-    )
+        sound = [index for index, found in enumerate(widths) if found == width]
+        # Cells of all rows in one list: a list for each row would cost more than all numbers together.
+        whole = text if len(sound) == len(body) else "\n".join(body[index] for index in sound)
+        cells = whole.replace("\n", header.separator).split(header.separator) if sound else []
+    problems.extend(_ragged(body, widths, places, header))
+    if len(sound) < len(body):
+        rows, places = [rows[index] for index in sound], [places[index] for index in sound]
     if " " in text or "\t" in text:
         cells = [cell.strip() for cell in cells]
-    return Table({name: cells[k::width] for k, name in enumerate(header.columns)}, places, header.separator)
+    return Table({name: cells[k::width] for k, name in enumerate(header.columns)}, rows, places, header.separator)
 
 
 def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> tuple[list[str], Sequence[int]]:
@@ -56,39 +58,35 @@ def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> t
 
 def _quoted_rows(
     body: list[str], places: Sequence[int], header: Header, problems: list[Problem]
-) -> list[list[str]] | None:
-    """The rows of a file with quotation marks; None, with a problem, where one is left open."""
+) -> list[list[str] | None]:
+    """The cells of each row of a file with quotation marks; None, with a problem, where one is left open."""
     import csv
 
-    try:
-        rows = list(csv.reader(body, delimiter=header.separator, strict=True))
-    except csv.Error:
-        rows = []
-    if len(rows) == len(body):
-        return rows
-    # The first line that cannot be read by itself.
+    rows: list[list[str] | None] = []
     for index, line in enumerate(body):
         try:
-            next(csv.reader([line], delimiter=header.separator, strict=True))
+            rows.append(next(csv.reader([line], delimiter=header.separator, strict=True)))
         except csv.Error:
             what, remedy = "a quotation mark is left open or stands inside a cell", "close it in its line, or remove it"
             problems.append(Problem(what, remedy, line=places[index], row=index + 1))
-            break
-    return None
+            rows.append(None)
+    return rows
 
 
-def _ragged(widths: Sequence[int], places: Sequence[int], header: Header) -> list[Problem]:
+def _ragged(body: Sequence[str], widths: Sequence[int], places: Sequence[int], header: Header) -> list[Problem]:
     """A problem for each row with more or fewer cells than the header."""
-    width = len(header.columns)
-    fewer = f"write {header.separator.join(header.columns)}; leave a cell empty, but keep its separator"
-    more = f"{fewer}; decimal commas need semicolons or tabs between cells" if header.separator == "," else fewer
+    width, mark = len(header.columns), header.separator
+    fewer = f"write {mark.join(header.columns)}; leave a cell empty, but keep its separator"
+    more = f"{fewer}; decimal commas need semicolons or tabs between cells" if mark == "," else fewer
+    closed = "remove the separator at the end of the row"
+
+    def remedy(index: int) -> str:
+        if widths[index] < width:
+            return fewer
+        return closed if body[index].rstrip(" ").endswith(mark) else more
+
     return [
-        Problem(
-            f"{found} cells where the header has {width}",
-            more if found > width else fewer,
-            line=places[index],
-            row=index + 1,
-        )
+        Problem(f"{found} cells where the header has {width}", remedy(index), line=places[index], row=index + 1)
         for index, found in enumerate(widths)
         if found != width
     ]

@@ -20,9 +20,10 @@ _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Cells, stripped, by column name; the line of each row; the separator, and the decimal mark of its numbers."""
+    """Cells, stripped, by column name; row and line of each in the file; the separator, and the mark of decimals."""
 
     columns: dict[str, Sequence[str]]
+    rows: Sequence[int]
     lines: Sequence[int]
     separator: str
     decimal: str = "."
@@ -32,7 +33,7 @@ class Table:
 
     def problem(self, index: int, what: str, remedy: str) -> Problem:
         """A problem of the row with this index (from 0)."""
-        return Problem(what, remedy, line=self.lines[index], row=index + 1)
+        return Problem(what, remedy, line=self.lines[index], row=self.rows[index])
 
 
 def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) -> str:
@@ -44,7 +45,8 @@ def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) ->
     if commas is None or points is None:
         return "." if commas is None else ","
     if commas != points:  # a cell with both is refused by itself
-        what = f"decimal commas (first in row {commas + 1}) and decimal points (first in row {points + 1}) are mixed"
+        first = f"decimal commas (first in row {table.rows[commas]})"
+        what = f"{first} and decimal points (first in row {table.rows[points]}) are mixed"
         problems.append(table.problem(max(commas, points), what, "write all numbers with the same decimal mark"))
         return ","  # so that each of them is understood, and not told a second time
     return "."

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from tactfix.errors import FileError, Problem
 from tactfix.files.reading import decode, read_bytes
-from tactfix.files.yaml_tree import Tree, read_tree
 from tactfix.fixture import Fixture
 from tactfix.models.findings import Finding
 from tactfix.models.parse import parse_fixture
+from tactfix.yaml_tree import Tree, read_tree
 
 
 def load_fixture(path: str | Path) -> Fixture:

@@ -3,7 +3,7 @@
 PyYAML's own constructors follow YAML 1.1: 1e-3 is text to them, yes is true, 1:30 is ninety, a date is an object, and
 the last of two equal keys wins in silence. None of that may reach a user, so only its parser is used. The scalars are
 those of YAML 1.2: null, true, false, decimal numbers, and text for all else. Anchors, aliases, tags and several
-documents are refused: a fixture file needs none of them.
+documents are refused: no fixture file and no pose needs them.
 """
 
 import re
@@ -75,7 +75,7 @@ def _read_stream(events: Iterator[Any], tree: Tree) -> None:
         if isinstance(event, yaml.DocumentStartEvent):
             documents += 1
             if documents > 1:
-                tree.refuse(event, "a second document starts here", "keep one fixture in a file, remove the line '---'")
+                tree.refuse(event, "a second document starts here", "keep one in the file, remove the line '---'")
                 return
         elif not isinstance(event, yaml.StreamStartEvent | yaml.StreamEndEvent | yaml.DocumentEndEvent):
             tree.value = _read_value(event, events, (), tree)
