@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.rigid import skew
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface, offset_radius
 
@@ -62,7 +62,7 @@ def _curvatures(surfaces: Mapping[str, Surface], contacts: Contacts, normals: Fl
         own = normals[index]
         rho = offset_radius(name, surface.radius, surface.side, contacts.tip_radius)
         if isinstance(surface, Cylinder):
-            around = np.cross(surface.direction, own)
+            around = cross(surface.direction, own)
             across = around[:, :, None] * around[:, None, :]
         else:
             across = np.eye(3) - own[:, :, None] * own[:, None, :]

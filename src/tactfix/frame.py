@@ -96,7 +96,7 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
         case "foot_of", [Sphere() as sphere, surface]:
             return foot(surface, sphere.center)
         case "foot_of", [Cylinder() as one, Cylinder() as axis]:
-            if np.linalg.norm(np.cross(one.direction, axis.direction)) < ALMOST_PARALLEL:
+            if np.linalg.norm(cross(one.direction, axis.direction)) < ALMOST_PARALLEL:
                 names = " and ".join(rule.features)
                 raise FrameError(
                     f"frame: {names} are parallel and have no foot; use meet_of with a plane for the origin"

@@ -48,16 +48,18 @@ class Zeros:
         )
 
 
-def find_zeros(equations: PoseEquations, cost_limit: float, starts: int, turns: Sequence[Floats] = ()) -> Zeros:
+def find_zeros(
+    equations: PoseEquations, cost_limit: float, rotations: Floats, turns: Sequence[Floats] = (), enough: int = 0
+) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
 
-    Lengths must be scaled so that contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's
-    origin that lay each surface on itself. Deterministic: the same call gives the same poses in the same order.
+    rotations (3, 3, N): to start from. Lengths must be scaled so that contacts and fixture have size about 1. turns:
+    rotations (3, 3) about the fixture's origin that lay each surface on itself. enough: what was met so often is not
+    searched around; 0: all is. Deterministic: the same call gives the same poses in the same order.
     """
-    rotations = rotations_from_quaternions(covering_quaternions(starts))
     found = _with_twins(descend(equations, rotations, centred_offsets(equations, rotations), cost_limit), turns)
     kept, counts = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
-    fresh = kept
+    fresh = kept[counts < enough] if enough else kept
     continuum = _is_continuum(equations, kept)
     for number in range(MOST_ROUNDS):
         centres = np.concatenate([fresh, kept[counts < 2]])
@@ -82,9 +84,8 @@ def _with_twins(poses: Floats, turns: Sequence[Floats]) -> Floats:
     return np.concatenate([poses, *twins])
 
 
-def nearest_misses(equations: PoseEquations, starts: int) -> Zeros:
+def nearest_misses(equations: PoseEquations, rotations: Floats) -> Zeros:
     """Local minima of the residuals where there is no zero: the most promising descents, no claim to have all."""
-    rotations = rotations_from_quaternions(covering_quaternions(starts))
     begun = descend(equations, rotations, centred_offsets(equations, rotations), np.inf, most_steps=FIRST_LOOK)
     promising = begun[np.argsort(begun[:, 12])[: 4 * MISSES]]
     found = descend(equations, *_split(promising)[:2], np.inf)
@@ -113,18 +114,15 @@ def _split(poses: Floats) -> tuple[Floats, Floats, Floats]:
     return poses[:, :9].T.reshape(3, 3, -1), poses[:, 9:12].T, poses[:, 12]
 
 
-def covering_quaternions(count: int) -> Floats:
-    """Unit quaternions (count, 4), scalar last, evenly spread (super-Fibonacci spiral, Alexa 2022)."""
+def covering_rotations(count: int) -> Floats:
+    """Rotation matrices (3, 3, count), evenly spread (super-Fibonacci spiral, Alexa 2022)."""
     s = np.arange(count) + 0.5
     inner, outer = np.sqrt(s / count), np.sqrt(1 - s / count)
     # The two constants of the paper: sqrt 2 and the positive root of x^4 = x + 4.
     first, second = 2 * np.pi * s / np.sqrt(2.0), 2 * np.pi * s / 1.533751168755204288118041
-    return np.stack([inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)], 1)
-
-
-def rotations_from_quaternions(quaternions: Floats) -> Floats:
-    """Rotation matrices (3, 3, N) of unit quaternions (N, 4), scalar last, with the stack in the last place."""
-    return rotation_matrices(*quaternions.T)
+    return rotation_matrices(
+        inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)
+    )
 
 
 def _around(centres: Floats, number: int) -> tuple[Floats, Floats]:

@@ -16,19 +16,23 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.feature_rotations import feature_rotations
+from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.pose_equations import PoseEquations, pose_equations
-from tactfix.pose_search import Zeros, find_zeros, nearest_misses, polish
+from tactfix.pose_search import Zeros, covering_rotations, find_zeros, nearest_misses, polish
 from tactfix.refinement import PoseFit, fit_at
 
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
 
+
+PLENTY = 9
+"""Contacts from which on the features located alone are relied on for where to start."""
 
 CLOSER_LOOK = 3
 """Times the starts that are tried where none led to a pose."""
@@ -78,14 +82,10 @@ def all_poses(
     # The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size
     # of the fixture it is all rounding.
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
-    starts = _starts(surfaces, contacts, len(index))
     turns = scaled.half_turns(surfaces, contacts)
-    zeros = find_zeros(searched, cost_limit, starts, turns)
-    if not len(zeros.costs):
-        # Before contacts are called inconsistent they deserve a closer look.
-        zeros = find_zeros(searched, cost_limit, CLOSER_LOOK * starts, turns)
+    zeros = _zeros(surfaces, contacts, sigmas, searched, cost_limit, turns)
     if not len(zeros.costs) and with_misses:
-        zeros = nearest_misses(searched, starts)
+        zeros = nearest_misses(searched, covering_rotations(_starts(surfaces, contacts, len(index))))
     if zeros.continuum:
         zeros = zeros.sample(SAMPLES)
     zeros = polish(equations, zeros)
@@ -102,6 +102,29 @@ STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600
 The rarest zero of 24 random and symmetric layouts was met so often by 1200 starts: with three planes 131 times; with
 spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; with cylinders 1, 5, 1, 34, 115 times for 0, 2, 3, 6,
 12. What is met that seldom lies close to others, and is found from them."""
+
+
+def _zeros(
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    searched: PoseEquations,
+    cost_limit: float,
+    turns: Sequence[Floats],
+) -> Zeros:
+    """All zeros from the rotations that features located alone leave; where that leads nowhere, from all rotations."""
+    if len(searched) >= PLENTY:
+        rotations = feature_rotations(surfaces, contacts, sigmas)
+        if rotations is not None:
+            zeros = find_zeros(searched, cost_limit, rotations, turns, enough=1)
+            if len(zeros.costs):
+                return zeros
+    starts = _starts(surfaces, contacts, len(searched))
+    zeros = find_zeros(searched, cost_limit, covering_rotations(starts), turns)
+    if len(zeros.costs):
+        return zeros
+    # Before contacts are called inconsistent they deserve a closer look.
+    return find_zeros(searched, cost_limit, covering_rotations(CLOSER_LOOK * starts), turns)
 
 
 def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
@@ -171,12 +194,12 @@ class _Scaled:
         kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
         kept += [s.normal for s in touched if isinstance(s, Plane)]
         axes = [s.direction for s in touched if isinstance(s, Cylinder)]
-        candidates = [v for v in [*kept, *axes, *(np.cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
+        candidates = [v for v in [*kept, *axes, *(cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
         found: list[Floats] = []
         for candidate in candidates:
             turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
             fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
-            turns = all(np.linalg.norm(np.cross(turn @ s, s)) < EXACT for s in axes)
+            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT for s in axes)
             if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
                 found.append(turn)
         return found

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
 
@@ -43,7 +43,7 @@ class Sensitivity:
     def twists(self, motions: Floats, at: Floats) -> Floats:
         """Motions (k, 6) of the Jacobian's columns as twists (k, 6) at the point at (3,): rotation rad, translation."""
         rotation = motions[:, :3] / self.scale
-        return np.hstack([rotation, motions[:, 3:] + np.cross(rotation, at - self.centre)])
+        return np.hstack([rotation, motions[:, 3:] + cross(rotation, at - self.centre)])
 
     def covariance(self, at: Floats) -> Floats:
         """Covariance (6, 6) of rotation (rad) and translation of the point at (3,); infinite where a motion is free."""
@@ -92,7 +92,7 @@ def sensitivity(points: Floats, normals: Floats, sigmas: Floats) -> Sensitivity:
     centre = points.mean(axis=0)
     arms = points - centre
     scale = float(np.sqrt((arms**2).sum() / len(points))) or 1.0
-    rows = -np.hstack([np.cross(arms, normals) / scale, normals]) / sigmas[:, None]
+    rows = -np.hstack([cross(arms, normals) / scale, normals]) / sigmas[:, None]
     return Sensitivity(rows, centre, scale)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tactfix.geometry.arrays import cross
 from tactfix.geometry.nearest import direction_of, foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
@@ -17,5 +18,5 @@ def same_surface(one: Surface, other: Surface, length: float, angle: float = 1e-
             facing = True
         case _:
             return False
-    parallel = np.linalg.norm(np.cross(direction_of(one), direction_of(other))) <= angle
+    parallel = np.linalg.norm(cross(direction_of(one), direction_of(other))) <= angle
     return bool(facing and parallel and np.linalg.norm(foot(other, one.point) - one.point) <= length)

@@ -7,7 +7,7 @@ import numpy as np
 
 from tactfix.contact_certainty import contact_certainty
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.surfaces import Surface
 from tactfix.pose_spread import Spread
 from tactfix.refinement import covariance_at
@@ -106,4 +106,4 @@ def solution_from(
 
 def _at_base_origin(twists: Floats, origin: Floats) -> Floats:
     """Twists (k, 6) of the point origin (3,) as twists of the point at base's origin."""
-    return np.hstack([twists[:, :3], twists[:, 3:] - np.cross(twists[:, :3], origin)])
+    return np.hstack([twists[:, :3], twists[:, 3:] - cross(twists[:, :3], origin)])

@@ -44,7 +44,7 @@ def words_of_shell() -> list[str]:
 def _features() -> Iterator[str]:
     """The features of the fixture file; none where it cannot be read, for this is no time to complain."""
     from tactfix.files.reading import decode, read_bytes
-    from tactfix.files.yaml_tree import read_tree
+    from tactfix.yaml_tree import read_tree
 
     # The arguments are not parsed yet where an option still waits for its value.
     path = next((word for word in words_of_shell() if word.endswith((".yaml", ".yml"))), None)

@@ -26,13 +26,18 @@ def unit(vectors: ArrayLike) -> Floats:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """a x b of two single vectors (3,), to the bit what np.cross gives.
+    """a x b of vectors (..., 3), to the bit what np.cross gives.
 
-    np.cross takes ten times as long: most of it to find out along which axes its stacks of vectors lie.
+    np.cross takes up to ten times as long: most of it to find out along which axes its stacks of vectors lie.
     """
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    if a.ndim == b.ndim == 1:
+        ax, ay, az = a.tolist()
+        bx, by, bz = b.tolist()
+        return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    ax, ay, az, bx, by, bz = a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]
+    product[..., 0], product[..., 1], product[..., 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return product
 
 
 def perpendicular(direction: Floats) -> Floats:
@@ -41,4 +46,4 @@ def perpendicular(direction: Floats) -> Floats:
     The axis least aligned with direction is crossed with it, so the result is well conditioned for every direction.
     """
     least = np.eye(3)[np.argmin(np.abs(direction), axis=-1)]
-    return unit(cross(direction, least) if direction.ndim == 1 else np.cross(direction, least))
+    return unit(cross(direction, least))

@@ -72,10 +72,10 @@ def rigid_displacements(surface: Surface, centre: Floats) -> Floats:
     """The displacements (dimension, 6) that a unit rotation about centre (3,) and a unit translation cause."""
     turn, shift = np.eye(3), np.eye(3)
     point = surface.center if isinstance(surface, Sphere) else surface.point
-    moves = np.hstack([np.cross(turn, point - centre).T, shift])
+    moves = np.hstack([cross(turn, point - centre).T, shift])
     if isinstance(surface, Sphere):
         return moves
     basis = across(surface)
-    tilts = np.hstack([basis @ np.cross(turn, direction_of(surface)).T, np.zeros((2, 3))])
+    tilts = np.hstack([basis @ cross(turn, direction_of(surface)).T, np.zeros((2, 3))])
     rows = direction_of(surface)[None] if isinstance(surface, Plane) else basis
     return np.vstack([tilts, rows @ moves])

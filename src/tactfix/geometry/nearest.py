@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 PARALLEL = 1e-9
@@ -50,13 +50,13 @@ def other_point(surface: Surface) -> Floats:
 
 def _between_axes(one: Cylinder, other: Cylinder, parallel: bool) -> tuple[Floats, Floats]:
     """Feet of the common perpendicular of two axes; of parallel ones those at the given point of the first."""
-    normal = np.cross(one.direction, other.direction)
+    normal = cross(one.direction, other.direction)
     square = float(normal @ normal)
     if parallel or square < ALMOST_PARALLEL**2:
         return one.point, foot(other, one.point)
     gap = other.point - one.point
-    along_one = float(np.cross(gap, other.direction) @ normal) / square
-    along_other = float(np.cross(gap, one.direction) @ normal) / square
+    along_one = float(cross(gap, other.direction) @ normal) / square
+    along_other = float(cross(gap, one.direction) @ normal) / square
     return one.point + along_one * one.direction, other.point + along_other * other.direction
 
 
@@ -87,4 +87,4 @@ def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
     cosine = float(a @ b)
     if isinstance(one, Cylinder) or isinstance(other, Cylinder):
         cosine = abs(cosine)
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), cosine))
+    return float(np.arctan2(np.linalg.norm(cross(a, b)), cosine))

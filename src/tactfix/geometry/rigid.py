@@ -13,7 +13,7 @@ from tactfix.geometry.arrays import Floats
 def skew(vectors: Floats) -> Floats:
     """The matrices (..., 3, 3) with skew(v) @ u == cross(v, u), for v (..., 3)."""
     matrices = np.zeros((*vectors.shape[:-1], 3, 3))
-    x, y, z = np.moveaxis(vectors, -1, 0)
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     matrices[..., 0, 1], matrices[..., 0, 2], matrices[..., 1, 2] = -z, y, -x
     matrices[..., 1, 0], matrices[..., 2, 0], matrices[..., 2, 1] = z, -y, x
     return matrices
