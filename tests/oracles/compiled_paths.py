@@ -9,23 +9,46 @@ components; for pure quaternions x, s, and any q, w: <s, q* w> = <q s, w> and <a
 with c = x . x + p . p - w.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from oracles.compiled import compiled
 from oracles.path_tracking import Steps
 from oracles.study_forms import CYLINDER, PLANE, SPHERE, Problem
 
+# First runs are extrapolated, with errors of prediction larger than in path_tracking: what goes wrong is found out, and
+# seldom. Careful runs, and the last piece of every path, go as there.
+FIRST_RUNS = 1e-4
+HASTE = 10.0
+# Points of a path from which the next is extrapolated; the first steps are Runge and Kutta's.
+POINTS = 3
+# Largest growth of a step: the polynomial cannot tell what lies far beyond its points.
+GROWTH = 2.0
 TYPE_NUMBER = {PLANE: 0, SPHERE: 1, CYLINDER: 2}
 
 
 def track(
-    start: Problem, target: Problem, z: np.ndarray, begin: float, end: float, steps: Steps
+    start: Problem, target: Problem, roots: np.ndarray, begin: float, end: float, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As path_tracking.track: roots (k, 8) followed from tau = begin to end: where each came to, and the part gone."""
-    z = np.array(z / np.linalg.norm(z, axis=1, keepdims=True), dtype=complex, order="C")
-    part = np.zeros(len(z))
-    limits = (steps.prediction, steps.contraction, steps.smallest, steps.most, steps.first)
-    _track_all(_line(start, target), z, part, float(begin), float(end), limits)
+    """As path_tracking.track: roots (k, 8) followed from tau = begin to end: where each came to, and the part gone.
+
+    A path that gets lost before the target is followed again, more carefully: that costs less than another start.
+    """
+    unit = np.array(roots / np.linalg.norm(roots, axis=1, keepdims=True), dtype=complex, order="C")
+    line, z, part = _line(start, target), unit.copy(), np.zeros(len(unit))
+    is_first_run = steps.prediction >= FIRST_RUNS and end < 1
+    hasty = replace(steps, prediction=HASTE * steps.prediction) if is_first_run else steps
+    _track_all(line, z, part, float(begin), float(end), _limits(hasty), is_first_run)
+    lost = np.flatnonzero(part < 1)
+    if len(lost) and end < 1:
+        again, part_again = unit[lost], np.zeros(len(lost))
+        _track_all(line, again, part_again, float(begin), float(end), _limits(replace(steps, most=1000)), False)
+        z[lost], part[lost] = again, part_again
     return z, part
+
+
+def _limits(steps: Steps) -> tuple[float, float, float, int, float]:
+    return steps.prediction, steps.contraction, steps.smallest, steps.most, steps.first
 
 
 def gradients(problem: Problem, roots: np.ndarray) -> np.ndarray:
@@ -269,38 +292,32 @@ def _newton(line, z, patch, room, with_velocity):
 
 
 @compiled
-def _track_all(line, roots, parts, begin, end, limits):
+def _track_all(line, roots, parts, begin, end, limits, extrapolated):
     prediction, contraction, smallest, most, first_step = limits
     room = _room(line)
-    out = room[8]
     # Each its own array: views of one would not be known to be contiguous.
     z, z1, patch = np.zeros(8, np.complex128), np.zeros(8, np.complex128), np.zeros(8, np.complex128)
-    k1, k2, k3 = np.zeros(8, np.complex128), np.zeros(8, np.complex128), np.zeros(8, np.complex128)
+    k2, k3 = np.zeros(8, np.complex128), np.zeros(8, np.complex128)
+    past = (np.zeros(POINTS), np.zeros((POINTS, 8), np.complex128), np.zeros((POINTS, 8), np.complex128))
     span = end - begin
     for path in range(len(roots)):
         z[:] = roots[path]
-        part, step = 0.0, first_step
+        part, step, known = 0.0, first_step, 1
         _problem_at(line, begin, room)
         patch[:] = np.conj(z)
         _velocity(line, z, patch, room)
-        k1[:] = out[0]
+        _remember(past, begin, z, room[8][0])
         for _ in range(most):
             if not (part < 1.0 and step > smallest):
                 break
             h = min(step, 1.0 - part)
             patch[:] = np.conj(z)
             tau0, dh = begin + span * part, span * h
-            _problem_at(line, tau0 + 0.5 * dh, room)
-            z1[:] = z + (0.5 * dh) * k1
-            _velocity(line, z1, patch, room)
-            k2[:] = out[0]
-            z1[:] = z + (0.5 * dh) * k2
-            _velocity(line, z1, patch, room)
-            k3[:] = out[0]
-            _problem_at(line, tau0 + dh, room)
-            z1[:] = z + dh * k3
-            _velocity(line, z1, patch, room)
-            z1[:] = z + (dh / 6) * (k1 + 2 * (k2 + k3) + out[0])
+            if known < POINTS or not extrapolated:
+                _runge_kutta(line, z, patch, tau0, dh, past[2][0], k2, k3, z1, room)
+            else:
+                _extrapolate(past, patch, tau0 + dh, z1)
+                _problem_at(line, tau0 + dh, room)
             first = _newton(line, z1, patch, room, False)
             fine = first <= prediction
             if fine:
@@ -310,19 +327,76 @@ def _track_all(line, roots, parts, begin, end, limits):
             if not fine:
                 step = h * (min(max(factor, 0.1), 0.5) if factor > 0.0 else 0.1)
                 continue
-            step = h * min(max(factor, 0.5), 4.0)
+            step = h * min(max(factor, 0.5), GROWTH)
             part = 1.0 if h >= 1.0 - part else part + h
-            # The same direction in the patch of the new point.
-            size, overlap = _norm(z1), 0j
-            for k in range(8):
-                overlap += np.conj(z1[k]) * out[1, k]
-            overlap /= size * size
-            k1[:] = (out[1] - overlap * z1) / size
+            size = _norm(z1)
             z[:] = z1 / size
+            room[8][1] /= size
+            _remember(past, begin + span * part, z, room[8][1])
+            known += 1
         if part >= 1.0:
             _settle(line, z, patch, end, room)
         roots[path] = z
         parts[path] = part
+
+
+@compiled
+def _runge_kutta(line, z, patch, tau, dh, k1, k2, k3, z1, room):
+    """z1: the fourth order step from z, whose velocity is k1; leaves the problem at its end in the room."""
+    _problem_at(line, tau + 0.5 * dh, room)
+    z1[:] = z + (0.5 * dh) * k1
+    _velocity(line, z1, patch, room)
+    k2[:] = room[8][0]
+    z1[:] = z + (0.5 * dh) * k2
+    _velocity(line, z1, patch, room)
+    k3[:] = room[8][0]
+    _problem_at(line, tau + dh, room)
+    z1[:] = z + dh * k3
+    _velocity(line, z1, patch, room)
+    z1[:] = z + (dh / 6) * (k1 + 2 * (k2 + k3) + room[8][0])
+
+
+@compiled
+def _remember(past, tau, z, velocity):
+    """Puts a point of the path and its velocity before the last ones."""
+    taus, points, velocities = past
+    for j in range(POINTS - 1, 0, -1):
+        taus[j] = taus[j - 1]
+        points[j] = points[j - 1]
+        velocities[j] = velocities[j - 1]
+    taus[0] = tau
+    points[0] = z
+    # In whichever patch it was found: of the velocities that differ by a multiple of z, the one square to z.
+    overlap = 0j
+    for k in range(8):
+        overlap += np.conj(z[k]) * velocity[k]
+    velocities[0] = velocity - overlap * z
+
+
+@compiled
+def _extrapolate(past, patch, tau, z1):
+    """z1: Hermite's polynomial of degree 2 POINTS - 1 through the last points and velocities, all brought to the patch.
+
+    A point w = z / (a . z) of the patch a . w = 1 moves by v / (a . z) - z (a . v) / (a . z)^2.
+    """
+    taus, points, velocities = past
+    z1[:] = 0j
+    for j in range(POINTS):
+        basis, slope = 1.0, 0.0
+        for i in range(POINTS):
+            if i != j:
+                basis *= (tau - taus[i]) / (taus[j] - taus[i])
+                slope += 1.0 / (taus[j] - taus[i])
+        at_velocity = basis * basis * (tau - taus[j])
+        at_point = basis * basis - 2.0 * slope * at_velocity
+        height, rise = 0j, 0j
+        for k in range(8):
+            height += patch[k] * points[j, k]
+            rise += patch[k] * velocities[j, k]
+        of_point = (at_point - at_velocity * rise / height) / height
+        of_velocity = at_velocity / height
+        for k in range(8):
+            z1[k] += of_point * points[j, k] + of_velocity * velocities[j, k]
 
 
 @compiled

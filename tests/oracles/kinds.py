@@ -65,6 +65,23 @@ UNCONFIRMED = {
     "cylinder2+cylinder2+cylinder2": 512,
     "cylinder3+cylinder2+cylinder1": 384,
 }
+# What the studies look at unless told otherwise.
+STUDIED = (
+    "plane3+plane2+plane1",
+    "plane2+plane2+plane2",
+    "sphere3+sphere2+sphere1",
+    "sphere2+sphere2+sphere2",
+    "cylinder3+sphere3",
+    "cylinder4+sphere2",
+    "cylinder3+cylinder3",
+    "cylinder4+cylinder2",
+    "cylinder3+plane3",
+    "cylinder4+plane2",
+    "cylinder3+sphere2+plane1",
+    "cylinder2+sphere2+plane2",
+    "cylinder4+sphere1+plane1",
+    "sphere2+plane3+plane1",
+)
 KINDS = {**CONFIRMED, **BY_HAND, **UNCONFIRMED}
 
 

@@ -28,7 +28,7 @@ CAREFUL_STEPS = (Steps(), Steps(), Steps(prediction=3e-5, contraction=0.03), Ste
 NEARLY_THERE = 0.98
 # A path that comes this far on the last piece and no further is at its end, a multiple root or infinity.
 CLOSE = 0.99
-LAST_STEPS = Steps(first=0.5, most=60)
+LAST_STEPS = Steps(first=0.5, most=150)
 # |q . q| / |q|^2 is 1 for a real pose and vanishes at infinity; a path that ends below this is at no real pose.
 INFINITE_ROTATION = 1e-4
 # The same for a path that has not quite come to its end.

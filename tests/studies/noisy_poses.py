@@ -26,14 +26,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from oracles.kinds import KINDS
+from oracles.kinds import KINDS, STUDIED
 from oracles.pose_problems import LAYOUTS, PoseProblem, distances
 from oracles.touched_problems import Touched, touched_number
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 from studies.blocks import by_row, numbered
-from studies.pose_completeness import STUDIED
 
 import tactfix
 

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 from oracles.compiled_poses import COMPILED
-from oracles.kinds import KINDS
+from oracles.kinds import KINDS, STUDIED
 from oracles.pose_oracle import ON_SURFACE, OracleAnswer, all_real_poses
 from oracles.pose_problems import LAYOUTS, PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
 from studies.blocks import by_row, numbered
@@ -41,22 +41,6 @@ SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
 COUNTED = ("poses", "multiple", "missed", "near", "with miss", "extra", "inexact", "lost", "raised", "suspect")
-STUDIED = (
-    "plane3+plane2+plane1",
-    "plane2+plane2+plane2",
-    "sphere3+sphere2+sphere1",
-    "sphere2+sphere2+sphere2",
-    "cylinder3+sphere3",
-    "cylinder4+sphere2",
-    "cylinder3+cylinder3",
-    "cylinder4+cylinder2",
-    "cylinder3+plane3",
-    "cylinder4+plane2",
-    "cylinder3+sphere2+plane1",
-    "cylinder2+sphere2+plane2",
-    "cylinder4+sphere1+plane1",
-    "sphere2+plane3+plane1",
-)
 
 
 @dataclass
