@@ -18,6 +18,8 @@ def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
     """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell."""
     jacobian = np.zeros((6, 6))
     _distances(_numbers(problem), np.ascontiguousarray(pose), np.zeros(6), jacobian)
+    middle = (problem.contacts.mean(axis=0) - pose[:3, 3]) @ pose[:3, :3]
+    jacobian[:, :3] -= np.cross(-jacobian[:, 3:], middle)
     values = np.linalg.svd(jacobian, compute_uv=False)
     return bool(values[-1] < 1e-6 * values[0])
 

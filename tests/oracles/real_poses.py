@@ -80,8 +80,13 @@ def _distances_and_jacobian(problem: Problem, pose: np.ndarray) -> tuple[np.ndar
 
 
 def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
-    """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell."""
-    values = np.linalg.svd(_distances_and_jacobian(problem, pose)[1], compute_uv=False)
+    """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell.
+
+    Turns are about the contacts' middle: the fixture's own origin, where planes meet, may be very far away.
+    """
+    gradients = distances_off(problem, pose)[1]
+    body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
+    values = np.linalg.svd(np.hstack([np.cross(gradients, body - body.mean(axis=0)), gradients]), compute_uv=False)
     return bool(values[-1] < 1e-6 * values[0])
 
 

@@ -8,7 +8,7 @@ from oracles import pose_oracle
 from oracles.kinds import CONFIRMED, KINDS, feature_list, kind_of
 from oracles.monodromy import distinct, load, solve_by_monodromy
 from oracles.pose_oracle import OracleAnswer, all_real_poses
-from oracles.pose_problems import TIDY, PoseProblem, oracle_features, random_problem
+from oracles.pose_problems import TIDY, PoseProblem, oracle_features, problem_number, random_problem, stiffness
 
 QUICK = ["plane3+plane2+plane1", "sphere3+sphere2+sphere1", "sphere2+sphere1+plane3"]
 
@@ -175,6 +175,16 @@ def test_a_multiple_pose_is_found_and_said_to_be_one() -> None:
     at_truth = [np.abs(pose[:3, :3] - rotation).max() < 1e-6 for pose in answer.poses]
     assert answer.multiple[at_truth].tolist() == [True]
     assert answer.singular == answer.paths
+
+
+def test_a_pose_far_from_where_planes_meet_is_not_taken_for_a_multiple_one() -> None:
+    problem = problem_number("plane2+plane2+plane2", "loose", 1, 10)
+    normals = np.array([f.direction for f in problem.features])
+    meeting = np.linalg.solve(normals, np.sum(normals * [f.point for f in problem.features], axis=1))
+    assert np.linalg.norm(meeting - problem.features[0].point) > 1000
+    answer = solved(problem)
+    assert all(stiffness(problem, pose) > 1e-3 for pose in answer.poses)
+    assert not answer.multiple.any()
 
 
 def test_a_root_missing_from_the_start_does_not_go_unnoticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -209,7 +209,10 @@ def replay(kind: str, layout: str, seed: int, number: int) -> None:
         is_true = "  planted" if nearest(pose[None], truth[None], problem)[0] < SAME else ""
         print(f"{what:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}{is_true}")
         if what:
-            print(np.array2string(pose, prefix=" " * 10, formatter={"float": "{:.17g}".format}))
+            print(
+                " " * 10
+                + np.array2string(pose, max_line_width=200, prefix=" " * 10, formatter={"float": "{:.17g}".format})
+            )
     for pose, gap in zip(found, nearest(found, oracle.poses, problem), strict=True):
         if gap > SAME:
             what = "extra" if is_exact(problem, pose) else "inexact"
