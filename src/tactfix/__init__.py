@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from tactfix.fit import fit
     from tactfix.fit_result import FitResult
     from tactfix.fixture import Fixture
+    from tactfix.localizers.five_contact_cylinders import CylinderStack, cylinders_through_five
+    from tactfix.localizers.sphere_centers import SphereCenters, sphere_centers
     from tactfix.locate import locate
     from tactfix.plan import plan
     from tactfix.planning.result import Plan
@@ -41,6 +43,7 @@ __version__ = VERSION
 __all__ = [
     "ContactOptions",
     "Contacts",
+    "CylinderStack",
     "DesignReport",
     "Fault",
     "FileError",
@@ -51,12 +54,14 @@ __all__ = [
     "Plan",
     "Pose",
     "Simulation",
+    "SphereCenters",
     "TactfixError",
     "UsageError",
     "Wishes",
     "__version__",
     "compare",
     "contacts_from_arrays",
+    "cylinders_through_five",
     "design_check",
     "fit",
     "load_contacts",
@@ -65,12 +70,14 @@ __all__ = [
     "locate",
     "plan",
     "simulate",
+    "sphere_centers",
     "write_pose",
 ]
 
 _HOMES = {
     "ContactOptions": "tactfix.files.contact_options",
     "Contacts": "tactfix.contacts",
+    "CylinderStack": "tactfix.localizers.five_contact_cylinders",
     "DesignReport": "tactfix.design_check",
     "Fault": "tactfix.faults",
     "FileError": "tactfix.errors",
@@ -81,11 +88,13 @@ _HOMES = {
     "Plan": "tactfix.planning.result",
     "Pose": "tactfix.dialects.pose",
     "Simulation": "tactfix.simulate",
+    "SphereCenters": "tactfix.localizers.sphere_centers",
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
     "Wishes": "tactfix.design_check",
     "compare": "tactfix.compare",
     "contacts_from_arrays": "tactfix.contacts",
+    "cylinders_through_five": "tactfix.localizers.five_contact_cylinders",
     "design_check": "tactfix.design_check",
     "fit": "tactfix.fit",
     "load_contacts": "tactfix.files.contact_file",
@@ -94,6 +103,7 @@ _HOMES = {
     "locate": "tactfix.locate",
     "plan": "tactfix.plan",
     "simulate": "tactfix.simulate",
+    "sphere_centers": "tactfix.localizers.sphere_centers",
     "write_pose": "tactfix.convert",
 }
 """The module in which each public name is defined."""

@@ -1,5 +1,7 @@
 """Stacks of five-contact cylinders, and the root finder below them."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from localizers.touched import (
@@ -11,8 +13,10 @@ from localizers.touched import (
     turned_to,
 )
 
+from tactfix.errors import UsageError
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.five_contact_cylinders import cylinders_through_five
+from tactfix.localizers.sphere_centers import sphere_centers
 from tactfix.localizers.trigonometric_zeros import trigonometric_zeros
 
 
@@ -70,6 +74,56 @@ def test_degenerate_problems_do_not_stop_a_stack():
     stack = cylinders_through_five(np.array([np.zeros((5, 3)), sound, np.outer(np.arange(5), [1, 2, 3])]))
     assert stack.valid[1].any()
     assert _error(stack, 1, np.array([0, 0, 1.0])) < 1e-9
+
+
+# Found among 100,000: zeros of the cubic lie so close on the conic that one more Newton step is not enough.
+HARD = {
+    "well conditioned": (
+        [2.79904, 1.96714, 4.8431, 4.62268, 0.95138],
+        [-0.65584, -0.55322, -0.41313, 0.54678, 0.85692],
+    ),
+    "and another": ([1.15532, 0.17787, 2.92489, 5.32459, 2.79508], [-0.58566, 0.29023, 0.40245, -0.90949, -0.14214]),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_crowded_zeros_are_followed_to_their_end(name):
+    angle, z = np.array(HARD[name])
+    contacts = np.column_stack([np.cos(angle), np.sin(angle), z])
+    points = np.array([contacts @ turned_to(axis).T for axis in AXES])
+    stack = cylinders_through_five(points)
+    for k, axis in enumerate(AXES):
+        assert _error(stack, k, axis) < 1e-12
+
+
+def test_thin_tetrahedra_are_exact_too():
+    rng = np.random.default_rng(5)
+    points = np.array([on_cylinder(rng, 5) for _ in range(20_000)]) * [1.0, 1.0, 0.02]
+    stack = cylinders_through_five(points)
+    arms = np.cross(points[:, None] - stack.points[:, :, None], stack.directions[:, :, None])
+    misses = np.nanmax(np.abs(np.linalg.norm(arms, axis=-1) - stack.radii[..., None]), axis=(1, 2))
+    assert np.quantile(misses, 0.99) < 1e-12
+
+
+def test_points_of_another_shape_are_refused():
+    with pytest.raises(UsageError, match=r"\(\.\.\., 5, 3\)"):
+        cylinders_through_five(np.zeros((7, 4, 3)))
+    with pytest.raises(UsageError, match=r"\(\.\.\., 3, 3\)"):
+        sphere_centers(np.zeros((3,)), 1.0)
+
+
+def test_memory_beyond_the_answer_does_not_grow():
+    def most(count: int) -> int:
+        points = np.random.default_rng(6).normal(size=(count, 5, 3))
+        tracemalloc.start()
+        stack = cylinders_through_five(points)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak - sum(a.nbytes for a in (stack.points, stack.directions, stack.radii))
+
+    few = most(10_000)
+    # A flag and a volume for each problem, and what is left of a chunk.
+    assert most(100_000) < few + 90_000 * 64
 
 
 def test_trigonometric_zeros_against_companion_roots():

@@ -15,6 +15,10 @@ from tactfix.geometry.arrays import Bools, Floats
 from tactfix.localizers.conic_circle import circle_of_conic, conic_value_and_gradient
 from tactfix.localizers.trigonometric_zeros import SAMPLES, trigonometric_zeros
 
+_FAR, _MORE_STEPS = 1e-8, 3
+"""A Newton step of this length (rad) leaves its square, times what a crowd of zeros makes of it: worth another one, but
+not more than a few."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CommonZeros:
@@ -34,8 +38,8 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
     circle, real, clear = circle_of_conic(conic, caution)
     places, sure = trigonometric_zeros(_samples(circle, cubic), caution)
     places[:, :, ~real] = np.nan
-    zeros = _on_circle(circle[:, :, None], places)
-    return CommonZeros(_polished(zeros, conic, cubic), (sure | ~real) & clear)
+    zeros, arrived = _settled(_on_circle(circle[:, :, None], places), conic, cubic)
+    return CommonZeros(zeros, ((sure & arrived) | ~real) & clear)
 
 
 def _samples(circle: Floats, cubic: Floats) -> Floats:
@@ -57,8 +61,21 @@ def _cubic_value(s: Floats, cubic: Floats) -> Floats:
     )
 
 
-def _polished(s: Floats, conic: Floats, cubic: Floats) -> Floats:
-    """The unit vectors (3, 6, m) after one Newton step on both equations themselves, square to s."""
+def _settled(zeros: Floats, conic: Floats, cubic: Floats) -> tuple[Floats, Bools]:
+    """The unit vectors (3, 6, m) after a Newton step, or a few where it was long; and whether (m,) the last was not."""
+    settled, gone = _polished(zeros, conic, cubic)
+    # nan compares false: an empty slot has nothing left to settle.
+    far = np.flatnonzero(np.any(gone > _FAR * _FAR, axis=0))
+    for _ in range(_MORE_STEPS):
+        settled[:, :, far], gone = _polished(settled[:, :, far], conic[:, far], cubic[:, far])
+        far = far[np.any(gone > _FAR * _FAR, axis=0)]
+    arrived = np.ones(zeros.shape[2], dtype=bool)
+    arrived[far] = False
+    return settled, arrived
+
+
+def _polished(s: Floats, conic: Floats, cubic: Floats) -> tuple[Floats, Floats]:
+    """The unit vectors (3, 6, m) after one Newton step on both equations, square to s, and its square (6, m)."""
     x, y, z = s
     k = cubic[:, None]
     f, (fx, fy, fz) = conic_value_and_gradient(s, conic[:, None])
@@ -71,6 +88,8 @@ def _polished(s: Floats, conic: Floats, cubic: Floats) -> Floats:
     vx, vy, vz = y * fz - z * fy, z * fx - x * fz, x * fy - y * fx
     det = fx * ux + fy * uy + fz * uz
     p, q = -f / det, -g / det
-    x, y, z = x + p * ux + q * vx, y + p * uy + q * vy, z + p * uz + q * vz
-    scale = 1.0 / np.sqrt(x * x + y * y + z * z)
-    return np.stack([x * scale, y * scale, z * scale])
+    dx, dy, dz = p * ux + q * vx, p * uy + q * vy, p * uz + q * vz
+    x, y, z = x + dx, y + dy, z + dz
+    shrink = 1.0 / (x * x + y * y + z * z)
+    scale = np.sqrt(shrink)
+    return np.stack([x * scale, y * scale, z * scale]), (dx * dx + dy * dy + dz * dz) * shrink

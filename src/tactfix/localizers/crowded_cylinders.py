@@ -50,7 +50,7 @@ def polished_cylinders(points: Floats, answers: Floats) -> Floats:
     foot, direction = (states[:, :3] - middle) / scale[:, None], states[:, 3:6]
     foot -= np.sum(foot * direction, axis=1, keepdims=True) * direction
     problem = CylinderProblem(contacts, np.ones(5), radius_known=False)
-    states = problem.refined(np.column_stack([foot, direction, states[:, 6] / scale]), 2)
+    states = problem.polished(np.column_stack([foot, direction, states[:, 6] / scale]), 2)
     better = answers.copy()
     better[:3, slot, owner] = (states[:, :3] * scale[:, None] + middle).T
     better[3:6, slot, owner] = states[:, 3:6].T

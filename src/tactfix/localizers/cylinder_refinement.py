@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints, unit
-from tactfix.localizers.least_squares import refined
+from tactfix.localizers.least_squares import polished, refined
 
 PARAMETERS = 5
 
@@ -62,6 +62,10 @@ class CylinderProblem:
     def refined(self, states: Floats, iterations: int = 60) -> Floats:
         """The local minima (B, 7) that the states lead to."""
         return refined(self.evaluate, self.step, states, iterations)
+
+    def polished(self, states: Floats, steps: int) -> Floats:
+        """The states (B, 7), next to single roots of as many contacts as parameters, so many Newton steps nearer."""
+        return polished(self.evaluate, self.step, states, steps)
 
 
 def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | float) -> tuple[Floats, Ints]:

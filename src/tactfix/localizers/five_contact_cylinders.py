@@ -16,9 +16,10 @@ from tactfix.geometry.arrays import Bools, Floats
 from tactfix.localizers.conic_cubic import real_common_zeros
 from tactfix.localizers.crowded_cylinders import crowded_cylinders, polished_cylinders
 from tactfix.localizers.rounding import ROUNDING
+from tactfix.localizers.stacks import stack_shape
 from tactfix.localizers.trigonometric_zeros import SLOTS
 
-_CHUNK, _CROWDED_CHUNK = 2048, 512
+_CHUNK, _CROWDED_CHUNK = 4096, 512
 _LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
 """Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
 in the end, and those next to flat, or of nearly coincident contacts, are left to the other method."""
@@ -43,9 +44,10 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     points (..., 5, 3). tolerance: by so much, in the contacts' unit, a contact may miss a cylinder at which two roots
     have merged: a double root that noise has made complex is returned once. A layout with no finite number of cylinders
     has whatever isolated ones were found, or none: nothing is raised, so that one bad problem does not stop a stack.
+    Memory beyond the answer does not grow with the stack. Raises UsageError for points of another shape.
     Source: eqs. 37-45, fig. 5.
     """
-    shape = points.shape[:-2]
+    shape = stack_shape(points, 5)
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 15)
     answers = np.empty((7, SLOTS, len(flat)))
     sure, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))

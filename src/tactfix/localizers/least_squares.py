@@ -58,6 +58,27 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
     return _finished(evaluate, step, states)
 
 
+def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floats:
+    """The states (B, q) next to roots of problems with as many parameters as residuals, so many Newton steps nearer.
+
+    A step that leads away from the root is not taken; where any Jacobian is singular none is.
+    """
+    index: Ints = np.arange(len(states))
+    residuals, jacobians = evaluate(states, index)
+    for _ in range(steps):
+        try:
+            change = -np.linalg.solve(jacobians, residuals[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            return states
+        trial = step(states, np.asarray(change, dtype=np.float64))
+        new_residuals, new_jacobians = evaluate(trial, index)
+        better = np.sum(new_residuals**2, axis=-1) < np.sum(residuals**2, axis=-1)
+        states = np.where(better[:, None], trial, states)
+        residuals = np.where(better[:, None], new_residuals, residuals)
+        jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
+    return states
+
+
 def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
     """The states of problems with as many parameters as residuals, taken on to the root if there is one.
 

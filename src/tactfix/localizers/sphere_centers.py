@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
+from tactfix.localizers.stacks import stack_shape
 
 _CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
@@ -36,9 +37,10 @@ def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | f
     points (..., 3, 3): three contacts each; radius, tolerance: numbers or (...), same unit: a circumradius that
     exceeds the radius by up to tolerance is taken for a great circle that noise has moved.
     Returns invalid entries, not errors, for contacts on a line and for contacts too far apart, so that one bad problem
-    does not stop a stack. Source: eqs. 3-10.
+    does not stop a stack; UsageError is raised for points of another shape. Memory beyond the answer does not grow with
+    the stack. Source: eqs. 3-10.
     """
-    shape = points.shape[:-2]
+    shape = stack_shape(points, 3)
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 9)
     radii = np.broadcast_to(radius, shape).reshape(-1)
     tolerances = np.broadcast_to(tolerance, shape).reshape(-1)

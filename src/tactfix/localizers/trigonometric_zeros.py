@@ -27,8 +27,12 @@ _SINGLE, _DOUBLE = 2e-6, 1e-13
 The first grid is ten times coarser than single precision, which is twice as fast.
 """
 
-_LAST_STEP = 1e-5
-"""The last Newton step, in rad: the next one would be its square, times a curvature that single zeros keep moderate."""
+_LAST_STEP, _LAST_HALLEY_STEP = 1e-5, 4e-4
+"""The last step, in rad: of Newton's method the next one would be its square, of Halley's its cube, times a curvature
+that single zeros keep moderate. Either way it would be below 1e-10."""
+
+_FARTHEST = float(np.cos(np.pi / _CELLS))
+"""Cosine of half a cell: a zero that moves farther from where its cell promised it is not the one that was found."""
 
 _FOURTH = 81.0
 """|g''''| <= 81 times the amplitude: the fourth power of the degree."""
@@ -174,36 +178,51 @@ def _turned(places: Floats, angle: Floats) -> Floats:
 
 
 def _settled(places: Floats, harmonics: Floats) -> tuple[Floats, Bools]:
-    """The places (2, 6, m) after a few Newton steps, and whether (m,) all zeros of a polynomial have arrived."""
-    reached, step = _newton(places, harmonics)
-    slow = np.flatnonzero(np.any(np.abs(step) > _LAST_STEP, axis=0))
+    """The places (2, 6, m) after a step or a few, and whether (m,) all zeros of a polynomial have arrived."""
+    reached, step = _halley(places, harmonics)
+    # nan compares false: an empty slot has nothing left to settle.
+    slow = np.flatnonzero(np.any(np.abs(step) > _LAST_HALLEY_STEP, axis=0))
+    # The dot product is the cosine of the way gone.
+    arrived = ~np.any(reached[0] * places[0] + reached[1] * places[1] < _FARTHEST, axis=0)
     if slow.size:
-        reached[:, :, slow], step[:, slow] = _newton(reached[:, :, slow], harmonics[:, slow])
-    # nan compares false: an empty slot has nothing left to settle. The dot product is the cosine of the way gone.
-    strayed = reached[0] * places[0] + reached[1] * places[1] < np.cos(np.pi / _CELLS)
-    return reached, ~np.any((np.abs(step) > _LAST_STEP) | strayed, axis=0)
+        begun = reached[:, :, slow]
+        ended, step = _newton(begun, harmonics[:, slow])
+        strayed = ended[0] * begun[0] + ended[1] * begun[1] < _FARTHEST
+        arrived[slow] &= ~np.any((np.abs(step) > _LAST_STEP) | strayed, axis=0)
+        reached[:, :, slow] = ended
+    return reached, arrived
+
+
+def _halley(places: Floats, harmonics: Floats) -> tuple[Floats, Floats]:
+    """The places (2, 6, m) one step of Halley's method on, and the step in rad."""
+    value, slope, curvature = _derivatives(places, harmonics[:, None])
+    step = np.clip(2 * value * slope / (2 * slope * slope - value * curvature), -0.2, 0.2)
+    return _on_the_circle(_turned(places, -step)), step
+
+
+def _on_the_circle(places: Floats) -> Floats:
+    """Places (2, ...) that rounding and a cut-off series have taken a little off the circle, back on it."""
+    return np.asarray(places * (1.5 - 0.5 * (places[0] * places[0] + places[1] * places[1])))
 
 
 def _newton(places: Floats, harmonics: Floats) -> tuple[Floats, Floats]:
     """The places (2, 6, m) a few Newton steps on, and the last of the steps in rad."""
     k, step = harmonics[:, None], np.zeros_like(places[0])
     for _ in range(_NEWTON_STEPS):
-        value, slope = _value_and_slope(places, k)
+        value, slope, _ = _derivatives(places, k)
         step = np.clip(value / slope, -0.2, 0.2)
-        places = _turned(places, -step)
-        # Rounding and the cut-off series take the place off the circle.
-        places *= 1.5 - 0.5 * (places[0] * places[0] + places[1] * places[1])
+        places = _on_the_circle(_turned(places, -step))
     return places, step
 
 
-def _value_and_slope(places: Floats, k: Floats) -> tuple[Floats, Floats]:
-    """Value and slope (6, m) of the polynomials with harmonics k (7, 1, m) at places (2, 6, m)."""
+def _derivatives(places: Floats, k: Floats) -> tuple[Floats, Floats, Floats]:
+    """Value, slope and curvature (6, m) of the polynomials with harmonics k (7, 1, m) at places (2, 6, m)."""
     c, s = places
     c2, s2 = c * c - s * s, 2 * c * s
     c3, s3 = c * c2 - s * s2, s * c2 + c * s2
-    value = k[0] + k[1] * c + k[2] * s + k[3] * c2 + k[4] * s2 + k[5] * c3 + k[6] * s3
+    first, second, third = k[1] * c + k[2] * s, k[3] * c2 + k[4] * s2, k[5] * c3 + k[6] * s3
     slope = k[2] * c - k[1] * s + 2 * (k[4] * c2 - k[3] * s2) + 3 * (k[6] * c3 - k[5] * s3)
-    return value, slope
+    return k[0] + first + second + third, slope, -first - 4 * second - 9 * third
 
 
 @cache
