@@ -4,22 +4,35 @@ The fixture's geometry is judged exactly (motions, symmetries, fewest contacts),
 well spread ones: how sure the pose is, how far the nearest wrong pose lies, and which mistakes would stay unseen.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.blind_spots import BlindSpot, Locator
+from tactfix.design.blind_spots import BlindSpot
 from tactfix.design.certainty import Certainty
 from tactfix.design.contact_check import ContactCheck, check_contacts
 from tactfix.design.contact_counts import ContactCounts, separate_counts
+from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity, count_findings, symmetry_findings, touch_findings, worst
-from tactfix.design.geometry_check import check_geometry
+from tactfix.design.geometry_check import GeometryCheck, check_geometry
 from tactfix.design.margins import Margins
-from tactfix.design.pose_numbers import Study, UniqueShare, complex_poses, unique_shares
+from tactfix.design.plan_findings import not_studied, study_findings
+from tactfix.design.pose_counts import PoseCount, pose_count
+from tactfix.design.random_layouts import (
+    DEFAULT_LAYOUTS,
+    FEW,
+    FEWEST,
+    MOST,
+    LayoutStudy,
+    RealPoses,
+    Study,
+    study_layouts,
+)
 from tactfix.design.symmetries import Symmetry
+from tactfix.design.touched import Locator
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.scale import EXACT, tolerance_for
@@ -35,15 +48,15 @@ class Wishes:
     """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
 
     at: points of the fixture frame whose sigma is told. sigma, tip_radius: of the probe where no contacts are given;
-    they beat the fixture's. max_sigma: an error where an extreme point is known worse. layouts: random layouts for each
-    number of contacts in the study of uniqueness, 0 for no study; seed: of that study.
+    they beat the fixture's. max_sigma: an error where an extreme point is known worse. layouts: random layouts in the
+    study of uniqueness, 0 for no study; seed: of that study.
     """
 
     at: tuple[tuple[float, float, float], ...] = ()
     sigma: float | None = None
     tip_radius: float | None = None
     max_sigma: float | None = None
-    layouts: int = 0
+    layouts: int = DEFAULT_LAYOUTS
     seed: int = 0
 
 
@@ -51,9 +64,9 @@ class Wishes:
 class DesignReport:
     """What design-check found, in the fixture frame and units; the names are those of the JSON.
 
-    is_rigid: the file makes the features one rigid body. complex_poses: of each of counts.minimal_sets, None where the
-    number is not known. certainty, margins, blind_spots: None or empty where a motion stays free or nothing says sigma.
-    shares: the study of random layouts, empty where none was asked for.
+    is_rigid: the file makes the features one rigid body. pose_counts: the complex poses of each of counts.minimal_sets,
+    None where it is no set of six contacts. certainty, margins, blind_spots, layouts: None or empty where a motion
+    stays free or nothing says sigma. study: of random layouts, empty where none was made.
     """
 
     fixture: Fixture
@@ -61,11 +74,12 @@ class DesignReport:
     free_motions: tuple[FreeMotion, ...]
     symmetries: tuple[Symmetry, ...]
     counts: ContactCounts
-    complex_poses: tuple[int | None, ...]
+    pose_counts: tuple[PoseCount | None, ...]
     certainty: Certainty | None
     margins: Margins | None
     blind_spots: tuple[BlindSpot, ...]
-    shares: tuple[UniqueShare, ...]
+    layouts: tuple[CylinderLayout, ...]
+    study: LayoutStudy
     findings: tuple[Finding, ...]
 
     @property
@@ -73,12 +87,17 @@ class DesignReport:
         """The severity of the gravest finding."""
         return worst(self.findings)
 
+    @property
+    def real_poses(self) -> tuple[RealPoses | None, ...]:
+        """What the study saw of each of counts.minimal_sets, of all sets of its kind; None where it saw none."""
+        return tuple(None if c is None else self.study.real_poses.get(c.kind) for c in self.pose_counts)
+
 
 def design_check(
     fixture: Fixture,
     contacts: Contacts | None = None,
     wishes: Wishes | None = None,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Callable[[float, str], None] = lambda share, what: None,
 ) -> DesignReport:
     """Check a fixture, and the contacts made or planned on it.
 
@@ -103,28 +122,60 @@ def design_check(
         at = np.array(wishes.at, dtype=np.float64).reshape(-1, 3)
         probe = (sigma, tip_radius)
         judged = check_contacts(fixture, geometry, contacts, probe, at, wishes.max_sigma, locator)
-    shares: tuple[UniqueShare, ...] = ()
-    if wishes.layouts and not geometry.free_motions and sigma is not None:
-        study = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
-        shares = unique_shares(fixture, study, locator, progress or (lambda share, what: None))
+    types = {name: feature.type for name, feature in fixture.features.items()}
+    pose_counts = tuple(pose_count(types, counts) for counts in geometry.counts.minimal_sets)
+    study, told = LayoutStudy(), tuple[Finding, ...]()
+    if wishes.layouts and sigma is not None and judged.can_be_located:
+        asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
+        study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress)
     return DesignReport(
         fixture=fixture,
         is_rigid=True,
         free_motions=geometry.free_motions,
         symmetries=geometry.symmetries,
         counts=geometry.counts,
-        complex_poses=tuple(complex_poses(fixture, counts) for counts in geometry.counts.minimal_sets),
+        pose_counts=pose_counts,
         certainty=judged.certainty,
         margins=judged.margins,
         blind_spots=judged.blind_spots,
-        shares=shares,
+        layouts=judged.layouts,
+        study=study,
         findings=(
             *geometry.findings,
-            *symmetry_findings(geometry.symmetries, geometry.near, fixture, geometry.surfaces, judged.is_settled),
+            *symmetry_findings(
+                geometry.symmetries,
+                geometry.near,
+                fixture,
+                geometry.surfaces,
+                geometry.near_ratio,
+                judged.is_settled,
+            ),
             *touch_findings(fixture, geometry.surfaces, judged.unreachable, geometry.size),
             *judged.findings,
+            *told,
         ),
     )
+
+
+def _studied(
+    fixture: Fixture,
+    study: Study,
+    geometry: GeometryCheck,
+    pose_counts: Sequence[PoseCount | None],
+    locator: Locator,
+    progress: Callable[[float, str], None],
+) -> tuple[LayoutStudy, tuple[Finding, ...]]:
+    """The study of random layouts, and what to say of it."""
+    pairs = zip(pose_counts, geometry.counts.minimal_sets, strict=True)
+    sets = [(count.kind, contacts) for count, contacts in pairs if count is not None]
+    # Where nothing breaks a symmetry no number of contacts is enough: six tell how many poses there are.
+    is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
+    most = FEWEST if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
+    try:
+        found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress)
+    except UsageError as error:
+        return LayoutStudy(), (not_studied(str(error)),)
+    return found, tuple(study_findings(found, is_symmetric))
 
 
 _NO_SIGMA = Finding(
@@ -155,7 +206,7 @@ def _separate(fixture: Fixture) -> DesignReport:
     """The report on features that no relations hold together."""
     counts = separate_counts(fixture.features, fixture.relations)
     findings = tuple(count_findings(counts, is_rigid=False))
-    return DesignReport(fixture, False, (), (), counts, (None,), None, None, (), (), findings)
+    return DesignReport(fixture, False, (), (), counts, (None,), None, None, (), (), LayoutStudy(), findings)
 
 
 def _probe(fixture: Fixture, contacts: Contacts | None, wishes: Wishes) -> tuple[float | None, float]:

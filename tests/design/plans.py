@@ -1,13 +1,24 @@
 """Contacts made by hand, and where the fixtures are."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.design_check import Wishes, design_check
+from tactfix.files.fixture_file import load_fixture
 
 ROOT = Path(__file__).parents[2]
+# Without the study of random layouts.
+QUICK = Wishes(layouts=0)
 BAD = Path(__file__).parent / "bad"
+
+
+@cache
+def quick_report(path):
+    """The report on a fixture as it is shipped, without the study of random layouts."""
+    return design_check(load_fixture(path), wishes=QUICK)
 
 
 def contacts_of(features, points, approaches, sigma, tip):

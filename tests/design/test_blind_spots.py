@@ -1,11 +1,11 @@
 """Blind spots against the mistake itself: simulated with noise and given to locate, many times."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from design.plans import QUICK
 
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import power_of
@@ -31,22 +31,15 @@ def quiet_plan(fixture, count):
     )
 
 
-CASES = [
-    (CORNER, "tip_radius"),
-    (CORNER, "pretravel"),
-    (CORNER, "scale"),
-    (ROOT / "fixtures/robot-cell-plate.yaml", "tip_radius"),
-    (ROOT / "fixtures/robot-cell-plate.yaml", "scale"),
-    (ROOT / "fixtures/three-spheres.yaml", "scale"),
-]
+# A fixture by relations; those by geometry are in test_blind_spots_simulated.py.
+CASES = [(ROOT / "fixtures/three-spheres.yaml", error) for error in FAULTS]
 
 
 @pytest.mark.parametrize(("path", "error"), CASES, ids=[f"{p.stem}-{error}" for p, error in CASES])
 def test_what_locate_says_of_a_simulated_mistake(path, error):
-    # Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
-    fixture = replace(load_fixture(path), touch={}) if path == CORNER else load_fixture(path)
+    fixture = load_fixture(path)
     plan = quiet_plan(fixture, 18)
-    report = design_check(fixture, plan)
+    report = design_check(fixture, plan, wishes=QUICK)
     spot = next(s for s in report.blind_spots if s.error == error)
     flagged, shifts = 0, []
     corners = np.array([report.certainty.worst.point])
@@ -84,7 +77,7 @@ def test_one_bad_contact_is_seen_by_its_redundancy():
     """Noncentrality of one contact off by 10 sigma: 100 (1 - leverage), with the leverage from plain algebra."""
     fixture = load_fixture(ROOT / "fixtures/robot-cell-plate.yaml")
     plan = quiet_plan(fixture, 12)
-    report = design_check(fixture, plan)
+    report = design_check(fixture, plan, wishes=QUICK)
     spot = next(s for s in report.blind_spots if s.error == "contact")
     surfaces = {name: f.surface for name, f in fixture.features.items()}
     rows = []
@@ -108,7 +101,7 @@ def test_one_bad_contact_is_seen_by_its_redundancy():
 
 def test_exchanged_labels_of_equal_balls_are_not_seen():
     fixture = load_fixture(Path(__file__).parent / "bad" / "equal-balls.yaml")
-    spot = next(s for s in design_check(fixture).blind_spots if s.error == "labels")
+    spot = next(s for s in design_check(fixture, wishes=QUICK).blind_spots if s.error == "labels")
     assert not spot.detectable
     made = simulate(fixture, base_from_fixture=np.eye(4), seed=2).contacts
     other = {"left": "right", "right": "left", "far": "far"}
@@ -134,7 +127,7 @@ def test_a_wrong_unit_fits_planes_without_boxes_and_nothing_else():
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "f.yaml"
             path.write_text(text)
-            return next(s for s in design_check(load_fixture(path)).blind_spots if s.error == "unit")
+            return next(s for s in design_check(load_fixture(path), wishes=QUICK).blind_spots if s.error == "unit")
 
     bare = text[: text.index("touch:")].replace("tip_radius: 3.0", "tip_radius: 0.0")
     assert not spot_of(bare).detectable

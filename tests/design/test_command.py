@@ -6,8 +6,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from design.plans import quick_report
 
 from tactfix.cli import main
+from tactfix.report.design_table import design_text
 
 BAD = Path(__file__).parent / "bad"
 
@@ -19,7 +21,7 @@ def run(capsys, *arguments):
 
 
 def test_json_holds_what_the_contract_says(capsys):
-    status, out, err = run(capsys, BAD / "ball-beside-bar.yaml", "--json", "--at", "1,2,3")
+    status, out, err = run(capsys, BAD / "ball-beside-bar.yaml", "--json", "--at", "1,2,3", "--study", "0")
     report = json.loads(out)
     assert status == 1
     assert err == ""
@@ -36,9 +38,50 @@ def test_json_holds_what_the_contract_says(capsys):
     assert contacts["complex_poses"] == [96, 48]
     assert np.shape(report["accuracy"]["covariance"]) == (6, 6)
     assert report["accuracy"]["at"][0]["point"] == [1.0, 2.0, 3.0]
+    assert contacts["poses_at_most"] == [96, 48]
+    assert contacts["complex_poses_source"] == ["reference", "reference"]
+    assert contacts["alone_radius_unknown"] == {"bar": 5, "ball": 4}
+    assert contacts["paper_radius_unknown"] == {"bar": 6, "ball": 4}
+    assert contacts["with_distances"] == {"bar": 3, "ball": 2}
     assert {"O1", "O2", "O3", "O4", "O5", "length"} == set(report["accuracy"]["observability"])
+    extreme = [point["sigma"] for point in report["accuracy"]["extreme_points"]]
+    assert len(extreme) == 8
+    assert max(extreme) == report["accuracy"]["worst_point"]["sigma"]
     assert {"error", "detectable", "pose_shift", "message"} <= set(report["blind_spots"][0])
     assert {"code", "status", "message", "hint"} == set(report["checks"][0])
+
+
+def test_the_study_in_json_and_switched_off(capsys):
+    fixture = BAD.parents[2] / "fixtures" / "three-planes.yaml"
+    _, out, _ = run(capsys, fixture, "--json", "--study", "3", "--seed", "2")
+    _, again, _ = run(capsys, fixture, "--json", "--study", "3", "--seed", "2")
+    assert out == again, "one seed gives one answer"
+    report = json.loads(out)
+    contacts = report["contacts"]
+    first = contacts["random_layouts"][0]
+    assert (first["contacts"], first["layouts"]) == (6, 3)
+    assert contacts["random_layouts"][-1]["ambiguous"] == 0
+    assert len(contacts["real_poses"]) == len(contacts["minimal_sets"]) == len(contacts["complex_poses"])
+    seen = next(entry for entry in contacts["real_poses"] if entry)
+    assert set(seen) == {"layouts", "fewest_seen", "median", "most_seen"}
+    told = next(check for check in report["checks"] if check["code"] == "uniqueness")
+    assert "of 3 random layouts" in told["message"]
+    _, off, _ = run(capsys, fixture, "--json", "--study", "0")
+    contacts = json.loads(off)["contacts"]
+    assert contacts["random_layouts"] == []
+    assert set(contacts["real_poses"]) == {None}
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_tables_fit_into_a_terminal(width):
+    report = quick_report(BAD / "ball-beside-bar.yaml")
+    lines = design_text(report, width).splitlines()
+    assert max(map(len, lines)) <= width
+    # Words stay whole: everything that is said without a table is in it.
+    flat = " ".join(" ".join(lines).split())
+    for finding in report.findings:
+        for word in finding.code.split():
+            assert word in flat
 
 
 def test_free_motions_in_json(capsys):
@@ -60,7 +103,7 @@ def test_free_motions_in_json(capsys):
     ],
 )
 def test_table(capsys, name, lines):
-    _, out, _ = run(capsys, BAD / f"{name}.yaml")
+    _, out, _ = run(capsys, BAD / f"{name}.yaml", "--study", "0")
     for words in lines:
         assert words in " ".join(out.split())
     assert max(map(len, out.splitlines())) <= 100
@@ -103,6 +146,6 @@ def test_a_plan_from_a_file(capsys, tmp_path):
         ("ball", 60 + 11 * n[0], 11 * n[1], 11 * n[2], *n) for n in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -0.6, -0.8))
     ]
     plan.write_text(head + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
-    _, out, _ = run(capsys, BAD / "ball-beside-bar.yaml", plan, "--json")
+    _, out, _ = run(capsys, BAD / "ball-beside-bar.yaml", plan, "--json", "--study", "0")
     accuracy = json.loads(out)["accuracy"]
     assert (accuracy["of"], accuracy["contacts"]) == ("plan", 8)

@@ -47,9 +47,13 @@ def command(
         float | None, Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
     ] = None,
     study: Annotated[
-        int,
-        Option(metavar="N", min=0, help="Locate N random layouts for each number of contacts; takes its time."),
-    ] = 0,
+        int | None,
+        Option(
+            metavar="N",
+            min=0,
+            help="Locate N random layouts with six contacts, seven and so on, instead of a few; 0 leaves that out.",
+        ),
+    ] = None,
     seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
     units: Units = None,
     contacts_format: ContactsFormat = "csv",
@@ -70,6 +74,7 @@ def command(
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
     from tactfix.design.explanations import explanation
+    from tactfix.design.random_layouts import DEFAULT_LAYOUTS
     from tactfix.design_check import Wishes, design_check
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
@@ -86,8 +91,9 @@ def command(
     options = ContactOptions(units, tip_radius, sigma)
     given = _contacts(contacts, there, options, contacts_format, features, tip_offset, quiet=quiet)
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)
-    wishes = Wishes(points, own_sigma, own_tip, max_sigma, study, seed)
-    with progress_bar("studying", quiet=quiet or not study) as progress:
+    layouts = DEFAULT_LAYOUTS if study is None else study
+    wishes = Wishes(points, own_sigma, own_tip, max_sigma, layouts, seed)
+    with progress_bar("studying", quiet=quiet or layouts <= DEFAULT_LAYOUTS) as progress:
         report = design_check(there, given, wishes, progress)
     if junit is not None:
         write_whole(junit, design_junit(report))

@@ -4,12 +4,12 @@ Each mistake is done to noise-free nominal contacts (or to the fixture's numbers
 truth, by the same least squares that locate uses. The chi-square that is left is the noncentrality of the one that
 noisy contacts would have. A mistake counts as detectable when that chi-square would exceed its limit, the one at which
 locate begins to doubt the residuals (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
-Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches, and a wrong unit
-that still fits near the truth, are given to locate: they are detectable when no pose comes out. Only there do approach,
-touch box and path count; elsewhere it is the residuals alone, as they would be for contacts in the middle of a face.
+Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches and a wrong unit are
+given to locate: they are detectable when no pose comes out. Only there do approach, touch box and path count; elsewhere
+it is the residuals alone, as they would be for contacts in the middle of a face.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
@@ -17,44 +17,35 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.misplaced import Misplaced
+from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
+from tactfix.design.touched import Locator, Touched, most_telling, normals_of, shift_of
 from tactfix.faults import Fault, growth, mistaken
-from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import homogeneous, inverse, transform_points
-from tactfix.geometry.surfaces import Plane, Surface, outward_normals
+from tactfix.geometry.rigid import inverse
+from tactfix.geometry.surfaces import Plane, Surface
 from tactfix.motion_words import listed
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.refinement import refine
-from tactfix.results import LocateResult
 
 Mistake: TypeAlias = Literal[
-    "tip_radius", "tip_sign", "pretravel", "scale", "unit", "approach", "labels", "contact", "distance", "radius"
+    "tip_radius",
+    "tip_sign",
+    "pretravel",
+    "scale",
+    "unit",
+    "approach",
+    "labels",
+    "swapped_contacts",
+    "contact",
+    "distance",
+    "radius",
 ]
-Locator: TypeAlias = Callable[[Contacts], LocateResult]
 
 # A detectable mistake is seen this often.
 _POWER: Final = 0.95
 # Errors of a radius, a distance or one contact, in sigma.
 SIGMAS_OFF: Final = 10.0
 _UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Touched:
-    """Nominal contacts on a fixture that stands at the origin: the true pose is the identity.
-
-    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which a wrong pose is measured.
-    """
-
-    surfaces: Mapping[str, Surface]
-    contacts: Contacts
-    sigmas: Floats
-    corners: Floats
-
-    @property
-    def dof(self) -> int:
-        """Contacts beyond the six that a pose takes."""
-        return len(self.contacts) - 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +90,7 @@ def blind_spots(
     if touched.contacts.has_approach.any():
         reversed_all = replace(touched.contacts, approaches=-touched.contacts.approaches)
         spots.append(_located("approach", touched, reversed_all, "all approaches reversed", locator))
-    spots += [_exchanged_labels(touched, alternatives.exchanges), _bad_contact(touched)]
+    spots += [_exchanged_labels(touched, alternatives.exchanges), *_swapped(touched), _bad_contact(touched)]
     return (*spots, *_wrong_numbers(touched, alternatives.misplaced))
 
 
@@ -120,7 +111,7 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
 
     Nominal contacts made for another tip are moved to where the centre of this one would be.
     """
-    normals = _normals(touched)
+    normals = normals_of(touched)
     change = tip_radius - touched.contacts.tip_radius
     centres = replace(touched.contacts, points=touched.contacts.points + change * normals)
     return (
@@ -130,7 +121,7 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
 
 
 def _pretravel(touched: Touched) -> BlindSpot:
-    square = replace(touched.contacts, approaches=-_normals(touched))
+    square = replace(touched.contacts, approaches=-normals_of(touched))
     late, what = mistaken(Fault("late-trigger"), square, -square.approaches, np.random.default_rng(0))
     return _refitted("pretravel", touched, late, f"late trigger: {what}")
 
@@ -138,7 +129,7 @@ def _pretravel(touched: Touched) -> BlindSpot:
 def _growth(touched: Touched) -> BlindSpot:
     """The fixture is warmer than when it was measured: the surface points grow, the tip does not."""
     factor = growth(Fault("thermal-growth"))
-    normals, tip = _normals(touched), touched.contacts.tip_radius
+    normals, tip = normals_of(touched), touched.contacts.tip_radius
     points = factor * (touched.contacts.points - tip * normals) + tip * normals
     larger = replace(touched.contacts, points=points)
     return _refitted("scale", touched, larger, f"fixture larger by {factor - 1:.2g} (aluminium, 10 K)")
@@ -146,32 +137,19 @@ def _growth(touched: Touched) -> BlindSpot:
 
 def _bad_contact(touched: Touched) -> BlindSpot:
     """Each contact in turn off along its normal."""
-    normals = _normals(touched)
+    normals = normals_of(touched)
 
     def moved_one(index: int) -> Contacts:
         points = touched.contacts.points.copy()
         points[index] += SIGMAS_OFF * touched.sigmas[index] * normals[index]
         return replace(touched.contacts, points=points)
 
-    order = _most_telling(touched)
+    order = most_telling(touched)
     found = [
         _refitted("contact", touched, moved_one(i), f"{touched.contacts.label(i)} off by {SIGMAS_OFF:g} sigma")
         for i in order
     ]
     return _worst(found)
-
-
-# Contacts that are taken off one by one; of more, those with the most leverage are the least visible.
-_MOST_CONTACTS: Final = 40
-
-
-def _most_telling(touched: Touched) -> list[int]:
-    """Indices of the contacts with the most leverage: what one sees that no other does, the residuals cannot show."""
-    normals = _normals(touched)
-    arms = touched.contacts.points - touched.contacts.points.mean(axis=0)
-    rows = np.hstack([np.cross(arms, normals) / (np.abs(arms).max() or 1.0), normals]) / touched.sigmas[:, None]
-    leverage = (np.linalg.qr(rows)[0] ** 2).sum(axis=1)
-    return [int(i) for i in np.argsort(-leverage)[:_MOST_CONTACTS]]
 
 
 def _wrong_numbers(touched: Touched, misplaced: Iterable[Misplaced]) -> Iterator[BlindSpot]:
@@ -195,15 +173,11 @@ def _with_wrong_radius(surfaces: Mapping[str, Surface], off: float) -> Iterator[
 
 
 def _wrong_unit(touched: Touched, locator: Locator) -> BlindSpot:
-    """Coordinates in another unit; where the contacts still fit next to the true pose, locate decides."""
+    """Coordinates in another unit."""
     found = []
     for factor in _UNITS:
         contacts = replace(touched.contacts, points=touched.contacts.points * factor)
-        what = f"coordinates {factor:.4g} times as large"
-        shift = contacts.points.mean(axis=0) - touched.contacts.points.mean(axis=0)
-        fit = refine(touched.surfaces, contacts, touched.sigmas, homogeneous(np.eye(3), shift))
-        is_seen = power_of(fit.chi2, touched.dof) >= _POWER
-        found.append(_no_pose("unit", what) if is_seen else _located("unit", touched, contacts, what, locator))
+        found.append(_located("unit", touched, contacts, f"coordinates {factor:.4g} times as large", locator))
     return _worst(found)
 
 
@@ -219,6 +193,14 @@ def _exchanged_labels(touched: Touched, exchanges: Iterable[Symmetry]) -> BlindS
             _spot("labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), what)
         )
     return _worst(found)
+
+
+def _swapped(touched: Touched) -> Iterator[BlindSpot]:
+    """Two contacts with their labels exchanged; none where all are on one feature."""
+    found = [
+        _refitted("swapped_contacts", touched, swap.contacts, swap.message) for swap in least_visible_swaps(touched)
+    ]
+    yield from [_worst(found)] if found else []
 
 
 def _no_pose(error: Mistake, what: str) -> BlindSpot:
@@ -254,14 +236,3 @@ _SELDOM: Final = 0.01
 def _worst(spots: list[BlindSpot]) -> BlindSpot:
     """The one that stays unseen and shifts the pose most; where all are seen, the one with the largest shift."""
     return max(spots, key=lambda spot: (not spot.detectable, spot.pose_shift or 0.0))
-
-
-def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
-    """How far the worst of the corners (k, 3) is from where it should be (units)."""
-    return float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
-
-
-def _normals(touched: Touched) -> Floats:
-    """Outward normals (n, 3) at the contacts."""
-    pairs = zip(touched.contacts.features, touched.contacts.points, strict=True)
-    return np.array([outward_normals(touched.surfaces[name], point) for name, point in pairs])

@@ -83,8 +83,8 @@ class Influence:
 class Certainty:
     """What the contacts promise. covariance (6, 6): d_rot (rad), d_t (units) about the fixture's origin.
 
-    worst: the extreme point of the fixture that is known worst; at: the points asked for; weakest: the motion known
-    worst, one standard deviation of it; most and least: the contacts whose loss costs most and least.
+    extreme: the extreme points of the fixture, worst: the one that is known worst; at: the points asked for; weakest:
+    the motion known worst, one standard deviation of it; most and least: the contacts whose loss costs most and least.
     """
 
     source: Source
@@ -92,6 +92,7 @@ class Certainty:
     covariance: Floats
     observability: Observability
     worst: PointSigma
+    extreme: tuple[PointSigma, ...]
     at: tuple[PointSigma, ...]
     weakest: FreeMotion
     most: Influence
@@ -99,6 +100,11 @@ class Certainty:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", frozen(self.covariance))
+
+    @property
+    def turn_sigma(self) -> float:
+        """One standard deviation of the rotation known worst (rad)."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
 
 
 def free_of(contacts: Contacts, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> tuple[FreeMotion, ...]:
@@ -124,7 +130,7 @@ def certainty(
     """
     seen = _sensitivity(contacts, surfaces, sigmas)
     covariance = seen.covariance(np.zeros(3))
-    found = [_sigma_at(covariance, corner) for corner in corners]
+    found = tuple(_sigma_at(covariance, corner) for corner in corners)
     influences = _influences(contacts, seen, covariance, corners)
     values, motions = seen.svd()
     weakest = seen.twists(motions[-1:] / values[-1], np.zeros(3))[0]
@@ -134,6 +140,7 @@ def certainty(
         covariance=covariance,
         observability=_observability(contacts, surfaces),
         worst=max(found, key=lambda point: point.sigma),
+        extreme=found,
         at=tuple(_sigma_at(covariance, point) for point in at),
         weakest=_in_words(weakest, surfaces, tolerance),
         most=max(influences, key=lambda i: np.inf if i.sigma_without is None else i.sigma_without),

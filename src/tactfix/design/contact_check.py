@@ -8,16 +8,9 @@ import numpy as np
 
 from tactfix.access import Access, access_of
 from tactfix.contacts import Contacts
-from tactfix.design.blind_spots import (
-    SIGMAS_OFF,
-    Alternatives,
-    BlindSpot,
-    Locator,
-    Touched,
-    blind_spots,
-    tip_blind_spots,
-)
+from tactfix.design.blind_spots import SIGMAS_OFF, Alternatives, BlindSpot, blind_spots, tip_blind_spots
 from tactfix.design.certainty import Certainty, certainty, free_of
+from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.layout import Source, into_fixture, lies_on, nominal, spread_contacts
@@ -27,12 +20,13 @@ from tactfix.design.plan_findings import (
     blind_spot_findings,
     certainty_findings,
     contact_findings,
+    layout_findings,
     margin_findings,
-    tidy_cylinders,
-    tidy_findings,
 )
 from tactfix.design.symmetries import symmetries
+from tactfix.design.touched import Locator, Touched
 from tactfix.fixture import Fixture
+from tactfix.freedom import WORTHLESS_ANGLE
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Plane, Surface
@@ -53,6 +47,7 @@ class ContactCheck:
     """The verdict on contacts. certainty and margins are None where they leave a motion free.
 
     is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
+    layouts: of each cylinder with four contacts or more.
     """
 
     certainty: Certainty | None
@@ -61,6 +56,12 @@ class ContactCheck:
     is_settled: bool
     unreachable: tuple[str, ...]
     findings: tuple[Finding, ...]
+    layouts: tuple[CylinderLayout, ...] = ()
+
+    @property
+    def can_be_located(self) -> bool:
+        """Whether contacts hold the pose well enough for locate to call it a pose."""
+        return self.certainty is not None and self.certainty.turn_sigma <= WORTHLESS_ANGLE and not self.unreachable
 
 
 def check_contacts(
@@ -82,11 +83,13 @@ def check_contacts(
         return ContactCheck(None, None, (), False, unreachable, ())
     contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)
     free = free_of(contacts, geometry.surfaces, geometry.tolerance)
+    exact = nominal(contacts, geometry.surfaces)
+    layouts = cylinder_layouts(exact, geometry.surfaces, _sigmas(fixture, exact))
     findings += contact_findings(contacts, free, geometry.symmetries, source)
-    findings += tidy_findings(tidy_cylinders(contacts, geometry.surfaces))
+    findings += layout_findings(layouts, source)
     if free:
-        return ContactCheck(None, None, (), False, unreachable, tuple(findings))
-    touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
+        return ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
+    touched = _touched(fixture, geometry.surfaces, exact, access)
     spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
     tip = _forgotten_tip(fixture, touched)
     sure = certainty(
@@ -101,7 +104,7 @@ def check_contacts(
     findings += margin_findings(margin, source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, sure, source, fixture.units)
     is_settled = source != "spread" and margin.is_unique
-    return ContactCheck(sure, margin, spots, is_settled, unreachable, tuple(findings))
+    return ContactCheck(sure, margin, spots, is_settled, unreachable, tuple(findings), layouts)
 
 
 def _alternatives(fixture: Fixture, touched: Touched) -> Alternatives:

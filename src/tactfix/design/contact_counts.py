@@ -34,13 +34,15 @@ MOST_SETS: Final = 500
 class FeatureCounts:
     """Contacts by feature: alone, the fewest that leave finitely many surfaces; paper, the counts of its localizers.
 
-    any_size: the same where the feature's own radius is not known.
+    any_size: the same where the feature's own radius is not known. beside: the fewest where all the other features are
+    located and the known distances and angles to them are used.
     """
 
     alone: Mapping[str, int]
     alone_any_size: Mapping[str, int]
     paper: Mapping[str, int]
     paper_any_size: Mapping[str, int]
+    beside: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,22 +70,40 @@ def contact_counts(
     distances: the pairs between which a distance is known; all pairs that have one where the fixture is placed.
     """
     sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1)
+    total = _rank(surfaces, tolerance)
+    others = {name: {n: s for n, s in surfaces.items() if n != name} for name in surfaces}
+    beside = {name: total - (_rank(rest, tolerance) if rest else 0) for name, rest in others.items()}
     return ContactCounts(
-        minimum_total=6 - dimension(common_motions(surfaces.values(), tolerance)),
-        each=_each(features, distances),
+        minimum_total=total,
+        each=_each(features, distances, beside),
         minimal_sets=sets[:MOST_SETS],
         complete=len(sets) <= MOST_SETS,
     )
 
 
+def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> int:
+    """How many degrees of freedom contacts on these surfaces can hold."""
+    return 6 - dimension(common_motions(surfaces.values(), tolerance))
+
+
 def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
     """The counts where relations leave something free: each feature has to be located alone."""
     distances = {frozenset(r.between) for r in relations if r.kind == "distance"}
-    each = _each(features, distances)
+    beside = {name: _beside(name, feature, distances) for name, feature in features.items()}
+    each = _each(features, distances, beside)
     return ContactCounts(sum(each.alone.values()), each, minimal_sets=(each.alone,))
 
 
-def _each(features: Mapping[str, Feature], distances: set[frozenset[str]]) -> FeatureCounts:
+def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
+    """Contacts where no body is rigid: each known distance to a located feature spares a sphere one, but for the last.
+
+    (README, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
+    """
+    known = sum(name in pair for pair in distances) if feature.type == "sphere" else 0
+    return max(ALONE[feature.type] - known, 1)
+
+
+def _each(features: Mapping[str, Feature], distances: set[frozenset[str]], beside: Mapping[str, int]) -> FeatureCounts:
     near = {n for n, f in features.items() if f.type == "sphere" and _has_cylinder(n, features, distances)}
     paper = {name: PAPER[f.type] for name, f in features.items()}
     return FeatureCounts(
@@ -91,6 +111,7 @@ def _each(features: Mapping[str, Feature], distances: set[frozenset[str]]) -> Fe
         alone_any_size={name: ALONE_ANY_SIZE[f.type] for name, f in features.items()},
         paper={name: PAPER_SPHERE_AT_DISTANCE if name in near else n for name, n in paper.items()},
         paper_any_size={name: PAPER_ANY_SIZE[f.type] for name, f in features.items()},
+        beside=beside,
     )
 
 
@@ -110,8 +131,7 @@ def minimal_sets(surfaces: Mapping[str, Surface], tolerance: Tolerance, most: in
 
     @cache
     def rank(subset: frozenset[str]) -> int:
-        chosen = [surface for name, surface in surfaces.items() if name in subset]
-        return 6 - dimension(common_motions(chosen, tolerance))
+        return _rank({name: surface for name, surface in surfaces.items() if name in subset}, tolerance)
 
     names = tuple(surfaces)
     distributions = _distributions({}, names, rank(frozenset(names)), rank)

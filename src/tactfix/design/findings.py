@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactfix.design.contact_counts import ContactCounts
-from tactfix.design.remedies import feature_remedy, touch_box_remedy
+from tactfix.design.remedies import feature_remedy, relabelling_remedy, symmetry_remedy
 from tactfix.design.symmetries import Symmetry
 from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import Fixture
@@ -63,15 +63,17 @@ def symmetry_findings(
     near: Sequence[Symmetry],
     fixture: Fixture,
     surfaces: Mapping[str, Surface],
+    near_ratio: float,
     is_settled: bool,
 ) -> Iterator[Finding]:
     """Symmetries that nothing breaks, that a box breaks in part, and equal features that could be taken for each other.
 
-    near: symmetries to within ten sigma that are not exact; is_settled: the contacts given leave one pose only.
+    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact; is_settled: the contacts
+    given leave one pose only.
     """
     unbroken = [symmetry for symmetry in found if symmetry.broken_by is None]
     for symmetry in unbroken:
-        hint = touch_box_remedy(symmetry, surfaces, fixture.touch)
+        hint = symmetry_remedy(symmetry, surfaces, fixture.touch)
         if symmetry.partly:
             yield Finding(
                 "symmetry_overlap",
@@ -86,15 +88,17 @@ def symmetry_findings(
             )
     if not unbroken:
         yield Finding("symmetry", "ok", _settled(found))
-    yield from _equal_features(found, "exactly")
-    yield from _equal_features(near, "to within ten sigma")
+    if any(symmetry.confusable for symmetry in (*found, *near)):
+        hint = relabelling_remedy(surfaces, fixture.touch, near_ratio)
+        yield from _equal_features(found, "exactly", hint)
+        yield from _equal_features(near, "to within ten sigma", hint)
     for symmetry in near:
         if symmetry.broken_by is None:
             yield Finding(
                 "near_symmetry",
                 "warning",
                 f"the {symmetry.message} lays the fixture on itself to within ten sigma",
-                touch_box_remedy(symmetry, surfaces, fixture.touch),
+                symmetry_remedy(symmetry, surfaces, fixture.touch),
             )
 
 
@@ -107,14 +111,14 @@ def _settled(found: Sequence[Symmetry]) -> str:
     return f"all symmetries are settled: {', '.join(ways)}"
 
 
-def _equal_features(found: Sequence[Symmetry], how: str) -> Iterator[Finding]:
+def _equal_features(found: Sequence[Symmetry], how: str, hint: str) -> Iterator[Finding]:
     groups = dict.fromkeys(tuple(n for n, image in s.images.items() if n != image) for s in found if s.confusable)
     for names in groups:
         yield Finding(
             "equal_features",
             "warning",
             f"{listed(names)} can change places {how}: contacts with their labels mixed up still fit",
-            "make their distances or radii differ by more than ten sigma, or check the labels on the first part",
+            hint,
         )
 
 

@@ -14,7 +14,7 @@ from tactfix.design.findings import (
     shape_findings,
 )
 from tactfix.design.misplaced import separation
-from tactfix.design.symmetries import Symmetry, symmetries
+from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
@@ -33,10 +33,11 @@ _NEAREST: Final = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeometryCheck:
-    """The verdict on unbounded surfaces and their touch boxes; near: symmetries to within ten sigma that are not exact.
+    """The verdict on unbounded surfaces and their touch boxes.
 
-    size: how far surfaces and boxes reach (units); findings: all but those on symmetries and on touching, which take
-    the contacts into account.
+    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact. size: how far surfaces
+    and boxes reach (units). findings: all but those on symmetries and on touching, which take the contacts into
+    account.
     """
 
     surfaces: Mapping[str, Surface]
@@ -45,6 +46,7 @@ class GeometryCheck:
     free_motions: tuple[FreeMotion, ...]
     symmetries: tuple[Symmetry, ...]
     near: tuple[Symmetry, ...]
+    near_ratio: float
     counts: ContactCounts
     findings: tuple[Finding, ...]
 
@@ -73,6 +75,7 @@ def check_geometry(
         free_motions=motions,
         symmetries=found,
         near=near,
+        near_ratio=LAID_ON if ratio is None else ratio,
         counts=counts,
         findings=(
             *shape_findings(shapes),

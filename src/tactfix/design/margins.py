@@ -1,26 +1,31 @@
 """How far the nearest wrong pose lies behind the right one, and which contacts the answer hangs on.
 
-locate is asked with sigmas that are larger than they are: what it then still accepts is a wrong pose within reach.
+locate is asked with sigmas that are larger than they are: what it then still accepts is a wrong pose within reach,
+unless approach and touch boxes exclude it by the true sigmas.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.blind_spots import Locator, Touched, shift_of
+from tactfix.design.touched import Locator, Touched, most_telling, shift_of
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.geometry.rigid import rotation_angle
+from tactfix.geometry.rigid import inverse, rotation_angle
 from tactfix.refinement import contact_residuals
 from tactfix.results import Candidate
 
 Loss: TypeAlias = Literal["free", "ambiguous"]
 
 # Sigmas are enlarged by this much: with locate's limit of about five sigma, wrong poses within some fifty are seen.
-WIDENED: Final = 10.0
-# Contacts taken away one by one, at most: with more of them no single one matters.
-_MOST_LOSSES: Final = 16
+# Where there is none, by the next, and wrong poses within some five hundred.
+WIDENED: Final = (10.0, 100.0)
+# Contacts taken away one by one, at most; of more, those of the most leverage.
+_MOST_LOSSES: Final = 24
+# Sigma: a pose so little behind fits as well as the right one.
+_NOTHING: Final = 1e-3
 # A candidate this near to the right pose is the right pose: rad, and share of the fixture's extent.
 _SAME: Final = 1e-3
 
@@ -36,6 +41,11 @@ class Rival:
     def __post_init__(self) -> None:
         object.__setattr__(self, "image_from_fixture", frozen(self.image_from_fixture))
 
+    @property
+    def words(self) -> str:
+        """How far behind; what rounding leaves of nothing is 0."""
+        return f"{self.sigmas_behind if self.sigmas_behind > _NOTHING else 0.0:.2g} sigma behind"
+
 
 @dataclass(frozen=True, slots=True)
 class Fragile:
@@ -48,30 +58,67 @@ class Fragile:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Margins:
-    """rival: the nearest wrong pose, None where none is within reach sigma. fragile: contacts that must not be lost."""
+    """What lies near the right pose.
+
+    rival: the nearest wrong pose, None where none is within reach sigma. limit: within so many sigma locate accepts a
+    pose. fragile: contacts that must not be lost, among as many as losses.
+    """
 
     rival: Rival | None
     reach: float
-    fragile: tuple[Fragile, ...]
+    limit: float
+    fragile: tuple[Fragile, ...] = ()
+    losses: int = 0
 
     @property
     def is_unique(self) -> bool:
         """Whether locate would leave no wrong pose."""
-        return self.rival is None or self.rival.sigmas_behind > self.reach / WIDENED
+        return self.rival is None or self.rival.sigmas_behind > self.limit
 
 
 def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> Margins:
     """The margins of nominal contacts on a fixture that stands at the origin; losses are left out where not wanted."""
-    contacts = touched.contacts
-    # The form errors of the features widen with the probe's sigma, so that all residuals are judged alike.
-    widened = np.sqrt((WIDENED * touched.sigmas) ** 2 - (touched.sigmas**2 - contacts.sigmas**2))
-    wide = locator(replace(contacts, sigmas=widened))
-    rivals = [_rival(c, touched) for c in wide.candidates if c.accepted and not _is_right(c, touched.corners)]
-    rival = min(rivals, key=lambda r: r.sigmas_behind, default=None)
-    reach = WIDENED * float(np.sqrt(wide.chi2_limit or 0.0))
-    found = Margins(rival, reach, ())
+    found = _nearest(touched, locator)
     # A contact is only missed where the pose is unique with it.
-    return replace(found, fragile=_fragile(contacts, locator)) if found.is_unique and with_losses else found
+    if not with_losses or not found.is_unique:
+        return found
+    tried = sorted(most_telling(touched)[:_MOST_LOSSES])
+    return replace(found, fragile=_fragile(touched.contacts, tried, locator), losses=len(tried))
+
+
+def _nearest(touched: Touched, locator: Locator) -> Margins:
+    """The nearest wrong pose, with sigmas widened until there is one."""
+    found = Margins(None, 0.0, 0.0)
+    for factor in WIDENED:
+        wide = locator(replace(touched.contacts, sigmas=_widened(touched, factor)))
+        limit = float(np.sqrt(wide.chi2_limit or 0.0))
+        wrong = [c for c in wide.candidates if c.accepted and not _is_right(c, touched.corners)]
+        rivals = [_rival(c, touched) for c in wrong if _is_admitted(c, touched, locator)]
+        found = Margins(min(rivals, key=lambda r: r.sigmas_behind, default=None), factor * limit, limit)
+        if found.rival is not None:
+            break
+    return found
+
+
+def _widened(touched: Touched, factor: float) -> Floats:
+    """The probe's sigmas (n,) with which all residuals, the features' form errors in them, are factor as uncertain."""
+    form = touched.sigmas**2 - touched.contacts.sigmas**2
+    return np.asarray(np.sqrt((factor * touched.sigmas) ** 2 - form))
+
+
+def _is_admitted(candidate: Candidate, touched: Touched, locator: Locator) -> bool:
+    """Whether nothing but its residuals speaks against a pose at the true sigmas.
+
+    Approach and touch boxes are asked with a grace in sigma, which was widened too. Contacts that fit this pose exactly
+    are given to locate: it accepts the pose, or something else excludes it.
+    """
+    values, normals = contact_residuals(candidate.surfaces, touched.contacts)
+    there = replace(touched.contacts, points=touched.contacts.points - values[:, None] * normals)
+    back = inverse(candidate.base_from_fixture)
+    return any(
+        other.accepted and _is_right(replace(other, base_from_fixture=back @ other.base_from_fixture), touched.corners)
+        for other in locator(there).candidates
+    )
 
 
 def _rival(candidate: Candidate, touched: Touched) -> Rival:
@@ -86,10 +133,10 @@ def _is_right(candidate: Candidate, corners: Floats) -> bool:
     return rotation_angle(pose[:3, :3]) < _SAME and shift_of(pose, corners) < _SAME * extent
 
 
-def _fragile(contacts: Contacts, locator: Locator) -> tuple[Fragile, ...]:
-    """Each contact in turn left out, where there are few."""
+def _fragile(contacts: Contacts, tried: Sequence[int], locator: Locator) -> tuple[Fragile, ...]:
+    """Those of the contacts with the indices tried that must not be lost: each is left out in turn."""
     found = []
-    for i in range(len(contacts) if len(contacts) <= _MOST_LOSSES else 0):
+    for i in tried:
         rest = contacts.subset([j for j in range(len(contacts)) if j != i])
         status = "underdetermined" if len(rest) < 6 else locator(rest).status
         outcome: Loss | None = {"underdetermined": "free", "ambiguous": "ambiguous"}.get(status)  # type: ignore[assignment]

@@ -26,7 +26,7 @@ def misplaced(surfaces: Mapping[str, Surface], off: float) -> Iterator[Misplaced
         direction = separation(surfaces[other], surfaces[name])
         if direction is not None:
             motion = homogeneous(np.eye(3), off * direction)
-            message = f"{name} {off:.3g} farther from {other} than the file says"
+            message = f"{name} {off:.3g} farther from {other} in the file than it is"
             yield Misplaced({**surfaces, name: moved(motion, surfaces[name])}, message)
 
 

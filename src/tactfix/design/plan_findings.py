@@ -1,6 +1,6 @@
 """What design-check has to say of contacts on a fixture: their accuracy, margins and blind spots."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -8,12 +8,14 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import BlindSpot
 from tactfix.design.certainty import Certainty
+from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity
 from tactfix.design.layout import Source
 from tactfix.design.margins import Margins, Rival
+from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
-from tactfix.geometry.arrays import Floats, perpendicular
-from tactfix.geometry.surfaces import Cylinder, Surface, radial
+from tactfix.freedom import WORTHLESS_ANGLE
+from tactfix.geometry.rigid import rotation_angle
 from tactfix.motion_words import listed, vector
 from tactfix.results import FreeMotion
 
@@ -37,6 +39,7 @@ _REMEDIES: Final = {
     "unit": "say the unit in the contact file; a sphere or cylinder of known radius makes a wrong one show",
     "approach": "let the contact file say how the probe came (ax, ay, az)",
     "labels": "make the features differ in type, radius or distance, or check the labels on the first part",
+    "swapped_contacts": "touch each feature more often, and in one run: two labels are then hard to exchange unseen",
     "contact": "touch that feature once more, near the contact that stands alone",
     "distance": "add contacts or a feature that measures this distance too, and have the fixture measured",
     "radius": "add contacts around the feature, and have its radius measured",
@@ -82,8 +85,12 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
     at_worst = certainty.worst
     ratio = at_worst.sigma / sigma
     where = f"the worst extreme point {vector(at_worst.point)} is known to {at_worst.sigma:.3g} {units} (1 sigma)"
-    if max_sigma is not None and at_worst.sigma > max_sigma:
+    turn = certainty.turn_sigma
+    if turn > WORTHLESS_ANGLE:
         status: Severity = "error"
+        what = f"{where}, and its direction to {np.degrees(turn):.3g} deg: locate will call that underdetermined"
+    elif max_sigma is not None and at_worst.sigma > max_sigma:
+        status = "error"
         what = f"{where}, above --max-sigma {max_sigma:g}"
     else:
         status = "warning" if ratio > _WEAK else "ok"
@@ -121,7 +128,8 @@ _SEPARATE: Final = "add a contact where the two poses differ: tactfix plan --add
 
 
 def _of(rival: Rival, units: str) -> str:
-    return f"{rival.sigmas_behind:.2g} sigma behind the right one and {rival.shift:.3g} {units} away"
+    turned = np.degrees(rotation_angle(rival.image_from_fixture[:3, :3]))
+    return f"{rival.words} the right one, {rival.shift:.3g} {units} away and turned by {turned:.3g} deg"
 
 
 def blind_spot_findings(
@@ -142,45 +150,49 @@ def blind_spot_findings(
         yield Finding(f"blind_{spot.error}", "error" if is_error else "warning", f"{spot.message} {units}", hint)
 
 
-# Evenly spaced to within this many degrees; at one height to within this share of the radius.
-_EVEN_DEG: Final = 2.0
-_LEVEL: Final = 0.05
+def layout_findings(layouts: Sequence[CylinderLayout], source: Source) -> Iterator[Finding]:
+    """Cylinders whose contacts lie on several cylinders at once where so many contacts should leave one.
 
-
-def tidy_cylinders(contacts: Contacts, surfaces: Mapping[str, Surface]) -> list[str]:
-    """Cylinders with six contacts that stand evenly by threes at two heights.
-
-    Such six lie on four cylinders at once, whatever the stagger: the cylinder alone stays ambiguous.
+    Of spread contacts, which nobody has to make, only those count that the known radius does not settle.
     """
-    cylinders = [(name, s) for name, s in surfaces.items() if isinstance(s, Cylinder)]
-    return [name for name, cylinder in cylinders if _is_tidy(cylinder, contacts.on(name).points)]
+    for layout in layouts:
+        if layout.is_ambiguous or (layout.is_tidy and source != "spread"):
+            own = "" if layout.own_radius is None else f", {layout.own_radius} of its radius"
+            alone = (
+                "alone it stays ambiguous" if layout.is_ambiguous else "without the known radius it would be ambiguous"
+            )
+            yield Finding(
+                "tidy_layout",
+                "warning",
+                f"the {layout.contacts} contacts on {layout.feature} stand so regularly that they lie on "
+                f"{_many(layout)} cylinders at once{own}: {alone}",
+                "space them unevenly, such as 0, 90, 180, 270 degrees at one height and 45, 135 at another",
+            )
 
 
-def _is_tidy(cylinder: Cylinder, points: Floats) -> bool:
-    if len(points) != 6:
-        return False
-    along, arms = (points - cylinder.point) @ cylinder.direction, radial(cylinder, points)
-    order = np.argsort(along)
-    return all(
-        bool(np.ptp(along[ring]) <= _LEVEL * cylinder.radius) and _is_even(cylinder, arms[ring])
-        for ring in (order[:3], order[3:])
+def _many(layout: CylinderLayout) -> str:
+    most = layout.any_radius if layout.is_tidy else layout.own_radius
+    return "infinitely many" if most is None else str(most)
+
+
+def study_findings(study: LayoutStudy, is_symmetric: bool) -> Iterator[Finding]:
+    """How many contacts make the pose unique in practice. is_symmetric: no number of them can, that is told already."""
+    if not study.shares or is_symmetric:
+        return
+    first, last = study.shares[0], study.shares[-1]
+    open_ = ", ".join(f"{round(100 * (s.ambiguous + s.underdetermined))} % with {s.contacts}" for s in study.shares)
+    told = f"of {first.layouts} random layouts {open_} contacts leave more than one pose"
+    if last.ambiguous + last.underdetermined == 0:
+        yield Finding("uniqueness", "ok", told)
+    else:
+        yield Finding("uniqueness", "warning", told, "let tactfix plan choose the contacts, or add a feature")
+
+
+def not_studied(why: str) -> Finding:
+    """Random layouts that cannot be made."""
+    return Finding(
+        "uniqueness",
+        "warning",
+        f"random layouts could not be tried: {why}",
+        "make the features easier to touch, or leave the study out with --study 0",
     )
-
-
-def _is_even(cylinder: Cylinder, arms: Floats) -> bool:
-    """Whether three arms (3, 3) from the axis stand 120 degrees apart."""
-    u = perpendicular(cylinder.direction)
-    angles = np.sort(np.degrees(np.arctan2(arms @ np.cross(cylinder.direction, u), arms @ u)))
-    gaps = np.diff(angles, append=angles[0] + 360)
-    return bool(np.abs(gaps - 120).max() <= _EVEN_DEG)
-
-
-def tidy_findings(names: Sequence[str]) -> Iterator[Finding]:
-    """Cylinders whose contacts stand too regularly."""
-    for name in names:
-        yield Finding(
-            "tidy_layout",
-            "warning",
-            f"the six contacts on {name} stand evenly by threes at two heights: they lie on four cylinders at once",
-            "use 0, 90, 180, 270 degrees at one height and 45, 135 at another",
-        )

@@ -1,31 +1,84 @@
-"""What to change in a fixture: which touch box to add and where, which kind of feature removes a motion."""
+"""What to change in a fixture: which touch box to add and where, which feature to move, which kind of one to add.
 
-from collections.abc import Iterator, Mapping
+Boxes and moves are tried out before they are proposed.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.design.symmetries import Symmetry
+from tactfix.design.symmetries import Symmetry, symmetries
 from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.scale import middle_of, size_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.motions import Fixed, common_motions
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.scale import middle_of, size_of, tolerance_for
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.results import FreeMotion
 
 # A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
 _CLEAR = 0.1
 _MIDDLE_CUTOFF = 1e-12
+# A feature is moved by about this share of the fixture's size.
+_MOVE = 0.1
 
 
-def touch_box_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> str:
-    """The touch box that breaks a symmetry, tried out; a further feature where no box of one side does."""
+def symmetry_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> str:
+    """What breaks a symmetry: a touch box, a feature moved, tried out; a further feature where neither does."""
     add = "add a feature that the motion does not lay on itself, such as a sphere off its axis"
+    move = move_remedy(surfaces, boxes, _is_unsymmetric)
+    add = f"{move}; or {add}" if move else add
     for name, box, words in _one_sided(symmetry, surfaces, boxes):
         size = _length(surfaces, box)
         exists = regions_meet(surfaces[name], box, box, np.eye(4), size)
         if exists and not regions_meet(surfaces[name], box, box, symmetry.image_from_fixture, size):
             return f"touch {name} on one side only and say so in the fixture file: touch: {words}; or {add}"
     return add
+
+
+Verdict: TypeAlias = Callable[[Mapping[str, Surface], Mapping[str, TouchBox]], bool]
+
+
+def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], is_mended: Verdict) -> str:
+    """The feature to move, and where to, so that is_mended says so of surfaces and boxes; empty where no move does.
+
+    Spheres first, which are easiest to move; a feature's touch box goes with it.
+    """
+    length = float(f"{_MOVE * (size_of(surfaces.values()) or _length(surfaces, None)):.1g}")
+    order = {Sphere: 0, Cylinder: 1}
+    for name in sorted(surfaces, key=lambda n: order.get(type(surfaces[n]), 2)):
+        for k in range(3):
+            shift = length * np.eye(3)[k]
+            shifted = {**surfaces, name: moved(homogeneous(np.eye(3), shift), surfaces[name])}
+            along = {n: TouchBox(b.low + shift, b.high + shift) if n == name else b for n, b in boxes.items()}
+            if is_mended(shifted, along):
+                return f"move {name} by {length:g} along {'xyz'[k]}"
+    return ""
+
+
+def _is_unsymmetric(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> bool:
+    """Whether no motion is free and every symmetry is broken."""
+    if not isinstance(common_motions(surfaces.values(), tolerance_for(surfaces)), Fixed):
+        return False
+    return all(symmetry.broken_by is not None for symmetry in symmetries(surfaces, boxes))
+
+
+def relabelling_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float) -> str:
+    """What keeps equal features apart. ratio: how near, against the fixture's size, positions count as equal."""
+
+    def is_mended(shifted: Mapping[str, Surface], along: Mapping[str, TouchBox]) -> bool:
+        if not isinstance(common_motions(shifted.values(), tolerance_for(shifted)), Fixed):
+            return False
+        return not any(symmetry.confusable for symmetry in symmetries(shifted, along, ratio))
+
+    move = move_remedy(surfaces, boxes, is_mended)
+    if not move:
+        differ = "limit them by touch boxes that cannot come to lie on each other, or add a feature beside them"
+    else:
+        differ = f"make their distances or radii differ by more than ten sigma, for instance {move}"
+    return f"{differ}; or check the labels on the first part"
 
 
 def _one_sided(

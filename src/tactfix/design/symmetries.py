@@ -24,7 +24,7 @@ from tactfix.motion_words import line_in_words, listed
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
 
 # Both the surface and its image are typed to scale.EXACT, and each through a direction and a length.
-_LAID_ON = 4e-6
+LAID_ON = 4e-6
 _SQUARED_COSINE = 1e-12
 
 
@@ -50,7 +50,7 @@ class Symmetry:
 
 
 def symmetries(
-    surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float = _LAID_ON
+    surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float = LAID_ON
 ) -> tuple[Symmetry, ...]:
     """Every element of the group but the identity, by angle; empty where a motion is free (the group is infinite).
 
@@ -253,6 +253,6 @@ def _in_words(
     parts = 2 * np.pi / angle
     turns = {2: "half-turn", 3: "third of a turn", 4: "quarter-turn"}
     turn = turns.get(round(parts), "") if abs(parts - round(parts)) < _SAME_ROTATION else ""
-    axis = line_in_words(line, surfaces, tolerance_for(surfaces, _LAID_ON))
+    axis = line_in_words(line, surfaces, tolerance_for(surfaces, LAID_ON))
     words = f"{turn or f'turn by {np.degrees(angle):.4g} deg'} about {axis}"
     return f"{words}, exchanging {listed(exchanged)}" if exchanged else words

@@ -6,6 +6,7 @@ import numpy as np
 
 from tactfix.design.certainty import Certainty, Influence, PointSigma
 from tactfix.design.margins import Margins
+from tactfix.design.random_layouts import RealPoses
 from tactfix.design_check import DesignReport
 from tactfix.geometry.arrays import Floats
 from tactfix.report.json_report import Json, array, number
@@ -40,6 +41,15 @@ def design_json(report: DesignReport) -> Json:
         "contacts": _contacts(report),
         "accuracy": None if report.certainty is None else _accuracy(report.certainty),
         "margins": None if report.margins is None else _margins(report.margins),
+        "cylinder_layouts": [
+            {
+                "feature": layout.feature,
+                "contacts": layout.contacts,
+                "of_its_radius": layout.own_radius,
+                "of_any_radius": layout.any_radius,
+            }
+            for layout in report.layouts
+        ],
         "blind_spots": [
             {
                 "error": spot.error,
@@ -72,9 +82,13 @@ def _contacts(report: DesignReport) -> Json:
         "minimum_total": counts.minimum_total,
         "alone": dict(counts.each.alone),
         "alone_radius_unknown": dict(counts.each.alone_any_size),
+        "with_distances": dict(counts.each.beside),
         "minimal_sets": [dict(chosen) for chosen in counts.minimal_sets],
         "minimal_sets_complete": counts.complete,
-        "complex_poses": list(report.complex_poses),
+        "complex_poses": [None if count is None else count.complex_poses for count in report.pose_counts],
+        "poses_at_most": [None if count is None else count.at_most for count in report.pose_counts],
+        "complex_poses_source": [None if count is None else count.source for count in report.pose_counts],
+        "real_poses": [_real_poses(seen) for seen in report.real_poses],
         "paper": dict(counts.each.paper),
         "paper_radius_unknown": dict(counts.each.paper_any_size),
         "random_layouts": [
@@ -84,8 +98,20 @@ def _contacts(report: DesignReport) -> Json:
                 "ambiguous": number(share.ambiguous),
                 "underdetermined": number(share.underdetermined),
             }
-            for share in report.shares
+            for share in report.study.shares
         ],
+    }
+
+
+def _real_poses(seen: RealPoses | None) -> Json | None:
+    """What a simulation saw; never a proof."""
+    if seen is None:
+        return None
+    return {
+        "layouts": seen.layouts,
+        "fewest_seen": seen.fewest_seen,
+        "median": number(seen.median),
+        "most_seen": seen.most_seen,
     }
 
 
@@ -97,6 +123,7 @@ def _accuracy(certainty: Certainty) -> Json:
         "covariance": array(certainty.covariance),
         "observability": {**indices, "length": number(certainty.observability.length)},
         "worst_point": _point(certainty.worst),
+        "extreme_points": [_point(point) for point in certainty.extreme],
         "at": [_point(point) for point in certainty.at],
         "worst_motion": _motion(certainty.weakest),
         "matters_most": _influence(certainty.most),
@@ -128,5 +155,7 @@ def _margins(margins: Margins) -> Json:
             "shift": number(rival.shift),
         },
         "looked_within_sigmas": number(margins.reach),
+        "accepted_within_sigmas": number(margins.limit),
+        "contacts_left_out": margins.losses,
         "must_not_be_lost": [{"contact": f.label, "feature": f.feature, "leaves": f.outcome} for f in margins.fragile],
     }

@@ -12,6 +12,8 @@ from rich.text import Text
 from tactfix.design.certainty import Certainty, Influence
 from tactfix.design.contact_counts import ContactCounts
 from tactfix.design.findings import Severity
+from tactfix.design.margins import Margins
+from tactfix.design.random_layouts import LayoutStudy, RealPoses
 from tactfix.design_check import DesignReport
 from tactfix.motion_words import vector
 
@@ -38,10 +40,12 @@ def _parts(report: DesignReport) -> Iterator[RenderableType]:
     yield _counts(report.counts)
     if report.counts.minimum_total == 6 and report.is_rigid:
         yield _sets(report)
-    if report.shares:
-        yield _shares(report)
+    if report.study.shares:
+        yield _shares(report.study)
     if report.certainty is not None:
         yield _certainty(report.certainty, report.fixture.units)
+    if report.margins is not None:
+        yield _margins(report.margins, report.fixture.units)
     if report.blind_spots:
         yield _blind_spots(report)
 
@@ -72,29 +76,43 @@ def _symmetries(report: DesignReport) -> Table:
 
 def _counts(counts: ContactCounts) -> Table:
     table = _table(
-        "feature", "alone", "radius unknown", "paper", "radius unknown", title="Contacts, feature by feature"
-    )
-    for name in counts.each.alone:
-        each = counts.each
-        row = (each.alone[name], each.alone_any_size[name], each.paper[name], each.paper_any_size[name])
-        table.add_row(Text(name), *map(str, row))
+        "feature", "alone", "radius unknown", "beside the others", "paper", "radius unknown",
+        title="Fewest contacts on each feature",
+    )  # fmt: skip
+    each = counts.each
+    for name in each.alone:
+        row = (each.alone, each.alone_any_size, each.beside, each.paper, each.paper_any_size)
+        table.add_row(Text(name), *(str(column[name]) for column in row))
     return table
 
 
 def _sets(report: DesignReport) -> Table:
-    table = _table("fewest contacts, all at once", "poses at most", title="Minimal sets")
-    chosen = list(zip(report.counts.minimal_sets, report.complex_poses, strict=True))
-    for counts, poses in chosen[:_MOST_SETS]:
+    table = _table(
+        "fewest contacts, all at once",
+        "poses at most",
+        "real ones seen, in random sets",
+        title="Minimal sets, and poses they leave",
+    )
+    chosen = list(zip(report.counts.minimal_sets, report.pose_counts, report.real_poses, strict=True))
+    for counts, poses, seen in chosen[:_MOST_SETS]:
         names = " + ".join(f"{count} {name}" for name, count in counts.items() if count)
-        table.add_row(Text(names), "not known" if poses is None else str(poses))
+        table.add_row(Text(names), "" if poses is None else str(poses.at_most), _seen(seen))
     if len(chosen) > _MOST_SETS:
-        table.add_row(f"and {len(chosen) - _MOST_SETS} more", "")
+        table.add_row(f"and {len(chosen) - _MOST_SETS} more", "", "")
     return table
 
 
-def _shares(report: DesignReport) -> Table:
-    table = _table("contacts", "ambiguous", "underdetermined", title=f"Of {report.shares[0].layouts} random layouts")
-    for share in report.shares:
+def _seen(seen: RealPoses | None) -> str:
+    if seen is None:
+        return "not tried"
+    span = str(seen.most_seen) if seen.fewest_seen == seen.most_seen else f"{seen.fewest_seen} to {seen.most_seen}"
+    return f"{span} in {seen.layouts}"
+
+
+def _shares(study: LayoutStudy) -> Table:
+    layouts = study.shares[0].layouts
+    table = _table("contacts", "several poses", "a motion free", title=f"Of {layouts} random layouts are left with")
+    for share in study.shares:
         table.add_row(str(share.contacts), f"{share.ambiguous:.0%}", f"{share.underdetermined:.0%}")
     return table
 
@@ -104,14 +122,17 @@ def _certainty(certainty: Certainty, units: str) -> Table:
     table = _table("", "", title=f"Accuracy {of} ({certainty.contacts})")
     table.show_header = False
     worst = certainty.worst
-    table.add_row("worst extreme point", f"{worst.sigma:.3g} {units} at {vector(worst.point)}")
+    best = min(certainty.extreme, key=lambda point: point.sigma)
+    table.add_row("extreme points", f"{best.sigma:.3g} to {worst.sigma:.3g} {units} (1 sigma)")
+    table.add_row("worst of them", f"{vector(worst.point)}, along {vector(worst.direction)}")
     for point in certainty.at:
         table.add_row(f"at {vector(point.point)}", f"{point.sigma:.3g} {units} along {vector(point.direction)}")
     table.add_row("worst motion", Text(certainty.weakest.message))
     table.add_row("matters most", Text(_influence(certainty.most, units)))
     table.add_row("matters least", Text(_influence(certainty.least, units)))
     indices = "  ".join(f"{name} {value:.3g}" for name, value in certainty.observability.indices.items())
-    table.add_row("observability", f"{indices}  (length {certainty.observability.length:.4g} {units})")
+    table.add_row("observability", indices)
+    table.add_row("", f"rotations are multiplied by {certainty.observability.length:.4g} {units}")
     return table
 
 
@@ -122,10 +143,27 @@ def _influence(influence: Influence, units: str) -> str:
     return f"{influence.label} on {influence.feature} at ({where}); without it {then}"
 
 
+def _margins(margins: Margins, units: str) -> Table:
+    table = _table("", "", title="Margins")
+    table.show_header = False
+    rival = margins.rival
+    if rival is None:
+        table.add_row("nearest wrong pose", f"more than {margins.reach:.0f} sigma behind the right one")
+    else:
+        table.add_row("nearest wrong pose", f"{rival.words} the right one, {rival.shift:.3g} {units} away")
+    for fragile in margins.fragile:
+        then = "a motion is free" if fragile.outcome == "free" else "a second pose is left"
+        table.add_row("must not be lost", Text(f"{fragile.label} on {fragile.feature}: without it {then}"))
+    if margins.losses and not margins.fragile:
+        table.add_row("must not be lost", f"none: each of {margins.losses} contacts was left out in turn")
+    return table
+
+
 def _blind_spots(report: DesignReport) -> Table:
     table = _table("mistake", "shown", f"pose off {report.fixture.units}", "", title="Mistakes, each at its worst")
+    table.columns[0].no_wrap = True
     for spot in report.blind_spots:
         shown = Text("yes", "green") if spot.detectable else Text(f"{spot.power:.0%}", "red")
         off = "no pose" if spot.pose_shift is None else f"{spot.pose_shift:.3g}"
-        table.add_row(spot.error, shown, off, Text(spot.message.split(":")[0]))
+        table.add_row(spot.error, shown, off, Text(spot.message.rsplit(": ", 1)[0]))
     return table

@@ -1,0 +1,73 @@
+"""On how many cylinders the contacts of each cylinder lie at once.
+
+Tidy layouts are the worst: three evenly spaced contacts at each of two heights lie on four cylinders whatever the
+stagger, four at each of two heights in line on three (the corners of a box), and all of them pass a radial approach.
+At some lengths they even have one radius. Nothing is taken for tidy by its looks: the cylinders are found.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import DegenerateContactsError
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, Surface, offset_radius, outward_normals
+from tactfix.localizers.cylinder import CONTACTS_FREE_RADIUS, CONTACTS_KNOWN_RADIUS, localize_cylinder
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderLayout:
+    """The cylinders on which the contacts of one feature lie within noise, seen from the side that was touched.
+
+    own_radius: those of the feature's radius; any_radius: all of them. None: infinitely many, 0: not looked for.
+    """
+
+    feature: str
+    contacts: int
+    own_radius: int | None
+    any_radius: int | None
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether there are several where contacts so many, in general position, leave one: the radius known."""
+        return self.contacts > CONTACTS_KNOWN_RADIUS and _several(self.own_radius)
+
+    @property
+    def is_tidy(self) -> bool:
+        """The same with the radius unknown."""
+        return self.contacts > CONTACTS_FREE_RADIUS and _several(self.any_radius)
+
+
+def _several(count: int | None) -> bool:
+    return count is None or count > 1
+
+
+def cylinder_layouts(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats) -> tuple[CylinderLayout, ...]:
+    """The layout on each cylinder with enough contacts. sigmas (n,): of all residuals, in fixture units."""
+    found = []
+    for name, surface in surfaces.items():
+        index = [i for i, feature in enumerate(contacts.features) if feature == name]
+        if isinstance(surface, Cylinder) and len(index) >= CONTACTS_KNOWN_RADIUS:
+            touched, noise = contacts.subset(index), sigmas[index]
+            radius = offset_radius(name, surface.radius, surface.side, contacts.tip_radius)
+            any_radius = 0 if len(index) < CONTACTS_FREE_RADIUS else _count(surface, touched, None, noise)
+            found.append(CylinderLayout(name, len(index), _count(surface, touched, radius, noise), any_radius))
+    return tuple(found)
+
+
+def _count(surface: Cylinder, contacts: Contacts, radius: float | None, sigmas: Floats) -> int | None:
+    """How many cylinders of this radius (None: of any) explain the contacts and were touched from the right side."""
+    try:
+        candidates = localize_cylinder(contacts.points, radius, sigmas)
+    except DegenerateContactsError:
+        return None
+    return sum(_is_touched_from_its_side(c.surface, surface, contacts) for c in candidates)
+
+
+def _is_touched_from_its_side(candidate: Surface, surface: Cylinder, contacts: Contacts) -> bool:
+    """Whether every probe that says how it came has travelled into the material."""
+    assert isinstance(candidate, Cylinder)
+    normals = outward_normals(replace(candidate, side=surface.side), contacts.points)
+    return not bool((np.einsum("ij,ij->i", normals, contacts.approaches) >= 0).any())

@@ -1,0 +1,137 @@
+"""Random contact sets of a fixture: how many contacts make the pose unique in practice, and how many poses six leave.
+
+A layout begins with a minimal set, made of random touches, and goes on with further random touches wherever they may
+be. It is located with the first six contacts, the first seven and so on until one pose is left. More contacts than
+those can only agree with it, so a layout that is located is not located again.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from statistics import median
+from typing import Final
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.design.touched import Locator
+from tactfix.fixture import Fixture
+from tactfix.results import LocateResult
+from tactfix.simulate import simulate, streams
+
+DEFAULT_LAYOUTS: Final = 8
+"""Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""
+
+FEWEST: Final = 6
+FEW: Final = 9
+MOST: Final = 12
+"""Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
+at FEW."""
+
+# The seeds of two studies do not meet.
+_SEEDS: Final = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A study of layouts random layouts with this probe (fixture units); one seed gives one study."""
+
+    layouts: int
+    seed: int
+    sigma: float
+    tip_radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class UniqueShare:
+    """Of layouts random layouts of this many contacts: the share that leave more than one pose, or a motion free."""
+
+    contacts: int
+    layouts: int
+    ambiguous: float
+    underdetermined: float
+
+
+@dataclass(frozen=True, slots=True)
+class RealPoses:
+    """How many real poses layouts random minimal sets had, before approach and touch boxes were asked.
+
+    Seen in a simulation, not proved: rarer layouts have more, up to the complex count.
+    """
+
+    layouts: int
+    fewest_seen: int
+    median: float
+    most_seen: int
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutStudy:
+    """shares: by number of contacts, up to the first at which every layout is located or to the last that was tried.
+
+    real_poses: by kind of the minimal set; layouts that leave a motion free do not count.
+    """
+
+    shares: tuple[UniqueShare, ...] = ()
+    real_poses: Mapping[str, RealPoses] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layout:
+    """Contacts in the order in which they are taken, and the kind of the minimal set that they begin with."""
+
+    kind: str
+    contacts: Contacts
+
+
+def study_layouts(
+    fixture: Fixture,
+    study: Study,
+    sets: Sequence[tuple[str, Mapping[str, int]]],
+    locator: Locator,
+    *,
+    up_to: int = MOST,
+    progress: Callable[[float, str], None] = lambda share, what: None,
+) -> LayoutStudy:
+    """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, up to that many contacts.
+
+    Touches are inside the touch boxes, from within 20 degrees of the normal. progress is told the share of the work
+    that is done. Raises UsageError as simulate does.
+    """
+    layouts = [_layout(fixture, study, k, sets) for k in range(study.layouts)]
+    seen: dict[str, list[int]] = {}
+    shares: list[UniqueShare] = []
+    left = layouts
+    for count in range(FEWEST, 1 + min(up_to, *(len(layout.contacts) for layout in layouts))):
+        results: list[LocateResult] = []
+        for k, layout in enumerate(left):
+            progress((count - FEWEST + k / len(left)) / (up_to - FEWEST + 1), f"{count} contacts")
+            results.append(locator(layout.contacts.subset(range(count))))
+            if count == FEWEST and results[-1].status != "underdetermined":
+                seen.setdefault(layout.kind, []).append(len(results[-1].candidates))
+        shares.append(_share(count, study.layouts, results))
+        left = [layout for layout, r in zip(left, results, strict=True) if r.status in ("ambiguous", "underdetermined")]
+        if not left:
+            break
+    return LayoutStudy(tuple(shares), {kind: _real_poses(counts) for kind, counts in seen.items()})
+
+
+def _layout(fixture: Fixture, study: Study, k: int, sets: Sequence[tuple[str, Mapping[str, int]]]) -> _Layout:
+    """The layout number k: its minimal set is taken from all along the list of them."""
+    seed = _SEEDS * study.seed + k
+    kind, counts = sets[k * len(sets) // study.layouts if study.layouts < len(sets) else k % len(sets)]
+    made = simulate(fixture, sigma=study.sigma, tip_radius=study.tip_radius, seed=seed).contacts
+    on = {name: [i for i, feature in enumerate(made.features) if feature == name] for name in counts}
+    first = [i for name, count in counts.items() for i in on[name][:count]]
+    rest = np.setdiff1d(np.arange(len(made)), first)
+    (stream,) = streams(seed, 1)
+    return _Layout(kind, made.subset([*first, *stream.permutation(rest).tolist()]))
+
+
+def _share(count: int, layouts: int, results: Sequence[LocateResult]) -> UniqueShare:
+    statuses = [result.status for result in results]
+    ambiguous, free = (statuses.count(status) / layouts for status in ("ambiguous", "underdetermined"))
+    return UniqueShare(count, layouts, ambiguous, free)
+
+
+def _real_poses(counts: list[int]) -> RealPoses:
+    return RealPoses(len(counts), min(counts), float(median(counts)), max(counts))

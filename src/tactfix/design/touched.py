@@ -1,0 +1,61 @@
+"""Nominal contacts on a fixture that stands at the origin: what margins and blind spots are judged by."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import transform_points
+from tactfix.geometry.surfaces import Surface, outward_normals
+from tactfix.results import LocateResult
+
+Locator: TypeAlias = Callable[[Contacts], LocateResult]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touched:
+    """Nominal contacts on a fixture that stands at the origin: the true pose is the identity.
+
+    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which a wrong pose is measured.
+    """
+
+    surfaces: Mapping[str, Surface]
+    contacts: Contacts
+    sigmas: Floats
+    corners: Floats
+
+    @property
+    def dof(self) -> int:
+        """Contacts beyond the six that a pose takes."""
+        return len(self.contacts) - 6
+
+
+def normals_of(touched: Touched) -> Floats:
+    """Outward normals (n, 3) at the contacts."""
+    pairs = zip(touched.contacts.features, touched.contacts.points, strict=True)
+    return np.array([outward_normals(touched.surfaces[name], point) for name, point in pairs])
+
+
+def moments(touched: Touched, normals: Floats) -> Floats:
+    """Rows (n, 6) of the residuals' change by a motion: [x cross n, n], arms in units of the contacts' extent."""
+    arms = touched.contacts.points - touched.contacts.points.mean(axis=0)
+    return np.hstack([np.cross(arms, normals) / (np.abs(arms).max() or 1.0), normals])
+
+
+# Contacts that are taken off one by one; of more, those with the most leverage are the least visible.
+_MOST_CONTACTS: Final = 40
+
+
+def most_telling(touched: Touched) -> list[int]:
+    """Indices of the contacts, the most leverage first: what one sees that no other does, the residuals cannot show."""
+    rows = moments(touched, normals_of(touched)) / touched.sigmas[:, None]
+    leverage = (np.linalg.qr(rows)[0] ** 2).sum(axis=1)
+    return [int(i) for i in np.argsort(-leverage)[:_MOST_CONTACTS]]
+
+
+def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
+    """How far the worst of the corners (k, 3) is from where it should be (units)."""
+    return float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())

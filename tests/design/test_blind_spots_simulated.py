@@ -1,0 +1,215 @@
+"""Every mistake of the list made on purpose and given to locate: what design-check says of it must then happen.
+
+The mistakes are made here anew, on contacts with noise: nothing of tactfix.faults or tactfix.design is used for them
+but the words of the report, which say how large each mistake is and which contacts or features it is made on.
+"""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from design.plans import BAD, ROOT
+
+from tactfix.design_check import Wishes, design_check
+from tactfix.files.fixture_file import load_fixture
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
+from tactfix.locate import locate
+from tactfix.simulate import simulate
+
+SEEDS = 3
+# Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
+FIXTURES = {
+    "corner": (BAD / "corner.yaml", 9),
+    "robot-cell-plate": (ROOT / "fixtures" / "robot-cell-plate.yaml", 14),
+    "machine-tool-ball-bar": (ROOT / "fixtures" / "machine-tool-ball-bar.yaml", 12),
+    "equal-balls": (BAD / "equal-balls.yaml", 12),
+}
+MISTAKES = (
+    "tip_radius", "tip_sign", "pretravel", "scale", "unit", "approach", "labels", "swapped_contacts", "contact",
+    "radius", "distance",
+)  # fmt: skip
+
+
+def normal(surface, x):
+    """The outward normal at a tip's centre, by hand; all features here are touched from outside."""
+    if isinstance(surface, Plane):
+        return surface.normal
+    arm = x - (surface.center if isinstance(surface, Sphere) else surface.point)
+    if isinstance(surface, Cylinder):
+        arm = arm - (arm @ surface.direction) * surface.direction
+    return arm / np.linalg.norm(arm) * (1 if surface.side == "outer" else -1)
+
+
+@cache
+def judged(name):
+    """A fixture, its surfaces, a plan on it without noise, its normals (n, 3), and the report on it."""
+    path, count = FIXTURES[name]
+    fixture = load_fixture(path)
+    if name == "corner":
+        fixture = replace(fixture, touch={})
+    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-9, seed=11, count=count).contacts
+    plan = replace(made, sigmas=np.full(len(made), fixture.probe.sigma))
+    surfaces = {n: f.surface for n, f in fixture.features.items()}
+    normals = np.array([normal(surfaces[n], p) for n, p in zip(plan.features, plan.points, strict=True)])
+    return fixture, surfaces, plan, normals, design_check(fixture, plan, Wishes(layouts=0))
+
+
+def numbers(message):
+    return [float(n) for n in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", message)]
+
+
+def rows(message):
+    return [int(n) - 1 for n in re.findall(r"row (\d+)", message)]
+
+
+def made_wrong(name, spot):
+    """The fixture as its file says, and the contacts as their file says, with the mistake in one of them."""
+    what = spot.message.rsplit(": ", 1)[0]
+    if spot.error in ("radius", "distance"):
+        fixture, surfaces, plan, *_ = judged(name)
+        feature, surface = wrong_number(surfaces, what)
+        wrong = replace(fixture.features[feature], surface=surface, radius=getattr(surface, "radius", None))
+        return replace(fixture, features={**fixture.features, feature: wrong}), plan
+    return judged(name)[0], WRONG_CONTACTS[spot.error](*judged(name)[:4], what)
+
+
+def wrong_tip(fixture, surfaces, plan, normals, what):
+    """A tip of radius t touched, and the file says 0, or - t."""
+    said = numbers(what)[0]
+    touched, said = (said, 0.0) if "forgotten" in what else (-said, said)
+    return replace(plan, points=plan.points + (touched - plan.tip_radius) * normals, tip_radius=said)
+
+
+def late(fixture, surfaces, plan, normals, what):
+    return replace(plan, points=plan.points - 20 * plan.sigmas[:, None] * normals)
+
+
+def warm(fixture, surfaces, plan, normals, what):
+    """Aluminium, 10 K: the surface grows about the origin, the tip does not."""
+    tip = plan.tip_radius * normals
+    return replace(plan, points=(1 + 23e-5) * (plan.points - tip) + tip)
+
+
+def other_unit(fixture, surfaces, plan, normals, what):
+    return replace(plan, points=numbers(what)[0] * plan.points)
+
+
+def reversed_approaches(fixture, surfaces, plan, normals, what):
+    return replace(plan, approaches=-plan.approaches)
+
+
+def exchanged_labels(fixture, surfaces, plan, normals, what):
+    return replace(plan, features=exchanged(plan.features, what))
+
+
+def two_labels_swapped(fixture, surfaces, plan, normals, what):
+    names = list(plan.features)
+    i, j = rows(what)
+    names[i], names[j] = names[j], names[i]
+    return replace(plan, features=tuple(names))
+
+
+def one_bad_contact(fixture, surfaces, plan, normals, what):
+    (i,) = rows(what)
+    points = plan.points.copy()
+    points[i] += 10 * np.hypot(plan.sigmas[i], fixture.features[plan.features[i]].sigma) * normals[i]
+    return replace(plan, points=points)
+
+
+WRONG_CONTACTS = {
+    "tip_radius": wrong_tip,
+    "tip_sign": wrong_tip,
+    "pretravel": late,
+    "scale": warm,
+    "unit": other_unit,
+    "approach": reversed_approaches,
+    "labels": exchanged_labels,
+    "swapped_contacts": two_labels_swapped,
+    "contact": one_bad_contact,
+}
+
+
+def wrong_number(surfaces, what):
+    """The feature whose radius or place the file has wrong, and the surface that the file has."""
+    if what.startswith("radius"):
+        feature, off = re.match(r"radius of (\w+) off by ([\d.e-]+)", what).groups()
+        return feature, replace(surfaces[feature], radius=surfaces[feature].radius + float(off))
+    one, off, other = re.match(r"(\w+) ([\d.e-]+) farther from (\w+)", what).groups()
+    return one, shifted(surfaces[one], surfaces[other], float(off))
+
+
+def exchanged(features, what):
+    """Labels exchanged as the report says; the first two features' where it knows of no exchange that fits."""
+    told = re.match(r"labels of (.*) exchanged", what)
+    names = re.split(r", | and ", told[1]) if told else list(dict.fromkeys(features))[:2]
+    after = dict(zip(names, [*names[1:], names[0]], strict=True))
+    return tuple(after.get(name, name) for name in features)
+
+
+def shifted(surface, other, off):
+    """The surface so much farther from the other one: along a normal, or away from its centre or axis."""
+    if isinstance(surface, Plane):
+        direction = surface.normal
+    elif isinstance(other, Plane):
+        direction = other.normal
+    else:
+        mine, its = (s.center if isinstance(s, Sphere) else s.point for s in (surface, other))
+        axes = [s.direction for s in (surface, other) if isinstance(s, Cylinder)]
+        if len(axes) == 2 and np.linalg.norm(np.cross(*axes)) > 1e-9:
+            direction = np.cross(*axes)
+        else:
+            arm = mine - its
+            for axis in axes:
+                arm = arm - (arm @ axis) * axis
+            direction = arm
+    step = off * direction / np.linalg.norm(direction)
+    key = "center" if isinstance(surface, Sphere) else "point"
+    return replace(surface, **{key: getattr(surface, key) + step})
+
+
+def noisy(fixture, contacts, normals, seed):
+    """The contacts with noise along the true normals."""
+    rng = np.random.default_rng(seed)
+    form = [fixture.features[n].sigma for n in contacts.features]
+    scatter = np.hypot(contacts.sigmas, form) * rng.normal(size=len(contacts))
+    return replace(contacts, points=contacts.points + scatter[:, None] * normals)
+
+
+@pytest.mark.parametrize("error", MISTAKES)
+@pytest.mark.parametrize("name", FIXTURES)
+def test_the_mistake_made_on_purpose(name, error):
+    _, _, _, normals, report = judged(name)
+    spots = [s for s in report.blind_spots if s.error == error]
+    if not spots:
+        assert (name, error) in {("corner", "radius"), ("corner", "distance")}, "only square planes have neither"
+        return
+    (spot,) = spots
+    fixture, contacts = made_wrong(name, spot)
+    corners = np.array([point.point for point in report.certainty.extreme])
+    noticed, shifts = 0, []
+    for seed in range(SEEDS):
+        result = locate(fixture, noisy(fixture, contacts, normals, seed), explain=False)
+        noticed += result.status != "located" or any("sigma" in w for w in result.warnings)
+        if result.base_from_fixture is not None:
+            pose = result.base_from_fixture
+            shifts.append(np.linalg.norm(corners @ pose[:3, :3].T + pose[:3, 3] - corners, axis=1).max())
+    sigma = report.certainty.worst.sigma
+    if spot.detectable:
+        assert noticed >= SEEDS - 1, spot
+    elif spot.power < 0.01:
+        assert noticed <= 1, spot
+        assert len(shifts) >= SEEDS - 1
+    if shifts and spot.pose_shift is not None:
+        assert np.median(shifts) == pytest.approx(spot.pose_shift, rel=0.05, abs=4 * sigma), spot
+
+
+def test_the_cases_hold_mistakes_that_show_and_mistakes_that_do_not():
+    """A test of blind spots that never meets one, or only such, would show little."""
+    spots = [spot for name in FIXTURES for spot in judged(name)[4].blind_spots]
+    assert {spot.error for spot in spots} == set(MISTAKES)
+    hidden = {spot.error for spot in spots if spot.power < 0.01}
+    shown = {spot.error for spot in spots if spot.detectable}
+    assert {"tip_radius", "tip_sign", "pretravel", "scale", "unit", "labels"} <= hidden
+    assert {"tip_radius", "tip_sign", "pretravel", "approach", "labels", "swapped_contacts", "radius"} <= shown

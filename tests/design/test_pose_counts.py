@@ -1,0 +1,156 @@
+"""How many poses six contacts can have: the shipped figures against those made and derived elsewhere.
+
+data/pose_counts.json is the project's reference table, made by another method. oracles.kinds holds what path tracking
+finds. The counts of kinds that begin with a feature located by itself are derived here anew, by other arguments than
+path tracking's: after a plane is located (three contacts, two sides) the body slides and turns in it, and each further
+contact runs on a line, circle or ellipse; after a sphere (two centres) the body turns about its centre.
+"""
+
+import json
+from itertools import combinations_with_replacement, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.kinds import BY_HAND, CONFIRMED, UNCONFIRMED, feature_list, kind_of
+from oracles.monodromy import solve_by_monodromy
+
+from tactfix.design import pose_counts
+from tactfix.design.pose_counts import bound, pose_count
+
+REFERENCE = json.loads((Path(__file__).parent / "data" / "pose_counts.json").read_text())["rows"]
+SHIPPED = json.loads((Path(pose_counts.__file__).parent / "pose_counts.json").read_text())["rows"]
+
+
+def count_of(features):
+    """The count of contacts on features given as (type, contacts)."""
+    names = [f"f{i}" for i in range(len(features))]
+    types = {name: kind for name, (kind, _) in zip(names, features, strict=True)}
+    return pose_count(types, {name: n for name, (_, n) in zip(names, features, strict=True)})
+
+
+def shipped_kind(row):
+    """The features of a row as (type, contacts)."""
+    return [(word.split(" ")[0], int(word.split(" ")[1])) for word in row["kind"].split(", ")]
+
+
+def test_counts_are_those_of_the_reference():
+    for row in REFERENCE:
+        found = count_of(list(zip(row["features"], row["contacts"], strict=True)))
+        assert (found.complex_poses, found.source) == (row["complex_poses"], "reference")
+    # Beside the table stands the general platform of six legs.
+    platform = count_of([("sphere", 1)] * 6)
+    assert (platform.complex_poses, platform.source) == (40, "reference")
+    assert sum(row["source"] == "reference" for row in SHIPPED) == len(REFERENCE) + 1 == len(CONFIRMED)
+
+
+@pytest.mark.parametrize(("table", "source"), [(BY_HAND, "reasoned"), (UNCONFIRMED, "tracked")])
+def test_counts_are_those_of_path_tracking(table, source):
+    for kind, poses in table.items():
+        found = count_of(list(zip(*feature_list(kind), strict=True)))
+        assert (found.complex_poses, found.source) == (poses, source), kind
+
+
+# In a plane, three points of a moving body run on given curves. Two on lines: the third runs on an ellipse (an
+# elliptic trammel, degree 2 in the plane, not through the circle points). A line and a circle: slider and crank, a
+# quartic that passes through each circle point once. Two circles: the coupler of a four-bar, a sextic that passes
+# through each three times. Bezout, without the circle points where the third curve is a circle; an ellipse misses them.
+COUPLERS = {"ll": (2, 0), "lo": (4, 1), "oo": (6, 3)}
+CURVE = {"plane": "l", "sphere": "o", "cylinder": "c"}
+
+
+def planar(curves):
+    """Positions of a body in a plane with three points on lines l, circles o and ellipses c, all apart."""
+    conics = curves.count("c")
+    if conics == 0:
+        degree, through = COUPLERS[curves[:2]]
+        return degree if curves[2] == "l" else 2 * degree - 2 * through
+    # The third curve is an ellipse in general position: twice as many as for a line.
+    rest = curves.replace("c", "", 1)
+    return 2 * planar("".join(sorted(rest + "l", key="loc".index)))
+
+
+def test_planar_counts_do_not_depend_on_which_point_comes_last():
+    """Slider and crank against a line, an ellipse against a circle: the same problem counted twice."""
+    trammel, _ = COUPLERS["ll"]
+    crank, crank_through = COUPLERS["lo"]
+    sextic, sextic_through = COUPLERS["oo"]
+    assert 2 * trammel == crank == planar("llo") == 4
+    assert 2 * crank - 2 * crank_through == sextic == planar("loo")
+    assert 2 * sextic - 2 * sextic_through == planar("ooo") == 6, "the three-legged platform in the plane"
+
+
+SINGLES = list(combinations_with_replacement(("plane", "sphere", "cylinder"), 3))
+
+
+@pytest.mark.parametrize("others", SINGLES, ids="-".join)
+def test_a_located_plane_and_three_features(others):
+    curves = "".join(sorted((CURVE[name] for name in others), key="loc".index))
+    found = count_of([("plane", 3), *((name, 1) for name in others)])
+    assert found.complex_poses == 2 * planar(curves)
+
+
+@pytest.mark.parametrize("others", SINGLES, ids="-".join)
+def test_a_located_sphere_and_three_features(others):
+    """Turns about the centre: q has three quadrics (a distance to a plane or centre is linear in R) or quartics."""
+    degrees = [4 if name == "cylinder" else 2 for name in others]
+    assert count_of([("sphere", 3), *((name, 1) for name in others)]).complex_poses == 2 * np.prod(degrees)
+
+
+def test_a_count_never_falls_when_a_feature_is_split_in_two():
+    """Two contacts on one feature are a special choice of contacts on two: no more isolated poses."""
+    known = {row["kind"]: row["complex_poses"] for row in SHIPPED}
+    compared = 0
+    for row in SHIPPED:
+        features = shipped_kind(row)
+        for i, (name, count) in enumerate(features):
+            for part in range(1, count // 2 + 1):
+                split = [*features[:i], *features[i + 1 :], (name, part), (name, count - part)]
+                kind = pose_counts.kind_of(split)
+                if kind in known:
+                    assert known[kind] >= row["complex_poses"], (kind, row)
+                    compared += 1
+    assert compared > 60
+
+
+def test_no_count_is_above_its_bound():
+    for row in SHIPPED:
+        assert 0 < row["complex_poses"] <= bound(shipped_kind(row))
+    # Five equations of degree 2, one of degree 4, on the quadric of Study.
+    assert bound([("plane", 1), ("sphere", 1)] * 2 + [("plane", 1), ("cylinder", 1)]) == 2**6 * 4
+
+
+def test_what_is_not_known_has_a_bound_and_no_count():
+    found = count_of([("cylinder", 1)] * 6)
+    assert (found.complex_poses, found.at_most, found.source) == (None, 2 * 4**6, None)
+    assert count_of([("plane", 3), ("sphere", 2)]) is None, "five contacts leave a motion free"
+
+
+def test_every_row_is_said_once_and_says_where_it_comes_from():
+    kinds = [row["kind"] for row in SHIPPED]
+    assert len(set(kinds)) == len(kinds)
+    for row in SHIPPED:
+        assert row["source"] in ("reference", "reasoned", "tracked")
+        features = shipped_kind(row)
+        assert sum(n for _, n in features) == 6
+        assert pose_counts.kind_of(features) == row["kind"]
+
+
+@pytest.mark.parametrize("kind", ["sphere1+sphere1+plane3+plane1", "sphere3+sphere1+sphere1+plane1"])
+def test_path_tracking_finds_what_is_reasoned(kind):
+    found = solve_by_monodromy(kind, np.random.default_rng(3), idle=4)
+    features = list(zip(*feature_list(kind), strict=True))
+    assert len(found.roots) == count_of(features).complex_poses
+
+
+@pytest.mark.slow
+def test_path_tracking_finds_every_count_of_many_features_without_cylinders():
+    """Another seed than the one of the study that made the figures."""
+    singles = {
+        kind_of(list(zip(types, counts, strict=True)))
+        for counts in ((3, 1, 1, 1), (2, 2, 1, 1), (2, 1, 1, 1, 1), (1,) * 6)
+        for types in product(("sphere", "plane"), repeat=len(counts))
+    }
+    for kind in sorted(singles):
+        found = solve_by_monodromy(kind, np.random.default_rng(7), idle=6)
+        assert len(found.roots) == count_of(list(zip(*feature_list(kind), strict=True))).complex_poses, kind

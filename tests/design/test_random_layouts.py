@@ -1,0 +1,125 @@
+"""The study of random layouts: seeded, honest about what it counts, and ending where every layout is located."""
+
+from itertools import pairwise
+
+import pytest
+from design.plans import BAD, ROOT
+
+from tactfix.design.random_layouts import Study, study_layouts
+from tactfix.design_check import Wishes, design_check
+from tactfix.files.fixture_file import load_fixture
+from tactfix.locate import locate
+
+SETS = [("3-2-1", {"right": 3, "back": 2, "top": 1}), ("2-2-2", {"right": 2, "back": 2, "top": 2})]
+
+
+def studied(asked=None, layouts=6, seed=4, sets=SETS):
+    """A study of the cube, the contacts that it located written to asked."""
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+
+    def locator(contacts):
+        if asked is not None:
+            asked.append(contacts)
+        return locate(fixture, contacts, explain=False)
+
+    return study_layouts(fixture, Study(layouts, seed, 0.05, 1.5), sets, locator)
+
+
+@pytest.fixture(scope="module")
+def known():
+    asked = []
+    return studied(asked), asked
+
+
+def test_one_seed_gives_one_study(known):
+    study, asked = known
+    again = []
+    assert studied(again) == study
+    assert [c.points.tolist() for c in again] == [c.points.tolist() for c in asked]
+    other = []
+    studied(other, seed=5)
+    assert [c.points.tolist() for c in other] != [c.points.tolist() for c in asked]
+
+
+def test_layouts_begin_with_the_minimal_sets_in_turn(known):
+    _, asked = known
+    first = asked[:6]
+    for k, contacts in enumerate(first):
+        assert len(contacts) == 6
+        assert {name: contacts.features.count(name) for name in SETS[0][1]} == SETS[k % 2][1]
+
+
+def test_shares_are_those_of_locate_and_the_last_one_is_nothing(known):
+    study, asked = known
+    assert [s.contacts for s in study.shares] == list(range(6, 6 + len(study.shares)))
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+    for share in study.shares:
+        statuses = [locate(fixture, c, explain=False).status for c in asked if len(c) == share.contacts]
+        assert share.ambiguous == statuses.count("ambiguous") / 6
+        assert share.underdetermined == statuses.count("underdetermined") / 6
+    assert study.shares[-1].ambiguous == study.shares[-1].underdetermined == 0
+    assert all(a.ambiguous + a.underdetermined > 0 for a, _ in pairwise(study.shares))
+
+
+def test_a_located_layout_goes_on_and_is_not_asked_again(known):
+    study, asked = known
+    left = [round(6 * (s.ambiguous + s.underdetermined)) for s in study.shares]
+    assert [sum(len(c) == s.contacts for c in asked) for s in study.shares] == [6, *left[:-1]]
+    longest = max(asked, key=len)
+    shorter = [c for c in asked if len(c) < len(longest) and c.points.tolist() == longest.points[: len(c)].tolist()]
+    assert len(shorter) == len(longest) - 6, "each layout goes on where it was"
+
+
+def test_real_poses_are_those_of_six_contacts(known):
+    study, asked = known
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+    counts = [len(locate(fixture, c, explain=False).candidates) for c in asked[:6]]
+    for k, kind in enumerate(("3-2-1", "2-2-2")):
+        seen = study.real_poses[kind]
+        assert (seen.layouts, seen.fewest_seen, seen.most_seen) == (3, min(counts[k::2]), max(counts[k::2]))
+        assert seen.median == sorted(counts[k::2])[1]
+        # Three planes 3-2-1: four, two for the side of the first and two for that of the second; at most eight.
+        assert seen.most_seen <= (4, 8)[k]
+    assert study.real_poses["3-2-1"].most_seen == 4
+
+
+def test_many_minimal_sets_are_tried_from_all_along_their_list():
+    sets = [(f"set {k}", dict(zip(("right", "back", "top"), c, strict=True))) for k, c in enumerate(
+        [(3, 2, 1), (3, 1, 2), (2, 3, 1), (2, 2, 2), (2, 1, 3), (1, 3, 2), (1, 2, 3)]
+    )]  # fmt: skip
+    asked = []
+    studied(asked, layouts=3, sets=sets)
+    assert [tuple(c.features.count(n) for n in ("right", "back", "top")) for c in asked[:3]] == [
+        (3, 2, 1), (2, 3, 1), (2, 1, 3)
+    ]  # fmt: skip
+
+
+def test_no_study_where_it_is_not_wanted_or_cannot_be():
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+    assert design_check(fixture, wishes=Wishes(layouts=0)).study.shares == ()
+    for name in ("ball-under-the-plate", "nearly-coaxial", "prism"):
+        # A ball that cannot be touched, a rotation that is hardly held, one that is free: no layout would be located.
+        assert design_check(load_fixture(BAD / f"{name}.yaml")).study.shares == ()
+
+
+def test_an_unbroken_symmetry_leaves_every_layout_ambiguous_and_is_not_tried_further():
+    report = design_check(load_fixture(BAD / "ball-beside-bar.yaml"), wishes=Wishes(layouts=2))
+    assert [(s.contacts, s.ambiguous + s.underdetermined) for s in report.study.shares] == [(6, 1.0)]
+    assert "uniqueness" not in {f.code for f in report.findings}
+    assert all(seen is None or seen.fewest_seen >= 2 for seen in report.real_poses)
+
+
+def test_the_study_tells_how_far_it_is():
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+    told = []
+    design_check(fixture, wishes=Wishes(layouts=2), progress=lambda share, what: told.append(share))
+    assert told == sorted(told)
+    assert 0 <= told[0] <= told[-1] < 1
+
+
+def test_real_poses_never_exceed_the_complex_ones():
+    for name in ("cylinder-sphere", "three-spheres"):
+        report = design_check(load_fixture(ROOT / "fixtures" / f"{name}.yaml"), wishes=Wishes(layouts=4))
+        pairs = [(c, s) for c, s in zip(report.pose_counts, report.real_poses, strict=True) if s is not None]
+        assert pairs
+        assert all(1 <= s.fewest_seen <= s.median <= s.most_seen <= c.complex_poses for c, s in pairs)
