@@ -81,7 +81,26 @@ def test_worst_point_and_points_asked_for(judged):
     _, _, j, found = judged
     covariance = np.linalg.inv(j.T @ j)
     assert found.worst.sigma == pytest.approx(max(sigma_at(covariance, c) for c in CORNERS), rel=1e-5)
+    assert [p.sigma for p in found.extreme] == pytest.approx([sigma_at(covariance, c) for c in CORNERS], rel=1e-5)
     assert found.at[0].sigma == pytest.approx(sigma_at(covariance, np.array([1.0, 2.0, 3.0])), rel=1e-5)
+
+
+def test_the_direction_known_worst_at_a_point(judged):
+    """The variance along it is the largest of a thousand directions."""
+    _, _, j, found = judged
+    covariance, (x, y, z) = np.linalg.inv(j.T @ j), found.worst.point
+    at = np.hstack([[[0, z, -y], [-z, 0, x], [y, -x, 0]], np.eye(3)])
+    there = at @ covariance @ at.T
+    others = np.random.default_rng(4).normal(size=(1000, 3))
+    others /= np.linalg.norm(others, axis=1)[:, None]
+    along = found.worst.direction @ there @ found.worst.direction
+    assert along == pytest.approx(found.worst.sigma**2, rel=1e-5)
+    assert max(o @ there @ o for o in others) <= along * (1 + 1e-5)
+
+
+def test_the_worst_known_rotation(judged):
+    covariance = np.linalg.inv(judged[2].T @ judged[2])
+    assert judged[3].turn_sigma == pytest.approx(np.sqrt(np.linalg.norm(covariance[:3, :3], 2)), rel=1e-5)
 
 
 def test_the_contact_that_matters_most_and_least(judged):

@@ -1,7 +1,8 @@
 """Free motions, symmetries and minimal sets against verdicts derived by hand, numeric rank and brute force.
 
 Nothing in this file uses tactfix.design to check tactfix.design: ranks come from random contacts, symmetries from a
-many-start search over all rigid motions, Rado's condition is written anew.
+many-start search over all rigid motions, Rado's condition is written anew. data/combinations.json is the project's own
+reference table, every row of it.
 """
 
 import json
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 from design.special_positions import POSITIONS, REFERENCE, Position
 
-from tactfix.design.contact_counts import minimal_sets
+from tactfix.design.contact_counts import contact_counts, minimal_sets
 from tactfix.design.symmetries import symmetries
+from tactfix.fixture import Feature
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
 from tactfix.motion_words import free_motions
@@ -139,6 +141,18 @@ def test_minimal_sets_follow_from_the_ranks_in_the_table(position):
         and all(sum(counts[names.index(n)] for n in subset) <= rank(subset) for subset in subsets)
     }
     assert {tuple(s.values()) for s in minimal_sets(surfaces, tolerance_for(surfaces), 10_000)} == expected
+
+
+@each
+def test_contacts_beside_the_others_are_what_their_rank_lacks(position):
+    rng = np.random.default_rng(6)
+    surfaces = position.surfaces
+    features = {n: Feature(n, type(s).__name__.lower(), None, "outer", 0.0, s) for n, s in surfaces.items()}
+    found = contact_counts(features, surfaces, set(), tolerance_for(surfaces)).each.beside
+    total = numeric_rank(surfaces, dict.fromkeys(surfaces, 12), rng)
+    for name in surfaces:
+        others = {other: 12 for other in surfaces if other != name}
+        assert found[name] == total - (numeric_rank(surfaces, others, rng) if others else 0)
 
 
 @each

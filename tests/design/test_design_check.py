@@ -13,12 +13,13 @@ from tactfix.errors import UsageError
 from tactfix.files.fixture_file import load_fixture
 from tactfix.simulate import simulate
 
+# Status, and a finding that it must give: code, severity, words, and words of its remedy.
 SHIPPED = {
-    "cylinder-sphere": ("warning", ("symmetry", "ok", "1 by touch")),
-    "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion lays")),
-    "robot-cell-plate": ("ok", ("blind_tip_radius", "ok", "the residuals show it")),
-    "three-planes": ("error", ("blind_tip_radius", "error", "off by 2.6 mm")),
-    "three-spheres": ("ok", ("margin", "ok", "no wrong pose")),
+    "cylinder-sphere": ("warning", ("blind_distance", "warning", "farther from", "have the fixture measured")),
+    "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion lays", "")),
+    "robot-cell-plate": ("ok", ("blind_tip_radius", "ok", "the residuals show it", "")),
+    "three-planes": ("error", ("blind_tip_radius", "error", "off by 2.6 mm", "opposite face, a bore or a sphere")),
+    "three-spheres": ("ok", ("margin", "ok", "no wrong pose", "")),
 }
 
 
@@ -45,11 +46,20 @@ def test_bad_fixture(path):
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_fixture(name):
-    status, (code, severity, words) = SHIPPED[name]
+    status, (code, severity, words, remedy) = SHIPPED[name]
     report = checked(name)
     assert report.status == status
-    assert any(f.code == code and f.status == severity and words in f.message for f in report.findings)
+    (finding,) = [f for f in report.findings if f.code == code]
+    assert finding.status == severity
+    assert words in finding.message
+    assert remedy in finding.hint
+    assert bool(finding.hint) == (severity != "ok")
     assert len(codes(report, "error")) == (status == "error")
+
+
+def test_the_touch_box_of_the_worked_example_settles_its_half_turn():
+    (finding,) = [f for f in checked("cylinder-sphere").findings if f.code == "symmetry"]
+    assert (finding.status, "1 by touch" in finding.message) == ("ok", True)
 
 
 def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():

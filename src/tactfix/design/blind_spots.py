@@ -16,6 +16,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.design.impossible_distances import least_chi_square
 from tactfix.design.misplaced import Misplaced
 from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
@@ -43,6 +44,8 @@ Mistake: TypeAlias = Literal[
 
 # A detectable mistake is seen this often.
 _POWER: Final = 0.95
+# So many times beyond the limit the distribution function is 0 to all digits, and its series long.
+_FAR: Final = 20.0
 # Errors of a radius, a distance or one contact, in sigma.
 SIGMAS_OFF: Final = 10.0
 _UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
@@ -102,8 +105,7 @@ def power_of(noncentrality: float, dof: int) -> float:
         # Six contacts have no residuals, unless no pose fits them at all.
         return float(noncentrality > chi_square_limit(1))
     limit = chi_square_limit(dof, SUSPICIOUS)
-    # Far beyond the limit the distribution function is 0 to all digits, and its series long.
-    return 1.0 if noncentrality > 20 * limit else float(1 - chndtr(limit, dof, noncentrality))
+    return 1.0 if noncentrality > _FAR * limit else float(1 - chndtr(limit, dof, noncentrality))
 
 
 def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, BlindSpot]:
@@ -173,11 +175,13 @@ def _with_wrong_radius(surfaces: Mapping[str, Surface], off: float) -> Iterator[
 
 
 def _wrong_unit(touched: Touched, locator: Locator) -> BlindSpot:
-    """Coordinates in another unit."""
+    """Coordinates in another unit: locate decides, where two contacts alone do not rule them out."""
     found = []
     for factor in _UNITS:
         contacts = replace(touched.contacts, points=touched.contacts.points * factor)
-        found.append(_located("unit", touched, contacts, f"coordinates {factor:.4g} times as large", locator))
+        what = f"coordinates {factor:.4g} times as large"
+        is_impossible = least_chi_square(touched, contacts) > _FAR * chi_square_limit(max(touched.dof, 1))
+        found.append(_no_pose("unit", what) if is_impossible else _located("unit", touched, contacts, what, locator))
     return _worst(found)
 
 

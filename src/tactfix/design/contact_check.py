@@ -44,7 +44,7 @@ _LOOSEST: Final = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactCheck:
-    """The verdict on contacts. certainty and margins are None where they leave a motion free.
+    """The verdict on contacts. certainty is None where they leave a motion free, margins also where one is hardly held.
 
     is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
     layouts: of each cylinder with four contacts or more.
@@ -95,12 +95,15 @@ def check_contacts(
     sure = certainty(
         touched.contacts, touched.surfaces, touched.sigmas, touched.corners, at, geometry.tolerance, source
     )
+    sigma = float(np.sqrt((touched.sigmas**2).mean()))
+    findings += certainty_findings(sure, sigma, max_sigma, fixture.units)
+    if sure.turn_sigma > WORTHLESS_ANGLE:
+        # No pose that locate would call one: nothing is to be told apart from it, and nothing is off.
+        return ContactCheck(sure, None, (), False, unreachable, tuple(findings), layouts)
     margin = margins(touched, locator, with_losses=source != "spread")
     spots = blind_spots(touched, tip, _alternatives(fixture, touched), locator)
     sees_tip = spread_touched is not None and tip_blind_spots(spread_touched, tip)[0].detectable
-    sigma = float(np.sqrt((touched.sigmas**2).mean()))
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
-    findings += certainty_findings(sure, sigma, max_sigma, fixture.units)
     findings += margin_findings(margin, source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, sure, source, fixture.units)
     is_settled = source != "spread" and margin.is_unique

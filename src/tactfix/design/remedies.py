@@ -14,9 +14,10 @@ from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.motions import Fixed, common_motions
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.scale import middle_of, size_of, tolerance_for
+from tactfix.geometry.scale import EXACT, middle_of, size_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.results import FreeMotion
+from tactfix.sameness import same_surface
 
 # A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
 _CLEAR = 0.1
@@ -52,6 +53,8 @@ def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], 
         for k in range(3):
             shift = length * np.eye(3)[k]
             shifted = {**surfaces, name: moved(homogeneous(np.eye(3), shift), surfaces[name])}
+            if same_surface(surfaces[name], shifted[name], EXACT * length, EXACT):
+                continue
             along = {n: TouchBox(b.low + shift, b.high + shift) if n == name else b for n, b in boxes.items()}
             if is_mended(shifted, along):
                 return f"move {name} by {length:g} along {'xyz'[k]}"
