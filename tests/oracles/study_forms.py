@@ -50,11 +50,17 @@ class Problem:
         )
 
 
+# Row 4 i + k: the product of the i-th and the k-th of 1, i, j, k, which is a unit with a sign.
+UNIT_PRODUCTS = np.zeros((16, 4))
+UNIT_PRODUCTS[range(16), [0, 1, 2, 3, 1, 0, 3, 2, 2, 3, 0, 1, 3, 2, 1, 0]] = (
+    [1, 1, 1, 1, 1, -1, 1, -1, 1, -1, -1, 1, 1, 1, -1, -1]
+)  # fmt: skip
+
+
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The products (..., 4) of quaternions (..., 4), scalar first."""
-    scalar = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
-    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
-    return np.concatenate([scalar, vector], axis=-1)
+    pairs = a[..., :, None] * b[..., None, :]
+    return np.asarray(pairs.reshape(*pairs.shape[:-2], 16) @ UNIT_PRODUCTS)
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
