@@ -24,7 +24,7 @@ from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.pose_equations import PoseEquations, pose_equations
-from tactfix.pose_search import Zeros, covering_rotations, find_zeros, nearest_misses, polish
+from tactfix.pose_search import Zeros, covering_rotations, find_zeros, find_zeros_near, nearest_misses, polish
 from tactfix.refinement import PoseFit, fit_at
 
 SEARCHED = 18
@@ -35,7 +35,7 @@ PLENTY = 9
 """Contacts from which on the features located alone are relied on for where to start."""
 
 CLOSER_LOOK = 3
-"""Times the starts that are tried where none led to a pose."""
+"""Coverings of the rotations that are tried where the first one led to no pose."""
 
 EXACT = 1e-9
 """Rounding of unit vectors: a symmetry is used only where it is exact."""
@@ -96,14 +96,6 @@ def all_poses(
     return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
 
 
-STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
-"""Starting rotations by the roundest surface touched, for up to 3 contacts beyond six, up to 5, and more.
-
-The rarest zero of 24 random and symmetric layouts was met so often by 1200 starts: with three planes 131 times; with
-spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; with cylinders 1, 5, 1, 34, 115 times for 0, 2, 3, 6,
-12. What is met that seldom lies close to others, and is found from them."""
-
-
 def _zeros(
     surfaces: Mapping[str, Surface],
     contacts: Contacts,
@@ -116,15 +108,23 @@ def _zeros(
     if len(searched) >= PLENTY:
         rotations = feature_rotations(surfaces, contacts, sigmas)
         if rotations is not None:
-            zeros = find_zeros(searched, cost_limit, rotations, turns, enough=1)
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns)
             if len(zeros.costs):
                 return zeros
     starts = _starts(surfaces, contacts, len(searched))
-    zeros = find_zeros(searched, cost_limit, covering_rotations(starts), turns)
+    zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros.costs):
         return zeros
     # Before contacts are called inconsistent they deserve a closer look.
-    return find_zeros(searched, cost_limit, covering_rotations(CLOSER_LOOK * starts), turns)
+    return find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
+
+
+STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
+"""Starting rotations by the roundest surface touched, for up to 3 contacts beyond six, up to 5, and more.
+
+The rarest zero of 24 random and symmetric layouts was met so often by 1200 starts from the centre: planes 131 times;
+spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; cylinders 1, 5, 1, 34, 115 times for 0, 2, 3, 6,
+12. What is met that seldom lies close to others, and is found from them."""
 
 
 def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
