@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from api.readme import README, blocks, commands, folder_for_examples, outputs, shown
+from command_line import tactfix
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
 
@@ -41,17 +42,17 @@ def test_the_fixture_of_the_readme_is_the_one_that_is_shipped() -> None:
     assert blocks("yaml")[0] in shipped
 
 
-def test_the_json_of_the_readme_has_the_keys_that_are_written(tmp_path: Path) -> None:
+def test_the_json_of_the_readme_has_the_keys_that_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = {
-        "tactfix/locate/1": "tactfix locate fixtures/cylinder-sphere.yaml samples/cylinder-sphere/contacts.csv --json",
-        "tactfix/fit/1": "tactfix fit plane samples/three-planes/contacts.csv --feature top --json",
-        "tactfix/design-check/1": "tactfix design-check fixtures/three-planes.yaml --json",
+        "tactfix/locate/1": "locate fixtures/cylinder-sphere.yaml samples/cylinder-sphere/contacts.csv --json",
+        "tactfix/fit/1": "fit plane samples/three-planes/contacts.csv --feature top --json",
+        "tactfix/design-check/1": "design-check fixtures/three-planes.yaml --json",
     }
-    folder_for_examples(tmp_path)
+    monkeypatch.chdir(README.parent)
     for block in blocks("jsonc"):
         schema = re.search(r'"schema": "([^"]+)"', block)
         assert schema
-        (printed,) = outputs(f"$ {calls[schema[1]]}\n", tmp_path)
+        printed = tactfix(*calls[schema[1]].split()).stdout
         assert keys_of(block) == set(json.loads(printed)), schema[1]
 
 
@@ -75,10 +76,10 @@ def test_every_command_and_dialect_is_told() -> None:
         assert f"`{name}`" in text, name
 
 
-def test_every_option_that_the_readme_names_exists(tmp_path: Path) -> None:
+def test_every_option_that_the_readme_names_exists() -> None:
     from tactfix.cli.app import COMMANDS
 
-    (helps,) = outputs(f"$ for c in {' '.join(COMMANDS)}; do tactfix $c --help; done\n", tmp_path)
+    helps = "".join(tactfix(command, "--help").stdout for command in COMMANDS)
     known = set(re.findall(r"--[a-z][a-z-]+", helps)) | {"--version", "--install-completion"}
     text = OF_OTHERS.sub("", README.read_text(encoding="utf-8"))
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from batch.balls import contact_file, pose, rows, write_cell
+from command_line import Ran, tactfix
 
 from tactfix.batching.cluster import DaskCluster
 from tactfix.errors import MissingExtraError
@@ -20,9 +21,8 @@ from tactfix.report.batch_table import WRITERS, find_writer
 TACTFIX = [sys.executable, "-m", "tactfix"]
 
 
-def batch(*words: object, **options: object) -> subprocess.CompletedProcess[str]:
-    command = [*TACTFIX, "batch", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload]
+def batch(*words: object, stdin: str = "") -> Ran:
+    return tactfix("batch", *words, stdin=stdin)
 
 
 def json_rows(path: Path) -> list[dict]:
@@ -98,7 +98,7 @@ def test_without_an_output_rows_are_printed(cell: tuple[Path, Path]) -> None:
 def test_a_table_on_standard_input(cell: tuple[Path, Path]) -> None:
     fixture, _ = cell
     text = "set,feature,x,y,z,ax,ay,az\n" + "".join(f"s{k},{row}\n" for k in (1, 0) for row in rows(k))
-    done = batch(fixture, "-", "--jobs", 1, input=text)
+    done = batch(fixture, "-", "--jobs", 1, stdin=text)
     assert [json.loads(line)["set"] for line in done.stdout.splitlines()] == ["s1", "s0"]
 
 
@@ -142,9 +142,15 @@ def test_a_machine_log_for_each_set(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be(
-    cell: tuple[Path, Path], tmp_path: Path, words: tuple[str, ...], status: int, said: str
+    cell: tuple[Path, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: tuple[str, ...],
+    status: int,
+    said: str,
 ) -> None:
-    done = batch(cell[0], *(word.format(cell=tmp_path) for word in words), cwd=tmp_path)
+    monkeypatch.chdir(tmp_path)
+    done = batch(cell[0], *(word.format(cell=tmp_path) for word in words))
     assert done.returncode == status, done.stderr
     assert said in done.stderr
     assert not list(tmp_path.glob("*.partial.jsonl"))

@@ -179,20 +179,25 @@ def shape(surface):
     return np.concatenate([np.outer(d, d).ravel(), surface.point - d * (d @ surface.point), [surface.radius]])
 
 
-def misfit(pose, surfaces, images):
-    return np.concatenate([shape(moved(pose, a)) - shape(b) for a, b in zip(surfaces, images, strict=True)])
+def shapes(surfaces):
+    return np.concatenate([shape(surface) for surface in surfaces])
+
+
+def misfit(pose, surfaces, target):
+    """By how much the moved surfaces differ from the shapes of their images."""
+    return shapes([moved(pose, surface) for surface in surfaces]) - target
 
 
 def descend(surfaces, images, rng):
     """Levenberg-Marquardt on the misfit from a random pose; the pose when it lays each surface on its image."""
-    pose, damping = random_pose(rng, 1.0), 1e-2
-    r = misfit(pose, surfaces, images)
+    pose, damping, target = random_pose(rng, 1.0), 1e-2, shapes(images)
+    r = misfit(pose, surfaces, target)
     for _ in range(60):
         steps = [step(h) for h in 1e-6 * np.eye(6)]
-        jac = np.column_stack([(misfit(s @ pose, surfaces, images) - r) / 1e-6 for s in steps])
+        jac = np.column_stack([(misfit(s @ pose, surfaces, target) - r) / 1e-6 for s in steps])
         h = np.linalg.solve(jac.T @ jac + damping * np.eye(6), -jac.T @ r)
         new = step(h) @ pose
-        new_r = misfit(new, surfaces, images)
+        new_r = misfit(new, surfaces, target)
         if new_r @ new_r < r @ r:
             pose, r, damping = new, new_r, damping / 10
         else:
@@ -239,14 +244,14 @@ def test_symmetries_are_all_that_brute_force_finds(position):
     for pose in found:
         surfaces = position.features
         assert any(
-            np.abs(misfit(pose, surfaces, images)).max() < 1e-9
+            np.abs(misfit(pose, surfaces, shapes(images))).max() < 1e-9
             for images in permutations(surfaces)
             if all(type(a) is type(b) for a, b in zip(surfaces, images, strict=True))
         ), "not a symmetry"
 
 
 @each
-@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e3])
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
 def test_verdicts_do_not_depend_on_unit_pose_or_order(position, unit):
     rng = np.random.default_rng(4)
     pose = random_pose(rng)

@@ -125,9 +125,28 @@ def test_the_full_document_is_well_formed() -> None:
     assert refusals_of(FULL) == []
 
 
-@settings(max_examples=1500, deadline=None)
+@pytest.mark.parametrize("value", [0, -1, None, "bar"], ids=str)
+def test_so_with_one_value_anywhere(value: Any) -> None:
+    """The limits of numbers above all, which chance seldom meets."""
+    for *way, key in places(FULL)[1:]:
+        document = copy.deepcopy(FULL)
+        parent = document
+        for part in way:
+            parent = parent[part]
+        parent[key] = value
+        assert is_well_formed(document) == (refusals_of(document) == []), (*way, key)
+
+
+@settings(max_examples=250, deadline=None)
 @given(changed())
 def test_to_keep_to_the_schema_is_to_be_taken_by_pydantic(document: Any) -> None:
+    assert is_well_formed(document) == (refusals_of(document) == [])
+
+
+@pytest.mark.slow
+@settings(max_examples=10_000, deadline=None)
+@given(changed())
+def test_and_so_in_ten_thousand_documents(document: Any) -> None:
     assert is_well_formed(document) == (refusals_of(document) == [])
 
 

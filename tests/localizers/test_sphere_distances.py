@@ -94,20 +94,20 @@ def test_every_real_centre_is_found(kind):
 
 
 def _newton(points, distances, starts):
-    for start in starts:
-        c = start
-        for _ in range(60):
-            f = [(c - x) @ (c - x) - 4 for x in points]
-            g = [2 * (c - x) for x in points]
-            for d in distances:
-                arm = c - d.point
-                arm = arm - (arm @ d.direction) * d.direction
-                f.append(arm @ arm - d.distance**2)
-                g.append(2 * arm)
-            step = np.linalg.lstsq(np.array(g), np.array(f), rcond=None)[0]
-            c = c - step
-        if np.abs(f).max() < 1e-12:
-            yield c
+    """The roots that all starts (n, 3) lead to, at once."""
+    c = starts
+    for _ in range(60):
+        arms = [c - x for x in points]
+        sizes = [2.0 for _ in points]
+        for d in distances:
+            arm = c - d.point
+            arms.append(arm - (arm @ d.direction)[:, None] * d.direction)
+            sizes.append(d.distance)
+        f = np.stack([np.sum(arm**2, axis=1) - size**2 for arm, size in zip(arms, sizes, strict=True)], axis=1)
+        c = c - np.einsum("bij,bj->bi", np.linalg.pinv(2 * np.stack(arms, axis=1)), f)
+    roots = c[np.abs(f).max(axis=1) < 1e-12]
+    assert len(roots) > 50
+    return roots
 
 
 def test_tangency_is_kept_within_noise_and_marked():

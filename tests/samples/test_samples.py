@@ -2,23 +2,20 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Ran, tactfix
 from samples.generate import SAMPLES, SIGMAS_ALLOWED, all_files
 
 FILES = all_files()
 CASES = [path for path in FILES if path.suffix == ".csv"]
 
 
-def located(path: Path, *options: str) -> tuple[subprocess.CompletedProcess[str], dict]:
+def located(path: Path, *options: str) -> tuple[Ran, dict]:
     expected = json.loads(FILES[path.with_name(path.stem.replace("contacts", "expected") + ".json")])
-    fixture = SAMPLES.parent / expected["fixture"]
-    command = [sys.executable, "-m", "tactfix", "locate", str(fixture), str(SAMPLES / path), *options]
-    return subprocess.run(command, capture_output=True, text=True, check=False), expected
+    return tactfix("locate", SAMPLES.parent / expected["fixture"], SAMPLES / path, *options), expected
 
 
 def turn_and_shift(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:

@@ -1,12 +1,11 @@
 """tactfix simulate from the command line: pipes, files, truth in comments, refusals."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import tactfix
 from reach.cells import ball_and_bar
 
 from tactfix.cli import main
@@ -25,11 +24,8 @@ def told(text):
 
 @pytest.mark.parametrize("path", FIXTURES, ids=lambda path: path.stem)
 def test_simulate_pipes_into_locate_and_gives_the_pose_back(path):
-    run = [sys.executable, "-c", "import sys; from tactfix.cli import main; sys.exit(main())"]
-    made = subprocess.run([*run, "simulate", str(path), "--seed", "7"], capture_output=True, text=True, check=True)
-    found = subprocess.run(
-        [*run, "locate", str(path), "-", "--json"], input=made.stdout, capture_output=True, text=True, check=False
-    )
+    made = tactfix("simulate", path, "--seed", "7")
+    found = tactfix("locate", path, "-", "--json", stdin=made.stdout)
     assert found.returncode == 0, found.stderr
     result = json.loads(found.stdout)
     off = np.array(result["transform"]) - told(made.stdout)
