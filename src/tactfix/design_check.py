@@ -5,7 +5,7 @@ well spread ones: how sure the pose is, how far the nearest wrong pose lies, and
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -128,6 +128,14 @@ def design_check(
     if wishes.layouts and sigma is not None and judged.can_be_located:
         asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
         study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress)
+    report = _report(fixture, geometry, judged, pose_counts)
+    return replace(report, study=study, findings=(*report.findings, *told))
+
+
+def _report(
+    fixture: Fixture, geometry: GeometryCheck, judged: ContactCheck, pose_counts: tuple[PoseCount | None, ...]
+) -> DesignReport:
+    """The report without a study."""
     return DesignReport(
         fixture=fixture,
         is_rigid=True,
@@ -139,7 +147,7 @@ def design_check(
         margins=judged.margins,
         blind_spots=judged.blind_spots,
         layouts=judged.layouts,
-        study=study,
+        study=LayoutStudy(),
         findings=(
             *geometry.findings,
             *symmetry_findings(
@@ -152,7 +160,6 @@ def design_check(
             ),
             *touch_findings(fixture, geometry.surfaces, judged.unreachable, geometry.size),
             *judged.findings,
-            *told,
         ),
     )
 

@@ -2,13 +2,17 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from design.plans import BAD, ROOT, quick_report
 
-from tactfix.design.random_layouts import Study, study_layouts
+from tactfix.design.plan_findings import study_findings
+from tactfix.design.random_layouts import LayoutStudy, Study, UniqueShare, study_layouts
 from tactfix.design_check import Wishes, design_check
+from tactfix.errors import UsageError
 from tactfix.files.fixture_file import load_fixture
 from tactfix.locate import locate
+from tactfix.simulate import simulate
 
 SETS = [("3-2-1", {"right": 3, "back": 2, "top": 1}), ("2-2-2", {"right": 2, "back": 2, "top": 2})]
 
@@ -124,3 +128,36 @@ def test_real_poses_never_exceed_the_complex_ones():
     for kind, most in (("4+2", 96), ("3+3", 48)):
         seen = found.real_poses[kind]
         assert 1 < seen.fewest_seen <= seen.median <= seen.most_seen <= most
+
+
+@pytest.mark.parametrize(("left", "severity"), [(0.0, "ok"), (0.25, "ok"), (0.5, "warning")])
+def test_the_finding_warns_where_many_layouts_are_left(left, severity):
+    shares = (UniqueShare(6, 8, 0.75, 0.25), UniqueShare(7, 8, left, 0.0))
+    (finding,) = study_findings(LayoutStudy(shares), is_symmetric=False)
+    assert (finding.code, finding.status) == ("uniqueness", severity)
+    assert f"of 8 random layouts 100 % with 6, {100 * left:.0f} % with 7 contacts" in finding.message
+    assert bool(finding.hint) == (severity == "warning")
+    assert list(study_findings(LayoutStudy(), is_symmetric=False)) == []
+
+
+def test_layouts_that_cannot_be_made_are_said_so(monkeypatch):
+    def refuse(*arguments, **wishes):
+        raise UsageError("top cannot be touched 4 times")
+
+    monkeypatch.setattr("tactfix.design.random_layouts.simulate", refuse)
+    report = design_check(load_fixture(ROOT / "fixtures" / "three-planes.yaml"), wishes=Wishes(layouts=1))
+    (told,) = [f for f in report.findings if f.code == "uniqueness"]
+    assert told.status == "warning"
+    assert "top cannot be touched 4 times" in told.message
+    assert "--study 0" in told.hint
+    assert report.study.shares == ()
+
+
+def test_the_fixture_is_studied_whatever_contacts_are_given():
+    """Contacts that leave a motion free are a bad plan, and say nothing of the fixture."""
+    fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
+    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
+    few = made.subset([i for i, name in enumerate(made.features) if name != "top"])
+    report = design_check(fixture, few, Wishes(layouts=1))
+    assert report.certainty is None
+    assert report.study.shares[0].layouts == 1

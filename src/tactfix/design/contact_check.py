@@ -1,7 +1,7 @@
 """Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -47,7 +47,8 @@ class ContactCheck:
     """The verdict on contacts. certainty is None where they leave a motion free, margins also where one is hardly held.
 
     is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
-    layouts: of each cylinder with four contacts or more.
+    layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts, whatever was given, hold
+    the pose well enough for locate to call it one.
     """
 
     certainty: Certainty | None
@@ -57,11 +58,7 @@ class ContactCheck:
     unreachable: tuple[str, ...]
     findings: tuple[Finding, ...]
     layouts: tuple[CylinderLayout, ...] = ()
-
-    @property
-    def can_be_located(self) -> bool:
-        """Whether contacts hold the pose well enough for locate to call it a pose."""
-        return self.certainty is not None and self.certainty.turn_sigma <= WORTHLESS_ANGLE and not self.unreachable
+    can_be_located: bool = False
 
 
 def check_contacts(
@@ -81,33 +78,63 @@ def check_contacts(
     spread, unreachable = spread_contacts(access, probe[0])
     if geometry.free_motions or (given is None and unreachable):
         return ContactCheck(None, None, (), False, unreachable, ())
+    spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
     contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)
+    touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
     free = free_of(contacts, geometry.surfaces, geometry.tolerance)
-    exact = nominal(contacts, geometry.surfaces)
-    layouts = cylinder_layouts(exact, geometry.surfaces, _sigmas(fixture, exact))
+    layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)
     findings += contact_findings(contacts, free, geometry.symmetries, source)
     findings += layout_findings(layouts, source)
-    if free:
-        return ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
-    touched = _touched(fixture, geometry.surfaces, exact, access)
-    spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
-    tip = _forgotten_tip(fixture, touched)
-    sure = certainty(
+    found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
+    if not free:
+        sure = _certainty(touched, geometry, at, source)
+        found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, locator, found)
+    return replace(found, can_be_located=spread_touched is not None and _is_held(spread_touched, geometry))
+
+
+def _certainty(touched: Touched, geometry: GeometryCheck, at: Floats, source: Source) -> Certainty:
+    return certainty(
         touched.contacts, touched.surfaces, touched.sigmas, touched.corners, at, geometry.tolerance, source
     )
+
+
+def _is_held(touched: Touched, geometry: GeometryCheck) -> bool:
+    """Whether these contacts leave no motion free, and no direction unknown."""
+    if free_of(touched.contacts, touched.surfaces, geometry.tolerance):
+        return False
+    return _certainty(touched, geometry, np.zeros((0, 3)), "spread").turn_sigma <= WORTHLESS_ANGLE
+
+
+def _judged(
+    fixture: Fixture,
+    geometry: GeometryCheck,
+    touched: Touched,
+    spread: Touched | None,
+    sure: Certainty,
+    max_sigma: float | None,
+    locator: Locator,
+    so_far: ContactCheck,
+) -> ContactCheck:
+    """The verdict so far with accuracy, margins and blind spots in it; the latter where the direction is known at all.
+
+    spread: well spread contacts, None where there are none.
+    """
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
-    findings += certainty_findings(sure, sigma, max_sigma, fixture.units)
+    findings = [*so_far.findings, *certainty_findings(sure, sigma, max_sigma, fixture.units)]
     if sure.turn_sigma > WORTHLESS_ANGLE:
         # No pose that locate would call one: nothing is to be told apart from it, and nothing is off.
-        return ContactCheck(sure, None, (), False, unreachable, tuple(findings), layouts)
-    margin = margins(touched, locator, with_losses=source != "spread")
+        return replace(so_far, certainty=sure, findings=tuple(findings))
+    tip = _forgotten_tip(fixture, touched)
+    margin = margins(touched, locator, with_losses=sure.source != "spread")
     spots = blind_spots(touched, tip, _alternatives(fixture, touched), locator)
-    sees_tip = spread_touched is not None and tip_blind_spots(spread_touched, tip)[0].detectable
+    sees_tip = spread is not None and tip_blind_spots(spread, tip)[0].detectable
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
-    findings += margin_findings(margin, source, is_symmetric, fixture.units)
-    findings += blind_spot_findings(spots, sees_tip, sure, source, fixture.units)
-    is_settled = source != "spread" and margin.is_unique
-    return ContactCheck(sure, margin, spots, is_settled, unreachable, tuple(findings), layouts)
+    findings += margin_findings(margin, sure.source, is_symmetric, fixture.units)
+    findings += blind_spot_findings(spots, sees_tip, sure, sure.source, fixture.units)
+    is_settled = sure.source != "spread" and margin.is_unique
+    return replace(
+        so_far, certainty=sure, margins=margin, blind_spots=spots, is_settled=is_settled, findings=tuple(findings)
+    )
 
 
 def _alternatives(fixture: Fixture, touched: Touched) -> Alternatives:
