@@ -27,6 +27,7 @@ from tactfix.design.random_layouts import (
     FEWEST,
     MOST,
     LayoutStudy,
+    Over,
     RealPoses,
     Study,
     study_layouts,
@@ -98,6 +99,7 @@ def design_check(
     contacts: Contacts | None = None,
     wishes: Wishes | None = None,
     progress: Callable[[float, str], None] = lambda share, what: None,
+    over: Over = map,
 ) -> DesignReport:
     """Check a fixture, and the contacts made or planned on it.
 
@@ -106,6 +108,8 @@ def design_check(
     Without contacts, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
 
     A fixture whose relations leave its shape free is judged feature by feature: contacts alone, nothing on the pose.
+
+    over: who locates the random layouts of a study, this process one after the other or, like map, others.
 
     Raises TipDoesNotFitError for a tip larger than a bore; UsageError for contacts on unknown features.
     """
@@ -127,7 +131,7 @@ def design_check(
     study, told = LayoutStudy(), tuple[Finding, ...]()
     if wishes.layouts and sigma is not None and judged.can_be_located:
         asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
-        study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress)
+        study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress, over)
     report = _report(fixture, geometry, judged, pose_counts)
     return replace(report, study=study, findings=(*report.findings, *told))
 
@@ -171,6 +175,7 @@ def _studied(
     pose_counts: Sequence[PoseCount | None],
     locator: Locator,
     progress: Callable[[float, str], None],
+    over: Over,
 ) -> tuple[LayoutStudy, tuple[Finding, ...]]:
     """The study of random layouts, and what to say of it."""
     pairs = zip(pose_counts, geometry.counts.minimal_sets, strict=True)
@@ -179,7 +184,7 @@ def _studied(
     is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
     most = FEWEST if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
     try:
-        found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress)
+        found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress, over=over)
     except UsageError as error:
         return LayoutStudy(), (not_studied(str(error)),)
     return found, tuple(study_findings(found, is_symmetric))

@@ -109,6 +109,11 @@ class Fixture:
         object.__setattr__(self, "features", MappingProxyType(dict(self.features)))
         object.__setattr__(self, "touch", MappingProxyType(dict(self.touch)))
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Read-only views do not travel to other processes: there the fixture is built again."""
+        rest = (self.relations, self.frame, dict(self.touch))
+        return Fixture, (self.name, self.units, self.probe, dict(self.features), *rest)
+
     @property
     def is_placed(self) -> bool:
         """Whether each feature carries its place in the fixture frame (by geometry, not by relations)."""

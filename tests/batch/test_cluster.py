@@ -5,16 +5,19 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
 from batch.balls import PLAIN, blank, contact_sets, rows, slow, write_cell
 
-from tactfix import load_fixture
+from tactfix import load_fixture, locate
 from tactfix.batch import run_batch
 from tactfix.batching.cluster import ClusterError, DaskCluster
 from tactfix.batching.task import BatchTask, locate_set
 from tactfix.batching.workers import spread_over
+from tactfix.cli import main
+from tactfix.design.random_layouts import Study, study_layouts
 from tactfix.files.batch_journal import BatchJournal
 
 pytest.importorskip("distributed", reason="needs the extra: pip install 'tactfix[dask]'")
@@ -71,6 +74,29 @@ def test_one_worker_killed_half_way(cluster: Cluster, tmp_path: Path) -> None:
     assert Counter(line["row"]["set"] for line in written) == {one.name: 1 for one in sets}
     plain = BatchTask(task.fixture, PLAIN, blank)
     assert found == [locate_set(plain, one) for one in sets]
+
+
+def test_a_study_of_layouts_survives_a_killed_worker(cluster: Cluster, tmp_path: Path) -> None:
+    path, _ = write_cell(tmp_path, 0)
+    fixture = load_fixture(path)
+    study = Study(layouts=6, seed=1, sigma=0.02, tip_radius=0.0)
+    locator = partial(locate, fixture, explain=False)
+    sets = [("", dict.fromkeys(fixture.features, 2))]
+    here = study_layouts(fixture, study, sets, locator)
+    killed: list[int] = []
+
+    def told(share: float, _: str) -> None:
+        if share > 0 and not killed:
+            killed.append(cluster.kill_one())
+
+    with DaskCluster(cluster.address).mapping() as over:
+        assert study_layouts(fixture, study, sets, locator, progress=told, over=over) == here
+    assert killed
+
+
+def test_a_scheduler_without_a_study_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design-check", "no.yaml", "--scheduler", "tcp://nowhere:1"]) == 2
+    assert "--study N" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """Workers of a Dask cluster that runs already."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class DaskCluster:
         try:
             from distributed import Client
         except ImportError:
-            raise MissingExtraError("dask", "a batch on a Dask cluster") from None
+            raise MissingExtraError("dask", "work on a Dask cluster") from None
         try:
             client = Client(self.address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
@@ -69,6 +69,19 @@ class DaskCluster:
                 executor.shutdown(wait=False)
         finally:
             client.close()
+
+    @contextmanager
+    def mapping(self) -> Iterator[Callable[..., Iterator[Any]]]:
+        """What is like map, but has the cluster do the work; what comes back is in order.
+
+        Raises what open does, and ClusterError where workers die of one piece of the work.
+        """
+        with self.open() as (executor, _):
+            try:
+                yield executor.map
+            except self.deaths:
+                remedy = "it may need more memory than the workers have"
+                raise ClusterError(self.address, "several workers died of the same task", remedy) from None
 
     def _width(self, client: Any) -> int:
         """The threads of all workers, once there are any and all have this version of tactfix."""

@@ -1,9 +1,9 @@
 """What is to be done with each set of a batch, and doing it: no set, whatever is in it, stops the others."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -39,17 +39,6 @@ class BatchTask:
     max_sigma: float | None = None
     max_rms: float | None = None
     point_fixture: tuple[float, float, float] | None = None
-
-    def __reduce__(self) -> tuple[object, ...]:
-        """A fixture holds read-only views of its mappings, which do not travel: it is taken apart and built again."""
-        there = {name: getattr(self.fixture, name) for name in Fixture.__slots__}
-        plain = {name: dict(part) if isinstance(part, Mapping) else part for name, part in there.items()}
-        others = {name: getattr(self, name) for name in BatchTask.__slots__ if name != "fixture"}
-        return _rebuilt, (plain, others)
-
-
-def _rebuilt(fixture: dict[str, Any], others: dict[str, Any]) -> BatchTask:
-    return BatchTask(fixture=Fixture(**fixture), **others)
 
 
 @dataclass(frozen=True, slots=True)

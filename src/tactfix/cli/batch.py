@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING, Annotated
 from tactfix.cli.arguments import vector
 from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import AsJson, ContactsFormat, Features, FixturePath, Quiet, Sigma, TipOffset, TipRadius, Units
+from tactfix.cli.options import (
+    AsJson,
+    ContactsFormat,
+    Features,
+    FixturePath,
+    Quiet,
+    Scheduler,
+    Sigma,
+    TipOffset,
+    TipRadius,
+    Units,
+)
 from tactfix.cli.output import emit, note, tell
 from tactfix.cli.progress import progress_bar
 from tactfix.errors import UsageError
@@ -47,9 +58,7 @@ def command(
     jobs: Annotated[
         int | None, Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
     ] = None,
-    scheduler: Annotated[
-        str | None, Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
-    ] = None,
+    scheduler: Scheduler = None,
     units: Units = None,
     tip_radius: TipRadius = None,
     sigma: Sigma = None,

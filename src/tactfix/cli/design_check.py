@@ -2,19 +2,22 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tactfix.cli.arguments import vector
 from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, TipOffset, Units
+from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, Scheduler, TipOffset, Units
 from tactfix.cli.output import emit
 from tactfix.cli.progress import progress_bar
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
+    from tactfix.design.random_layouts import Over
     from tactfix.design_check import DesignReport
     from tactfix.files.contact_options import ContactOptions
     from tactfix.fixture import Fixture
@@ -55,6 +58,7 @@ def command(
         ),
     ] = None,
     seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
+    scheduler: Scheduler = None,
     units: Units = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
@@ -86,6 +90,8 @@ def command(
         return Exit.DONE
     if fixture is None:
         raise UsageError("name a fixture file, or a finding with --explain CODE")
+    if scheduler is not None and not study:
+        raise UsageError("--scheduler is for a study; say how many layouts with --study N")
     points = tuple(vector(text, "--at") for text in at or ())
     there = load_fixture(fixture)
     options = ContactOptions(units, tip_radius, sigma)
@@ -93,12 +99,25 @@ def command(
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)
     layouts = DEFAULT_LAYOUTS if study is None else study
     wishes = Wishes(points, own_sigma, own_tip, max_sigma, layouts, seed)
-    with progress_bar("studying", quiet=quiet or layouts <= DEFAULT_LAYOUTS) as progress:
-        report = design_check(there, given, wishes, progress)
+    is_quick = layouts <= DEFAULT_LAYOUTS
+    with progress_bar("studying", quiet=quiet or is_quick) as progress, _workers(scheduler) as over:
+        report = design_check(there, given, wishes, progress, over)
     if junit is not None:
         write_whole(junit, design_junit(report))
     emit(_text(report, output, as_json=as_json), output)
     return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE
+
+
+@contextmanager
+def _workers(scheduler: str | None) -> "Iterator[Over]":
+    """Who locates the layouts of a study: a cluster, or this process."""
+    if scheduler is None:
+        yield map
+        return
+    from tactfix.batching.cluster import DaskCluster
+
+    with DaskCluster(scheduler).mapping() as over:
+        yield over
 
 
 def _contacts(

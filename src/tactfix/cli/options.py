@@ -14,6 +14,9 @@ Output: TypeAlias = Annotated[
     Path | None, Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all.")
 ]
 AsJson: TypeAlias = Annotated[bool, Option("--json", help="Print everything that is known, as JSON.")]
+Scheduler: TypeAlias = Annotated[
+    str | None, Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
+]
 Units: TypeAlias = Annotated[
     str | None,
     Option(

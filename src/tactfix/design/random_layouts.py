@@ -5,17 +5,18 @@ be. It is located with the first six contacts, the first seven and so on until o
 those can only agree with it, so a layout that is located is not located again.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from statistics import median
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.touched import Locator
 from tactfix.fixture import Fixture
-from tactfix.results import LocateResult
+from tactfix.results import Status
 from tactfix.simulate import simulate, streams
 
 DEFAULT_LAYOUTS: Final = 8
@@ -29,6 +30,13 @@ at FEW."""
 
 # The seeds of two studies do not meet.
 _SEEDS: Final = 100_000
+
+
+Outcome: TypeAlias = tuple[Status, int]
+"""The status of a layout, and how many poses explain it before approach and touch boxes are asked."""
+
+Over: TypeAlias = Callable[[Callable[[Contacts], Outcome], Iterable[Contacts]], Iterable[Outcome]]
+"""Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,25 +99,28 @@ def study_layouts(
     *,
     up_to: int = MOST,
     progress: Callable[[float, str], None] = lambda share, what: None,
+    over: Over = map,
 ) -> LayoutStudy:
     """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, up to that many contacts.
 
     Touches are inside the touch boxes, from within 20 degrees of the normal. progress is told the share of the work
-    that is done. Raises UsageError as simulate does.
+    that is done; over: who locates the layouts. Raises UsageError as simulate does.
     """
     layouts = [_layout(fixture, study, k, sets) for k in range(study.layouts)]
     seen: dict[str, list[int]] = {}
     shares: list[UniqueShare] = []
     left = layouts
     for count in range(FEWEST, 1 + min(up_to, *(len(layout.contacts) for layout in layouts))):
-        results: list[LocateResult] = []
-        for k, layout in enumerate(left):
-            progress((count - FEWEST + k / len(left)) / (up_to - FEWEST + 1), f"{count} contacts")
-            results.append(locator(layout.contacts.subset(range(count))))
-            if count == FEWEST and results[-1].status != "underdetermined":
-                seen.setdefault(layout.kind, []).append(len(results[-1].candidates))
-        shares.append(_share(count, study.layouts, results))
-        left = [layout for layout, r in zip(left, results, strict=True) if r.status in ("ambiguous", "underdetermined")]
+        outcomes: list[Outcome] = []
+        sets_of_contacts = [layout.contacts.subset(range(count)) for layout in left]
+        for layout, outcome in zip(left, over(partial(_outcome, locator), sets_of_contacts), strict=True):
+            outcomes.append(outcome)
+            progress((count - FEWEST + len(outcomes) / len(left)) / (up_to - FEWEST + 1), f"{count} contacts")
+            status, poses = outcome
+            if count == FEWEST and status != "underdetermined":
+                seen.setdefault(layout.kind, []).append(poses)
+        shares.append(_share(count, study.layouts, [status for status, _ in outcomes]))
+        left = [layout for layout, (s, _) in zip(left, outcomes, strict=True) if s in ("ambiguous", "underdetermined")]
         if not left:
             break
     return LayoutStudy(tuple(shares), {kind: _real_poses(counts) for kind, counts in seen.items()})
@@ -127,8 +138,13 @@ def _layout(fixture: Fixture, study: Study, k: int, sets: Sequence[tuple[str, Ma
     return _Layout(kind, made.subset([*first, *stream.permutation(rest).tolist()]))
 
 
-def _share(count: int, layouts: int, results: Sequence[LocateResult]) -> UniqueShare:
-    statuses = [result.status for result in results]
+def _outcome(locator: Locator, contacts: Contacts) -> Outcome:
+    """What becomes of one set of contacts; runs wherever the workers are."""
+    result = locator(contacts)
+    return result.status, len(result.candidates)
+
+
+def _share(count: int, layouts: int, statuses: Sequence[Status]) -> UniqueShare:
     ambiguous, free = (statuses.count(status) / layouts for status in ("ambiguous", "underdetermined"))
     return UniqueShare(count, layouts, ambiguous, free)
 
