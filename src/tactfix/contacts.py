@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +97,9 @@ def contacts_from_arrays(
         raise UsageError("points must be finite, and an approach three finite numbers that are not all 0, or three nan")
     if not ((sigmas > 0) & np.isfinite(sigmas)).all() or not 0 <= tip_radius < np.inf:
         raise UsageError("sigma must be above 0, tip_radius 0 or above, and both finite")
+    largest = max(np.abs(places).max(initial=0.0), sigmas.max(initial=0.0), tip_radius)
+    if largest > MOST_LENGTH or sigmas.min(initial=1.0) < LEAST_LENGTH:
+        raise UsageError(f"lengths beyond {LEAST_LENGTH:g} and {MOST_LENGTH:g} are none in any unit; check the numbers")
     return Contacts(
         features=names,
         points=places,

@@ -3,6 +3,7 @@
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 
 def probe_settings(
@@ -22,6 +23,6 @@ def probe_settings(
             f"{fixture.name}: nothing says the {option.replace('-', ' ')}; "
             f"use --{option}, or add it to the probe block of the fixture file"
         )
-    if not (sigma > 0 and tip_radius >= 0):
-        raise UsageError("sigma must be above zero and the tip radius not below")
+    if not (LEAST_LENGTH <= sigma <= MOST_LENGTH and 0 <= tip_radius <= MOST_LENGTH):
+        raise UsageError("sigma must be a length above zero and the tip radius one not below")
     return sigma, tip_radius

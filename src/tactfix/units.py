@@ -10,6 +10,12 @@ UNITS: Final[tuple[str, ...]] = get_args(Unit)
 _LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10, "in": 254_000}
 
 
+LEAST_LENGTH: Final = 1e-30
+MOST_LENGTH: Final = 1e30
+"""Beyond these nothing is a length in any of the units; and the squares and ratios of lengths would leave the range of
+doubles."""
+
+
 def factor(source: str, target: str) -> float:
     """What a length in source is multiplied by to be in target; the double nearest to the exact ratio.
 

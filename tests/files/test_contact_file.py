@@ -122,7 +122,18 @@ def test_the_command_line_beats_the_file_and_the_file_the_fixture(tmp_path: Path
     assert (half.tip_radius, half.sigmas[0]) == (1.0, 200.0)
 
 
-@pytest.mark.parametrize("options", [{"units": "ft"}, {"tip_radius": -1.0}, {"sigma": 0.0}, {"sigma": float("nan")}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"units": "ft"},
+        {"tip_radius": -1.0},
+        {"tip_radius": 1e200},
+        {"sigma": 0.0},
+        {"sigma": float("nan")},
+        {"sigma": 1e200},
+        {"sigma": 1e-200},
+    ],
+)
 def test_options_that_no_file_could_have(options: dict[str, object]) -> None:
     with pytest.raises(UsageError):
         ContactOptions(**options)  # type: ignore[arg-type]
@@ -182,7 +193,7 @@ def test_what_is_nearly_a_setting_is_not_passed_over(paper: Fixture, line: str) 
     assert found[0].startswith("unknown key")
 
 
-@pytest.mark.parametrize("value", ["3 mm", "0,5", "nan", "inf", "1_0", "", "0x1", "--1", "1e999"])
+@pytest.mark.parametrize("value", ["3 mm", "0,5", "nan", "inf", "1_0", "", "0x1", "--1", "1e999", "1e200", "1e-200"])
 def test_settings_that_are_no_length(paper: Fixture, value: str) -> None:
     assert len(whats(contact_text(head=HEAD.replace("0.000002", value)), paper)) == 1
 
@@ -225,9 +236,17 @@ def test_no_more_problems_than_a_person_reads(paper: Fixture) -> None:
     assert found[-1] == "980 more problems"
 
 
-def test_a_coordinate_that_the_units_carry_beyond_all_numbers(paper: Fixture) -> None:
-    text = HEAD.replace("mm", "m") + "feature,x,y,z\nbar,1e307,2,3\n"
+@pytest.mark.parametrize("place", ["1e307", "1e200", "-1e40"])
+def test_a_coordinate_that_is_no_length_in_any_unit(paper: Fixture, place: str) -> None:
+    text = HEAD.replace("mm", "m") + f"feature,x,y,z\nbar,{place},2,3\n"
     assert whats(text, paper) == ["too far away for a number"]
+
+
+@pytest.mark.parametrize("sigma", ["1e-200", "1e200"])
+def test_a_sigma_of_a_contact_that_is_no_length(paper: Fixture, sigma: str) -> None:
+    text = HEAD + f"feature,x,y,z,sigma\nbar,1,2,3,\nbar,1,2,3,{sigma}\n"
+    with pytest.raises(FileError, match=f"row 2.*sigma is {sigma}, which is no length"):
+        read(text, paper)
 
 
 def test_rows_count_from_one_and_lines_from_the_top(paper: Fixture) -> None:

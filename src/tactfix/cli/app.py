@@ -1,22 +1,28 @@
 """One command line run, and what becomes of errors."""
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from tactfix.cli.commands import COMMANDS, command_of
 from tactfix.cli.exits import Exit, exit_of_error
 from tactfix.cli.plain_line import plain_values
+from tactfix.cli.streams import discard, refusal, say, settle
 from tactfix.errors import TactfixError
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; every error is told on standard error, in its own words."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    settle()
     try:
         status = _run(words)
         sys.stdout.flush()
+    except BrokenPipeError:
+        discard(sys.stdout)
+        return Exit.PIPE_CLOSED
     except Exception as error:
         return _told(error)
     except KeyboardInterrupt:
@@ -36,15 +42,26 @@ def _run(words: Sequence[str]) -> int:
     return run_application(words)
 
 
+_OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)
+"""What a standard stream that is full, closed or gone says."""
+
+
 def _told(error: Exception) -> int:
     """The exit status of an error, after it has been told."""
     show: Callable[[], None] | None = getattr(error, "show", None)
     status: Any = getattr(error, "exit_code", None)
     if isinstance(error, TactfixError):
         return _say(str(error), exit_of_error(error))
+    if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
+        # Help and version are written by others.
+        discard(sys.stdout)
+        return _say(str(refusal(error)), Exit.FILE)
     if show is not None and status is not None:
         # typer's usage errors share no public base class over its versions; what they share is how they are shown.
-        show()
+        try:
+            show()
+        except OSError:
+            discard(sys.stderr)
         return int(status)
     if os.environ.get("TACTFIX_DEBUG") == "1":
         raise error
@@ -58,5 +75,5 @@ def _told(error: Exception) -> int:
 def _say(message: str, status: Exit) -> int:
     """Tell it on standard error, each line as tactfix's."""
     for line in message.splitlines():
-        sys.stderr.write(f"tactfix: {line}\n")
+        say(f"tactfix: {line}\n")
     return status

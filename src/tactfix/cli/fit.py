@@ -8,6 +8,7 @@ from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units
 from tactfix.cli.output import emit, tell
 from tactfix.errors import DegenerateContactsError, UsageError
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
@@ -56,7 +57,7 @@ def command(
     from tactfix.report.json_report import fit_json, text_of
     from tactfix.report.text_report import fit_verdict_lines, surface_text
 
-    if radius is not None and (kind is Kind.PLANE or not 0 < radius < float("inf")):
+    if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
     chosen = _one_feature(read.contacts, feature)

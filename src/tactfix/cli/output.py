@@ -1,11 +1,11 @@
 """Where results go: standard output, or a file that is written whole or not at all. All else goes to standard error."""
 
-import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 from tactfix.cli.exits import Exit
+from tactfix.cli.streams import discard, refusal, say
 from tactfix.files.writing import write_whole
 
 
@@ -22,15 +22,18 @@ def emit(result: str | bytes, output: Path | None = None) -> None:
             sys.stdout.write(result)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever read has enough. Python would complain once more when it closes standard output.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read has enough.
+        discard(sys.stdout)
         raise SystemExit(Exit.PIPE_CLOSED) from None
+    except OSError as error:
+        discard(sys.stdout)
+        raise refusal(error) from None
 
 
 def note(message: str, *, quiet: bool = False) -> None:
     """Tell something on standard error, unless quiet."""
     if not quiet:
-        sys.stderr.write(f"tactfix: {message}\n")
+        say(f"tactfix: {message}\n")
 
 
 def tell(messages: Iterable[str], *, quiet: bool = False) -> None:

@@ -94,7 +94,7 @@ class EulerAngles:
 
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Gimbal lock")
-            return np.asarray(Rotation.from_matrix(rotation).as_euler(self.sequence))
+            return np.asarray(Rotation.from_matrix(rotation.copy()).as_euler(self.sequence))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Quaternion:
         """Quaternion (4,) in the written order."""
         from scipy.spatial.transform import Rotation
 
-        wxyz = np.roll(Rotation.from_matrix(rotation).as_quat(), 1)
+        wxyz = np.roll(Rotation.from_matrix(rotation.copy()).as_quat(), 1)
         wxyz = _first_positive(wxyz) + 0.0
         return wxyz if self.scalar_first else np.roll(wxyz, -1)
 
@@ -143,7 +143,7 @@ class RotationVector:
         """Rotation vector (3,) in rad, no longer than pi."""
         from scipy.spatial.transform import Rotation
 
-        vector = np.asarray(Rotation.from_matrix(rotation).as_rotvec())
+        vector = np.asarray(Rotation.from_matrix(rotation.copy()).as_rotvec())
         half_turn = np.linalg.norm(vector) > np.pi - _ZERO
         return (_first_positive(vector) if half_turn else vector) + 0.0
 

@@ -15,6 +15,7 @@ from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
 from tactfix.suggestions import did_you_mean
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 SURFACE: Final = "surface"
 """What the one feature is called where no fixture names it."""
@@ -75,8 +76,11 @@ def _read(
         return None
     with np.errstate(over="ignore"):
         points, sigmas = points * settings.scale, sigmas * settings.scale
-    for index in np.flatnonzero(~np.isfinite(points).all(axis=1))[:_MOST_PROBLEMS]:
+    for index in np.flatnonzero(~(np.abs(points) <= MOST_LENGTH).all(axis=1)):
         problems.append(table.problem(int(index), "too far away for a number", "check the coordinates and the units"))
+    for index in np.flatnonzero((sigmas < LEAST_LENGTH) | (sigmas > MOST_LENGTH)):
+        what = f"sigma is {table.columns['sigma'][int(index)]}, which is no length"
+        problems.append(table.problem(int(index), what, "write what the probe is good for, like 0.005"))
     contacts = Contacts(
         features=features,
         points=points,

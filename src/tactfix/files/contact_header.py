@@ -7,7 +7,7 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
-from tactfix.units import UNITS, which_unit
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 
 KEYS: Final = ("units", "tip_radius", "sigma")
 COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
@@ -113,10 +113,11 @@ def _setting(key: str, said: dict[str, tuple[str, int]], separator: str, problem
     plain = re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text)
     value = float(text) if plain else float("nan")
     least = "of at least 0" if key == "tip_radius" else "above 0"
-    if 0 < value < float("inf") or (value == 0 and key == "tip_radius"):
+    if LEAST_LENGTH <= value <= MOST_LENGTH or (value == 0 and key == "tip_radius"):
         return value
     remedy = f"write a number {least} in the units of this file, without its unit"
-    problems.append(Problem(f"{key} is {said[key][0]!r}", remedy, line=line))
+    shown = said[key][0] if len(said[key][0]) <= 40 else f"{said[key][0][:40]}..."
+    problems.append(Problem(f"{key} is {shown!r}", remedy, line=line))
     return None
 
 

@@ -1,11 +1,10 @@
 """What a caller says about a contact file, and what is settled once options, file and fixture have been heard."""
 
-import math
 from dataclasses import dataclass
 
 from tactfix.errors import UsageError
 from tactfix.fixture import Probe
-from tactfix.units import UNITS, factor
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +22,12 @@ class ContactOptions:
     def __post_init__(self) -> None:
         if self.units is not None and self.units not in UNITS:
             raise UsageError(f"units {self.units!r} is none of {', '.join(UNITS)}")
-        if self.tip_radius is not None and not 0 <= self.tip_radius < math.inf:
+        if self.tip_radius is not None and not 0 <= self.tip_radius <= MOST_LENGTH:
             raise UsageError(f"tip radius {self.tip_radius:g} is not a length; write 0 for points of the surface")
-        if self.sigma is not None and not 0 < self.sigma < math.inf:
+        if self.sigma is not None and not self.sigma > 0:
             raise UsageError(f"sigma {self.sigma:g} is not above zero; no probe is exact")
+        if self.sigma is not None and not LEAST_LENGTH <= self.sigma <= MOST_LENGTH:
+            raise UsageError(f"sigma {self.sigma:g} is no length; write what the probe is good for, like 0.005")
 
 
 @dataclass(frozen=True, slots=True)

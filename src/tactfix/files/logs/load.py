@@ -129,7 +129,7 @@ def read_log(
 
 def _find(format_name: str) -> LogFormat:
     if format_name not in LOG_FORMATS:
-        raise UsageError(f"no contact format {format_name!r}; there are csv, {', '.join(LOG_FORMATS)}")
+        raise UsageError(f"{format_name!r} is no machine log that is known; there are {', '.join(LOG_FORMATS)}")
     return LOG_FORMATS[format_name]
 
 

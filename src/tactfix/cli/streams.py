@@ -1,0 +1,41 @@
+"""Standard streams that are closed, full or read by nobody any more: told once, and never taken for a bug."""
+
+import contextlib
+import io
+import os
+import sys
+from typing import TextIO
+
+from tactfix.errors import FileError, Problem
+
+
+def settle() -> None:
+    """Give the process the streams it was started without: input without end, output that refuses, silence."""
+    if sys.stdin is None:
+        sys.stdin = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY)))
+    if sys.stdout is None:
+        # Opened for reading: whatever is written there fails as it would on the closed stream.
+        sys.stdout = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY), "w"))
+    if sys.stderr is None:
+        sys.stderr = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_WRONLY), "w"))
+
+
+def discard(stream: TextIO) -> None:
+    """Let what is left in a stream go nowhere: Python would complain once more when it closes it."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def say(text: str) -> None:
+    """Write to standard error; where nobody can hear it the exit status has to do."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        discard(sys.stderr)
+
+
+def refusal(error: OSError) -> FileError:
+    """What is told where standard output does not take a result."""
+    remedy = "make room, or write the result to a file with --output"
+    return FileError("standard output", [Problem(f"cannot be written: {error.strerror}", remedy)])

@@ -1,0 +1,62 @@
+"""Standard streams that are closed or full: the exit status says so, and nothing is called a bug."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import tactfix
+
+ROOT = Path(__file__).parents[2]
+FIXTURE = ROOT / "fixtures" / "cylinder-sphere.yaml"
+CONTACTS = ROOT / "samples" / "cylinder-sphere" / "contacts.csv"
+pytestmark = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+
+
+def shell(words: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "T": f"{sys.executable} -m tactfix", "F": str(FIXTURE), "C": str(CONTACTS)}
+    return subprocess.run(["sh", "-c", words], env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("words", ["$T locate $F $C > /dev/full", "$T locate $F $C >&-", "$T --version > /dev/full"])
+def test_a_result_that_cannot_be_written_is_told(words: str) -> None:
+    done = shell(words)
+    assert done.returncode == 3
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("tactfix: standard output: cannot be written: ")
+    assert "--output" in line
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        ("$T locate $F none 2> /dev/full", 3),
+        ("$T locate $F none 2>&-", 3),
+        ("$T locate 2> /dev/full", 2),
+        ("$T locate $F $C 2>&-", 0),
+    ],
+)
+def test_the_status_is_right_where_nobody_hears(words: str, status: int) -> None:
+    assert shell(words).returncode == status
+
+
+@pytest.mark.parametrize("words", ["$T locate $F - <&-", "$T convert - --to kuka <&-"])
+def test_an_input_that_is_closed_is_empty(words: str) -> None:
+    done = shell(words)
+    assert done.returncode == 3
+    assert done.stderr.startswith("tactfix: standard input: ")
+
+
+@pytest.mark.parametrize("words", [("batch", FIXTURE, "-", "-"), ("compare", "-", "-")])
+def test_standard_input_is_read_only_once(words: tuple[object, ...]) -> None:
+    done = tactfix(*words)
+    assert done.returncode == 2
+    assert "only once" in done.stderr
+
+
+@pytest.mark.parametrize("radius", ["1e300", "1e-300", "nan", "-1"])
+def test_a_radius_that_is_no_length(radius: str) -> None:
+    done = tactfix("fit", "sphere", CONTACTS, "--feature", "ball", "--radius", radius)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "is no radius" in done.stderr
