@@ -1,10 +1,8 @@
 """tactfix batch."""
 
-import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -150,6 +148,8 @@ def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
 
 def _digest(fixture: Path, task: "BatchTask") -> str:
     """A checksum of all that the rows depend on but the contacts."""
+    from hashlib import sha256
+
     from tactfix.files.reading import read_bytes
 
     rest = (VERSION, task.read, task.scale_sigma, task.max_sigma, task.max_rms, task.point_fixture)
@@ -165,7 +165,9 @@ def _journal(output: Path | None) -> "Iterator[BatchJournal]":
         with BatchJournal(journal_path(output)) as journal:
             yield journal
         return
-    with tempfile.TemporaryDirectory() as directory, BatchJournal(Path(directory) / "journal") as journal:
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as directory, BatchJournal(Path(directory) / "journal") as journal:
         yield journal
 
 
