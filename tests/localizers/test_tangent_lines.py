@@ -77,11 +77,15 @@ def test_unit_does_not_matter(scale):
 
 def test_none_missed_that_newton_finds_from_many_starts():
     rng = np.random.default_rng(2)
-    for _ in range(3):
+    met = []
+    for _ in range(6):
         centers, radii = rng.normal(size=(4, 3)), rng.uniform(0.6, 1.2, 4)
         points, directions = tangent_lines(centers, radii)
-        for place, direction in _newton(rng, centers, radii):
-            assert _nearest(points, directions, place, direction) < 1e-6
+        places, along = _newton(rng, centers, radii)
+        assert all(_nearest(points, directions, p, d) < 1e-6 for p, d in zip(places, along, strict=True))
+        met.append(len(places))
+    # Some four spheres have no common tangent; the others are met by most of the 300 starts.
+    assert sum(count > 50 for count in met) >= 3
 
 
 def _newton(rng, centers, radii):
@@ -99,8 +103,7 @@ def _newton(rng, centers, radii):
         x = x - np.einsum("bij,bj->bi", np.linalg.pinv(jacobian), equations(x))
         x = x[np.abs(x).max(axis=1) < 1e6]
     roots = x[np.abs(equations(x)).max(axis=1) < 1e-12]
-    assert len(roots) > 50
-    return zip(roots[:, :3], roots[:, 3:], strict=True)
+    return roots[:, :3], roots[:, 3:]
 
 
 def test_refusals_and_empty():
