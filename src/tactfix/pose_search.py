@@ -69,7 +69,7 @@ def find_zeros(
         found = descend(equations, *_covering(equations, starts, number), cost_limit)
         kept, counts = _distinct(_with_twins(found, turns), kept, counts)
         continuum = _is_continuum(equations, kept)
-        if continuum or (number + 1 >= coverings and (counts >= often).all()):
+        if continuum or (number + 1 >= coverings and (_met_nearby(kept, counts) >= often).all()):
             break
     return _with_neighbours(equations, cost_limit, turns, kept, counts)
 
@@ -203,6 +203,12 @@ def _distinct(found: Floats, kept: Floats, counts: Ints) -> tuple[Floats, Ints]:
     return np.concatenate(fresh), np.concatenate(met)
 
 
+def _met_nearby(kept: Floats, counts: Ints) -> Ints:
+    """How often zeros next to each were met: the ends at a nearly multiple one scatter."""
+    gaps = np.abs(kept[:, None, :12] - kept[None, :, :12]).max(axis=2)
+    return np.asarray((gaps < NEARBY) @ counts)
+
+
 def _same(poses: Floats, pose: Floats) -> Bools:
     return np.asarray(np.abs(poses[:, :12] - pose[:12]).max(axis=1) < SAME_POSE)
 
@@ -217,3 +223,6 @@ MOST_SINGULAR = 12
 
 SAME_POSE = 1e-5
 """Largest entry by which two meetings of one zero differ: far above what convergence leaves, far below two zeros."""
+
+NEARBY = 0.05
+"""The same for zeros that noise, or rounding at a multiple one, may have made of one."""
