@@ -68,7 +68,9 @@ def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
         sure = all(c.condition * sigmas[index].max() < SURE * extent and not c.poorly_determined for c in found)
         if found and sure:
             located[name] = [candidate.surface for candidate in found]
-    return located
+    # A direction takes two spheres: one alone would only double the combinations.
+    spheres = [name for name in located if isinstance(surfaces[name], Sphere)]
+    return {name: places for name, places in located.items() if spheres != [name]}
 
 
 def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: float) -> tuple[SurfaceCandidate, ...]:

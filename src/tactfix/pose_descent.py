@@ -152,8 +152,10 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
     x = rhs.copy()
     for j in range(m):
         column = matrices[j:, j]
-        column *= 1 / np.sqrt(np.maximum(column[0], np.finfo(float).tiny))
-        x[j] /= column[0]
+        pivot = np.sqrt(np.maximum(column[0], np.finfo(float).tiny))
+        column /= pivot
+        column[0] = pivot
+        x[j] /= pivot
         for k in range(j + 1, m):
             matrices[k:, k] -= column[k - j :] * column[k - j]
         x[j + 1 :] -= column[1:] * x[j]

@@ -72,10 +72,12 @@ class _NearPose:
         residual, jacobian = self._misses(rotations, offsets, wanted)
         damping = np.full(steps.shape[1], 1e-6)
         for _ in range(MOST_STEPS):
-            step = damped_step(residual, jacobian, damping)
-            ahead = turned(step[:3], rotations), offsets + step[3:]
-            new_residual, new_jacobian = self._misses(*ahead, wanted)
-            better = (new_residual**2).sum(axis=0) < (residual**2).sum(axis=0)
+            # Next to a fold a step may lead to infinity: nan is never better.
+            with np.errstate(over="ignore", invalid="ignore"):
+                step = damped_step(residual, jacobian, damping)
+                ahead = turned(step[:3], rotations), offsets + step[3:]
+                new_residual, new_jacobian = self._misses(*ahead, wanted)
+                better = (new_residual**2).sum(axis=0) < (residual**2).sum(axis=0)
             for old, new in zip(
                 (rotations, offsets, residual, jacobian), (*ahead, new_residual, new_jacobian), strict=True
             ):

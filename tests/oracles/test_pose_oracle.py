@@ -9,6 +9,7 @@ from oracles.kinds import CONFIRMED, KINDS, feature_list, kind_of
 from oracles.monodromy import distinct, load, solve_by_monodromy
 from oracles.pose_oracle import OracleAnswer, all_real_poses
 from oracles.pose_problems import TIDY, PoseProblem, oracle_features, problem_number, random_problem, stiffness
+from studies.pose_completeness import poses_of_package
 
 QUICK = ["plane3+plane2+plane1", "sphere3+sphere2+sphere1", "sphere2+sphere1+plane3"]
 
@@ -210,3 +211,16 @@ def test_what_cannot_be_answered_is_refused() -> None:
         all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho + np.arange(6))
     with pytest.raises(ValueError, match="no solved problem of kind"):
         all_real_poses(oracle_features(problem)[:1], [0] * 6, problem.points, np.full(6, problem.rho[0]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "count"), [("cylinder4+sphere2", 21, 16), ("cylinder3+cylinder3", 49, 24)], ids=str
+)
+def test_the_package_finds_poses_with_the_smallest_basins(kind: str, number: int, count: int) -> None:
+    """Two of these poses each, well conditioned and far from all others, are met by one start of thousands."""
+    problem = problem_number(kind, "symmetric", 1, number)
+    oracle = solved(problem)
+    found = poses_of_package(problem)
+    assert len(oracle.poses) == count
+    assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 1e-5 for pose in oracle.poses)
+    assert len(found) == count

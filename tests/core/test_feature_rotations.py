@@ -1,0 +1,61 @@
+"""Rotations from features located alone: the true one is always near, and nothing is said where nothing is known."""
+
+import numpy as np
+import pytest
+from core.problems import BALLS, CORNER, CYLINDER_SPHERE, PLATE, Patch, touch_all
+from scipy.spatial.transform import Rotation
+
+from tactfix.feature_rotations import TURNS, feature_rotations
+
+FACE_BALLS = {"face": Patch("plane", (0, 0, 0), (0, 0, 1), length=100.0), **BALLS}
+
+
+def rotations_for(patches, counts, seed, sigma=0.01):
+    rng = np.random.default_rng(seed)
+    truth = touch_all(patches, counts, rng, sigma=sigma, tip=1.0)
+    contacts = truth.contacts(rng)
+    surfaces = {name: patch.surface() for name, patch in patches.items()}
+    return feature_rotations(surfaces, contacts, contacts.sigmas), truth.pose[:3, :3].T
+
+
+def nearest(rotations, true):
+    """Angle (rad) from the true rotation to the nearest of rotations (3, 3, N)."""
+    return min(Rotation.from_matrix(r @ true.T).magnitude() for r in np.moveaxis(rotations, -1, 0))
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts", "most", "within"),
+    [
+        # Eight choices of sides, of which four are right-handed.
+        (CORNER, {"right": 3, "back": 3, "top": 3}, 8, 0.01),
+        (BALLS, dict.fromkeys(BALLS, 4), 1, 0.01),
+        (PLATE, {"plate": 4, "pin": 4, "ball": 2}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+        (FACE_BALLS, {"face": 4, "a": 1, "b": 2, "c": 3}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+    ],
+    ids=["corner", "balls", "plate", "face and ball"],
+)
+def test_the_true_rotation_is_near_one_of_them(patches, counts, most, within):
+    for seed in range(12):
+        rotations, true = rotations_for(patches, counts, seed)
+        assert rotations is not None
+        assert rotations.shape[2] <= most
+        assert np.allclose(np.einsum("ijn,kjn->ikn", rotations, rotations), np.eye(3)[:, :, None], atol=1e-12)
+        assert np.linalg.det(np.moveaxis(rotations, -1, 0)) == pytest.approx(1.0)
+        assert nearest(rotations, true) < within
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts"),
+    [(CYLINDER_SPHERE, {"bar": 6, "ball": 6}), (BALLS, {"a": 5, "b": 2, "c": 2}), (CORNER, {"right": 2, "back": 2})],
+    ids=["no direction", "one ball", "planes touched twice"],
+)
+def test_nothing_where_no_feature_gives_a_direction(patches, counts):
+    assert rotations_for(patches, counts, 1)[0] is None
+
+
+def test_features_known_badly_are_not_relied_on():
+    """A plane touched within a hair's breadth of noise has no direction."""
+    tight = {**CORNER, "right": Patch("plane", (0, -50, -50), (1, 0, 0), length=0.05)}
+    rotations, true = rotations_for(tight, {"right": 4, "back": 4, "top": 1}, 3, sigma=0.01)
+    assert rotations.shape[2] == 2 * TURNS
+    assert nearest(rotations, true) < np.radians(180 / TURNS) + 0.01

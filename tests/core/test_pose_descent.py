@@ -1,0 +1,73 @@
+"""Descents: the step against normal equations solved by numpy, the ends against what they are asked for."""
+
+import numpy as np
+import pytest
+from core.problems import BALLS, touch_all
+from scipy.spatial.transform import Rotation
+
+from tactfix.pose_descent import FEW, damped_step, descend, solve_positive, turned
+from tactfix.pose_equations import pose_equations
+
+
+@pytest.mark.parametrize("count", [1, FEW - 1, FEW, 3 * FEW])
+def test_positive_systems(count):
+    rng = np.random.default_rng(count)
+    halves = rng.normal(size=(count, 6, 6))
+    matrices, rhs = halves @ halves.swapaxes(1, 2) + 0.1 * np.eye(6), rng.normal(size=(count, 6))
+    found = solve_positive(np.moveaxis(matrices, 0, -1).copy(), rhs.T.copy())
+    assert np.allclose(found.T, np.linalg.solve(matrices, rhs[..., None])[..., 0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_singular_system_among_few_does_not_raise():
+    matrices = np.repeat(np.eye(6)[:, :, None], 3, axis=2)
+    matrices[..., 1] = 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = solve_positive(matrices, np.ones((6, 3)))
+    assert np.allclose(found[:, [0, 2]], 1.0)
+
+
+@pytest.mark.parametrize("count", [4, 2 * FEW])
+def test_a_step_is_damped_and_no_longer_than_one_radian(count):
+    rng = np.random.default_rng(count)
+    residual, jacobian = rng.normal(size=(7, count)), rng.normal(size=(6, 7, count))
+    damping = rng.uniform(0.01, 1.0, count)
+    steps = damped_step(residual, jacobian, damping)
+    for k in range(count):
+        j = jacobian[:, :, k].T
+        normal = j.T @ j
+        wanted = -np.linalg.solve(normal + damping[k] * np.diag(np.diag(normal)), j.T @ residual[:, k])
+        wanted /= max(1.0, np.linalg.norm(wanted[:3]))
+        assert steps[:, k] == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def test_cayley_turns():
+    vectors = np.array([[0.2, -0.5, 0.1], [0.0, 0.0, 0.0], [30.0, 0.0, 0.0]]).T
+    angles = 2 * np.arctan(np.linalg.norm(vectors, axis=0) / 2)
+    axes = vectors / np.maximum(np.linalg.norm(vectors, axis=0), 1e-300)
+    wanted = Rotation.from_rotvec((axes * angles).T).as_matrix()
+    still = np.repeat(np.eye(3)[:, :, None], 3, axis=2)
+    assert np.allclose(np.moveaxis(turned(vectors, still), -1, 0), wanted, atol=1e-14)
+
+
+def ball_equations(seed):
+    """Nine contacts on three balls, in units of 100 mm, in the fixture's own frame."""
+    rng = np.random.default_rng(seed)
+    truth = touch_all(BALLS, dict.fromkeys(BALLS, 3), rng, pose=np.eye(4), scale=0.01)
+    surfaces = [patch.surface(0.01) for patch in BALLS.values()]
+    index = [list(BALLS).index(name) for name in truth.names]
+    return pose_equations(surfaces, index, truth.contacts().points, np.ones(9), 0.0)
+
+
+def test_ends_are_zeros_and_what_is_left_above_the_limit_is_not_among_them():
+    equations = ball_equations(5)
+    rng = np.random.default_rng(6)
+    rotations = np.moveaxis(Rotation.random(60, random_state=7).as_matrix(), 0, -1)
+    offsets = rng.normal(size=(3, 60))
+    before = rotations.copy(), offsets.copy()
+    ends = descend(equations, rotations, offsets, 1e-12)
+    assert 0 < len(ends) < 60
+    assert np.allclose(ends[:, :12], np.concatenate([np.eye(3).ravel(), np.zeros(3)]), atol=1e-6)
+    assert (ends[:, 12] < 1e-12).all()
+    assert np.array_equal(before[0], rotations)
+    assert np.array_equal(before[1], offsets)
+    assert len(descend(equations, rotations, offsets, np.inf)) == 60
