@@ -101,7 +101,7 @@ def test_free_motions_are_the_null_space_of_random_contacts(position):
             velocity = m.translation + np.cross(m.rotation, p)
             assert np.abs((n * velocity).sum(axis=1)).max() < 1e-12 * (1 + np.abs(velocity).max()), name
     basis = np.array([np.concatenate([m.rotation, m.translation]) for m in motions]).reshape(-1, 6)
-    assert np.linalg.matrix_rank(basis) == len(motions)
+    assert not len(motions) or np.linalg.matrix_rank(basis) == len(motions)  # older numpy has no rank of nothing
 
 
 @each

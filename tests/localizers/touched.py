@@ -7,7 +7,7 @@ DEGREE = np.pi / 180
 
 
 def random_rotation(rng):
-    return Rotation.random(rng=rng).as_matrix()
+    return Rotation.from_quat(rng.normal(size=4)).as_matrix()
 
 
 def turned_to(direction, rng=None):
