@@ -77,8 +77,13 @@ def find_zeros(
 def find_zeros_near(
     equations: PoseEquations, cost_limit: float, rotations: Floats, turns: Sequence[Floats] = ()
 ) -> Zeros:
-    """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around."""
-    found = descend(equations, rotations, centred_offsets(equations, rotations), cost_limit)
+    """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
+
+    Each rotation starts with the translation that is best for it, and once more off that.
+    """
+    centred, twice = centred_offsets(equations, rotations), np.concatenate([rotations, rotations], axis=2)
+    offsets = np.concatenate([centred, centred + _away(rotations.shape[2], 0)], axis=1)
+    found = descend(equations, twice, offsets, cost_limit)
     kept, counts = _distinct(_with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all=False)
 
@@ -117,12 +122,16 @@ def _with_twins(poses: Floats, turns: Sequence[Floats]) -> Floats:
     return np.concatenate([poses, *twins])
 
 
-def nearest_misses(equations: PoseEquations, rotations: Floats) -> Zeros:
-    """Local minima of the residuals where there is no zero: the most promising descents, no claim to have all."""
+def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[Floats] = ()) -> Zeros:
+    """Minima of the residuals where descents met no zero, best first: what the most promising lead to, not all.
+
+    One within the limit may be among them, where a weak motion makes the descents creep for longer than they may.
+    """
     begun = descend(equations, rotations, centred_offsets(equations, rotations), np.inf, most_steps=FIRST_LOOK)
     promising = begun[np.argsort(begun[:, 12])[: 4 * MISSES]]
-    found = descend(equations, *_split(promising)[:2], np.inf)
-    return Zeros(*_split(found[np.argsort(found[:, 12])[:MISSES]]), complete=True, continuum=False)
+    found = _with_twins(descend(equations, *_split(promising)[:2], np.inf), turns)
+    kept, _ = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
+    return Zeros(*_split(kept[np.argsort(kept[:, 12])[:MISSES]]), complete=False, continuum=False)
 
 
 def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
@@ -163,9 +172,13 @@ def _covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats
     rotations = covering_rotations(count)
     if number:
         rotations = turned(np.repeat(_steps(1, number)[:3], count, axis=1), rotations)
+    return rotations, centred_offsets(equations, rotations) + _away(count, number)
+
+
+def _away(count: int, number: int) -> Floats:
+    """Vectors (3, count) of length OFF_CENTRE in all directions, others for each number."""
     away = _steps(count, number)[3:]
-    away *= OFF_CENTRE / np.sqrt((away**2).sum(axis=0))
-    return rotations, centred_offsets(equations, rotations) + away
+    return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))
 
 
 def _around(centres: Floats, number: int) -> tuple[Floats, Floats]:

@@ -84,15 +84,13 @@ def all_poses(
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
     turns = scaled.half_turns(surfaces, contacts)
     zeros = _zeros(surfaces, contacts, sigmas, searched, cost_limit, turns)
-    if not len(zeros.costs) and with_misses:
-        zeros = nearest_misses(searched, covering_rotations(_starts(surfaces, contacts, len(index))))
     if zeros.continuum:
         zeros = zeros.sample(SAMPLES)
     zeros = polish(equations, zeros)
     limit = chi_square_limit(len(contacts) - 6)
     fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
-    kept = [fit for fit in fits if fit.chi2 <= limit] or fits[:1]
+    kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
     return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
 
 
@@ -104,7 +102,7 @@ def _zeros(
     cost_limit: float,
     turns: Sequence[Floats],
 ) -> Zeros:
-    """All zeros from the rotations that features located alone leave; where that leads nowhere, from all rotations."""
+    """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
     if len(searched) >= PLENTY:
         rotations = feature_rotations(surfaces, contacts, sigmas)
         if rotations is not None:
@@ -115,8 +113,11 @@ def _zeros(
     zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros.costs):
         return zeros
-    # Before contacts are called inconsistent they deserve a closer look.
-    return find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
+    misses = nearest_misses(searched, covering_rotations(starts), turns)
+    if misses.costs.min(initial=np.inf) > cost_limit:
+        # Before contacts are called inconsistent they deserve a closer look.
+        zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
+    return zeros if len(zeros.costs) else misses
 
 
 STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
