@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from reach.cells import all_cells, ball_and_bar, box, cube_corner, surfaces_of
 
+from tactfix.fixture import TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.reach import extent_of, extreme_points, sample_touches, within_box
 from tactfix.touchable import bounds_of, face
@@ -124,3 +125,10 @@ def test_a_margin_widens_a_box_and_each_point_may_have_its_own():
     limits = box((0, 1))
     assert within_box(limits, points).tolist() == [False, False, True]
     assert within_box(limits, points, np.array([0.05, 0.2, -0.6])).tolist() == [False, True, False]
+
+
+def test_a_plane_that_meets_its_box_in_one_point_has_no_touches():
+    tangent = Plane(np.ones(3), np.ones(3) / np.sqrt(3))
+    box = TouchBox(-np.ones(3), np.ones(3))
+    points, normals = sample_touches(tangent, box, 10, np.zeros(3), 2.0)
+    assert len(points) == len(normals) == 0
