@@ -222,8 +222,8 @@ def _placed(surface: Surface, closed: TouchBox, square: Floats) -> Floats:
         if not len(corners):
             return np.zeros((0, 3))
         edges = np.roll(corners, -1, axis=0) - corners
-        if not edges.any():
-            # The box leaves one point: nothing that a probe could aim at.
+        if np.abs(edges).max() <= 10 * _EDGE * np.linalg.norm(closed.high - closed.low):
+            # Within rounding the box leaves one point: nothing that a probe could aim at.
             return np.zeros((0, 3))
         u = unit(edges[np.argmax(np.linalg.norm(edges, axis=1))])
         axes = np.array([u, np.cross(surface.normal, u)])
