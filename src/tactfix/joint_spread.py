@@ -9,7 +9,7 @@ from tactfix.fixture import FrameRecipe
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import Floats
 from tactfix.joint import JointFit, JointProblem, fit_at, joint_fit
-from tactfix.pose_spread import FLAT, Spread, curved_spread, most_bend, motions_between
+from tactfix.pose_spread import FLAT, Spread, curved_spread, most_bend
 
 STILL = 1e-9
 """Share of the largest free motion below which a free displacement does not move the frame."""
@@ -32,16 +32,18 @@ class JointSpread:
         factor, free = self.fit.spread()
         linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T
         is_free = np.abs(moving).max(initial=0.0) > STILL * np.abs(self.frame_jacobian).max()
-        if is_free or self._most_bend(factor) < FLAT:
+        if is_free or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
             return Spread(linear, moving, trusted=True)
-        return curved_spread(linear, factor, self._bend, self._reach(base_from_fixture))
+        centre = self.problem.contacts.points.mean(axis=0)
+        return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))
 
-    def _most_bend(self, factor: Floats) -> float:
+    def _most_bend(self, factor: Floats, origin: Floats) -> float:
         contacts = self.problem.contacts
         arm = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
         lengths = np.where(self.fit.lengths == 1.0, arm, self.fit.lengths)
         moves = np.linalg.norm(lengths[:, None] * factor, axis=1)
-        return most_bend(2 * float(moves.max()), contacts, self.problem.sigmas, self.fit.surfaces.values())
+        surfaces = self.fit.surfaces.values()
+        return most_bend(2 * float(moves.max()), contacts, self.problem.sigmas, surfaces, origin)
 
     def _bend(self, steps: Floats) -> Floats:
         """By how much the residuals after steps (width, m), relations kept, differ from linear ones."""
@@ -53,7 +55,8 @@ class JointSpread:
 
     def _reach(self, base_from_fixture: Floats) -> Callable[[Floats], tuple[Floats, Floats]]:
         def reach(steps: Floats) -> tuple[Floats, Floats]:
-            motions, missing = np.zeros((6, steps.shape[1])), np.full(steps.shape[1], np.inf)
+            reached = np.repeat(base_from_fixture[None], steps.shape[1], axis=0)
+            missing = np.full(steps.shape[1], np.inf)
             for number, step in enumerate(steps.T):
                 wanted = self.fit.observed + self.fit.jacobian @ step
                 there = joint_fit(replace(self.problem, wanted=wanted), self.fit.surfaces)
@@ -63,8 +66,8 @@ class JointSpread:
                     continue
                 # Of the frames that the recipe allows the one with the same signs.
                 alike = np.einsum("mij,ij->m", poses[:, :3, :3], base_from_fixture[:3, :3])
-                motions[:, number] = motions_between(base_from_fixture, poses[[np.argmax(alike)]])[:, 0]
+                reached[number] = poses[np.argmax(alike)]
                 missing[number] = there.chi2
-            return motions, missing
+            return reached, missing
 
         return reach

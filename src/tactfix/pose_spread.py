@@ -34,7 +34,7 @@ REACHED = 1.0
 """Chi-square by which a pose may miss the residuals it is asked for."""
 
 Reach: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
-"""Motions (6, m) to where the residuals are as asked for, by columns of linear steps (u, m), and the chi-squares (m,)
+"""Poses (m, 4, 4) at which the residuals are as asked for by columns of linear steps (u, m), and the chi-squares (m,)
 missing."""
 
 
@@ -50,32 +50,58 @@ class Spread:
     trusted: bool
 
 
-def curved_spread(linear: Floats, steps: Floats, bend: Callable[[Floats], Floats], reach: Reach) -> Spread:
-    """The spread of a pose on which no motion is free.
+def curved_spread(
+    base_from_fixture: Floats,
+    centre: Floats,
+    linear: Floats,
+    steps: Floats,
+    bend: Callable[[Floats], Floats],
+    reach: Reach,
+) -> Spread:
+    """The spread of a pose (4, 4) on which no motion is free.
 
-    linear (6, u): motions of one sigma along each principal axis; steps (u, u'): the same as steps of the unknowns, a
-    column each. bend tells by how many sigma (m,) the residuals after steps (u, m) differ from linear ones; reach
-    solves for the motions.
+    centre (3,): of the contacts. linear (6, u): motions of one sigma along each principal axis; steps (u, u'): the same
+    as steps of the unknowns, a column each. bend tells by how many sigma (m,) the residuals after steps (u, m) differ
+    from linear ones; reach solves for the poses.
     """
     both = STEP * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
-    if bend(both).max(initial=0.0) < FLAT:
+    arm = centre - base_from_fixture[:3, 3]
+    # Far from the contacts the fixture's origin itself runs along an arc when the fixture turns.
+    sag = float(np.linalg.norm(arm)) * (STEP * np.linalg.norm(linear[:3])) ** 2 / 2
+    is_straight = sag < FLAT * np.linalg.svd(linear[3:], compute_uv=False)[-1]
+    if is_straight and bend(both).max(initial=0.0) < FLAT:
         return Spread(linear, nothing_free, trusted=True)
-    motions, missing = reach(both)
-    factor = motions / np.sqrt(2 * STEP**2)
-    trusted = bool(missing.max() <= REACHED) and _inflation(linear, factor) <= FOLDED
+    poses, missing = reach(both)
+    share = 1 / np.sqrt(2 * STEP**2)
+    factor = share * motions_between(base_from_fixture, poses)
+    # Whether there is a fold is asked at the contacts, where it does not matter how far away the origin is.
+    middle = base_from_fixture[:3, :3].T @ arm
+    here = share * motions_between(_at(base_from_fixture[None], middle)[0], _at(poses, middle))
+    linear_here = np.concatenate([linear[:3], linear[3:] + np.cross(linear[:3].T, arm).T])
+    trusted = bool(missing.max() <= REACHED) and _inflation(linear_here, here) <= FOLDED
     return Spread(factor, nothing_free, trusted)
 
 
-def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterable[Surface]) -> float:
-    """More sigma than the residuals bend by at the sigma points, where one sigma moves no contact farther than move.
+def _at(poses: Floats, point: Floats) -> Floats:
+    """The poses (m, 4, 4) of a frame with the same axes whose origin is at a point (3,) of the fixture."""
+    moved = poses.copy()
+    moved[:, :3, 3] += poses[:, :3, :3] @ point
+    return moved
+
+
+def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterable[Surface], origin: Floats) -> float:
+    """More sigma than anything bends by at the sigma points, where one sigma moves no contact farther than move.
 
     The second-order term of a distance is the square of the move over twice the radius, or over twice the arm of a
-    rotation: poses that are held well need no closer look.
+    rotation; that of the fixture's origin (3,) the square of the turn times half its distance. Poses that are held well
+    need no closer look.
     """
     spread = float(np.sqrt(((contacts.points - contacts.points.mean(axis=0)) ** 2).sum(axis=1).mean()))
     smallest = min([surface.radius for surface in surfaces if not isinstance(surface, Plane)], default=spread)
-    return float(np.sqrt(len(contacts)) * (STEP * move) ** 2 / min(smallest, spread) / sigmas.min())
+    far = float(np.linalg.norm(origin - contacts.points.mean(axis=0)))
+    sharpest = max(1 / smallest, 1 / spread, far / spread**2)
+    return float(np.sqrt(len(contacts)) * (STEP * move) ** 2 * sharpest / sigmas.min())
 
 
 def _inflation(linear: Floats, factor: Floats) -> float:

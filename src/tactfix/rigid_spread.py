@@ -10,7 +10,7 @@ from tactfix.geometry.rigid import homogeneous, inverse
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.pose_descent import damped_step, turned
 from tactfix.pose_equations import PoseEquations, evaluate, pose_equations
-from tactfix.pose_spread import FLAT, Spread, curved_spread, most_bend, motions_between
+from tactfix.pose_spread import FLAT, Spread, curved_spread, most_bend
 from tactfix.refinement import SMALLEST_RATIO, PoseFit
 
 MOST_STEPS = 60
@@ -27,7 +27,7 @@ def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Spread:
     if not known.all():
         return Spread(linear, fit.sensitivity.twists(motions[~known], origin).T, trusted=True)
     # The weakest motion, rotation and translation together, moves contacts by about twice its length.
-    if most_bend(2 / values[-1], contacts, sigmas, fit.surfaces.values()) < FLAT:
+    if most_bend(2 / values[-1], contacts, sigmas, fit.surfaces.values(), origin) < FLAT:
         return Spread(linear, np.zeros((6, 0)), trusted=True)
     return _NearPose.of(fit, contacts, sigmas).spread(linear)
 
@@ -57,7 +57,8 @@ class _NearPose:
 
     def spread(self, linear: Floats) -> Spread:
         _, values, axes = np.linalg.svd(self.jacobian, full_matrices=False)
-        return curved_spread(linear, axes.T / values, self._bend, self._reach)
+        pose, centre = self.fit.base_from_fixture, self.fit.sensitivity.centre
+        return curved_spread(pose, centre, linear, axes.T / values, self._bend, self._reach)
 
     def _bend(self, steps: Floats) -> Floats:
         residuals, _ = evaluate(self.equations, *_moves(steps), geometric=True)
@@ -85,19 +86,18 @@ class _NearPose:
             damping = np.where(better, 0.1 * damping, 10 * damping)
             if ((np.abs(step).max(axis=0) < ARRIVED) | (damping > 1e6)).all():
                 break
-        return self._motions(rotations, offsets), np.asarray((residual**2).sum(axis=0))
+        return self._poses(rotations, offsets), np.asarray((residual**2).sum(axis=0))
 
     def _misses(self, rotations: Floats, offsets: Floats, wanted: Floats) -> tuple[Floats, Floats]:
         residual, jacobian = evaluate(self.equations, rotations, offsets, geometric=True)
         return residual - wanted, jacobian
 
-    def _motions(self, rotations: Floats, offsets: Floats) -> Floats:
-        """The motions (6, m) of the fixture that move the contacts so, seen from it."""
+    def _poses(self, rotations: Floats, offsets: Floats) -> Floats:
+        """The poses (m, 4, 4) of the fixture from which the contacts look as they do after these motions."""
         sensitivity = self.fit.sensitivity
         to_centre = homogeneous(np.eye(3), -sensitivity.centre)
         contacts_moved = homogeneous(np.moveaxis(rotations, -1, 0), sensitivity.scale * offsets.T)
-        poses = inverse(to_centre) @ inverse(contacts_moved) @ to_centre @ self.fit.base_from_fixture
-        return motions_between(self.fit.base_from_fixture, poses)
+        return np.asarray(inverse(to_centre) @ inverse(contacts_moved) @ to_centre @ self.fit.base_from_fixture)
 
 
 def _moves(steps: Floats) -> tuple[Floats, Floats]:

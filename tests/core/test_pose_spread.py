@@ -116,22 +116,30 @@ def test_a_pose_next_to_a_fold_is_underdetermined():
     assert locate(placed(balls), grazing).status == "underdetermined"
 
 
-def toy(second_order, missing=0.0):
-    """One sigma is one unit along each axis; the last axis drags the first with it by second_order times its square."""
-    asked = []
+def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
+    """One sigma is a thousandth along each axis; a shift along z drags the fixture along x with its square."""
+    asked, sigma = [], 1e-3
 
     def reach(steps):
         asked.append(steps)
-        motions = steps.copy()
-        motions[0] += second_order * steps[5] ** 2
-        return motions, np.full(steps.shape[1], missing)
+        shifts = sigma * steps[3:]
+        shifts[0] += sigma * second_order * steps[5] ** 2
+        poses = [
+            pose_of(turn, np.asarray(centre) + shift - turn @ np.asarray(centre))
+            for turn, shift in zip(Rotation.from_rotvec(sigma * steps[:3].T).as_matrix(), shifts.T, strict=True)
+        ]
+        return np.array(poses), np.full(steps.shape[1], missing)
 
-    return asked, lambda bend: curved_spread(np.eye(6), np.eye(6), lambda steps: np.full(steps.shape[1], bend), reach)
+    linear = sigma * np.eye(6)
+    linear[3:, :3] = -sigma * np.cross(np.eye(3), centre).T
+    return asked, lambda bend: curved_spread(
+        np.eye(4), np.asarray(centre), linear, np.eye(6), lambda steps: np.full(steps.shape[1], bend), reach
+    )
 
 
 def test_flat_residuals_are_not_looked_at_again():
     asked, spread = toy(0.5)
-    assert np.array_equal(spread(0.1).factor, np.eye(6))
+    assert np.array_equal(spread(0.1).factor, 1e-3 * np.eye(6))
     assert not asked
     spread(1.0)
     assert asked
@@ -142,9 +150,23 @@ def test_the_second_moment_holds_the_square_of_a_quadratic_drift():
     found = spread(1.0)
     covariance = found.factor @ found.factor.T
     # Two of twelve points at sqrt 6 sigma, each off by 0.2 * 6.
-    assert covariance[0, 0] == pytest.approx(1.0 + 2 * (0.2 * 6) ** 2 / 12)
-    assert covariance[5, 5] == pytest.approx(1.0)
+    assert covariance[3, 3] == pytest.approx(1e-6 * (1.0 + 2 * (0.2 * 6) ** 2 / 12))
+    assert covariance[5, 5] == pytest.approx(1e-6)
     assert found.trusted
+
+
+def test_an_origin_far_from_the_contacts_runs_along_an_arc():
+    """Nothing bends at the contacts, but the origin is 1000 away: its covariance is not linear; there is no fold."""
+    centre = (1000.0, 0.0, 0.0)
+    asked, spread = toy(0.0, centre=centre)
+    found = spread(0.0)
+    assert asked
+    assert found.trusted
+    covariance = found.factor @ found.factor.T
+    # A turn by t about y or z moves the origin by 1000 (1 - cos t) along x.
+    arc = 1000 * (1 - np.cos(1e-3 * 6**0.5))
+    assert covariance[3, 3] == pytest.approx(1e-6 + 4 * arc**2 / 12, rel=1e-6)
+    assert covariance[0, 0] == pytest.approx(1e-6)
 
 
 @pytest.mark.parametrize(("second_order", "missing"), [(0.2, 2 * REACHED), (2 * FOLDED / 6**0.5, 0.0)])
