@@ -1,8 +1,8 @@
 """Every pose of a rigid fixture at which each contact lies on its feature, within noise.
 
-Contacts and fixture are centred and scaled, a well spread part of the contacts is searched exhaustively
-(`pose_search`), and every pose found is refined on all contacts by geometric least squares (`refinement`). Nothing
-is chosen here.
+Contacts and fixture are centred and scaled, and a well spread part of the contacts is searched: from the rotations
+that features located alone leave where contacts are plenty (`feature_rotations`), else from all rotations
+(`pose_search`). Every pose found is refined on all contacts by geometric least squares. Nothing is chosen here.
 
 Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three
 spheres 3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two
