@@ -11,6 +11,7 @@ Run to make the files in data/:  python -m oracles.monodromy [kind ...]   (from 
 
 import itertools
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,7 +102,19 @@ def distinct(roots: np.ndarray, tolerance: float = 1e-6) -> np.ndarray:
     return np.setdiff1d(np.arange(len(roots)), second[gap < tolerance])
 
 
-def solve_by_monodromy(kind: str, rng: np.random.Generator, idle: int = 8, most: int = 60) -> Start:
+Follow = Callable[[Problem, Problem, np.ndarray, float, float, Steps], tuple[np.ndarray, np.ndarray]]
+
+
+def follow(
+    start: Problem, target: Problem, roots: np.ndarray, begin: float, end: float, steps: Steps
+) -> tuple[np.ndarray, np.ndarray]:
+    """Roots (k, 8) followed in numpy: where each came to, and the part gone. compiled_paths.track is the fast one."""
+    return track(ContactSystem(start, target), roots, begin, end, steps)
+
+
+def solve_by_monodromy(
+    kind: str, rng: np.random.Generator, idle: int = 8, most: int = 60, follow: Follow = follow
+) -> Start:
     """All roots of a random problem of the kind: loops until idle of them in a row have added nothing."""
     home, root = problem_with_root(kind, rng)
     roots, quiet = root[None, :], 0
@@ -109,7 +122,7 @@ def solve_by_monodromy(kind: str, rng: np.random.Generator, idle: int = 8, most:
         corners = [home, random_complex_problem(kind, rng), random_complex_problem(kind, rng), home]
         moved = roots
         for here, there in itertools.pairwise(corners):
-            moved, part = track(ContactSystem(here, there), moved, 0.0, 1.0, Steps(prediction=1e-3))
+            moved, part = follow(here, there, moved, 0.0, 1.0, Steps(prediction=1e-3))
             moved = moved[part == 1]
         united = np.concatenate([roots, moved])
         united = united[distinct(united)]

@@ -17,8 +17,8 @@ from itertools import product
 import numpy as np
 from oracles import monodromy
 from oracles.kinds import TYPE_ORDER, kind_of
-from oracles.monodromy import Start, distinct, random_complex_problem
-from oracles.path_tracking import Steps, track
+from oracles.monodromy import Follow, Start, distinct, follow, random_complex_problem
+from oracles.path_tracking import Steps
 from oracles.real_poses import Gauge, is_multiple, polished, pose_gap, pose_of_root
 from oracles.study_forms import PLANE, SPHERE, ContactSystem, Problem
 
@@ -41,9 +41,6 @@ ON_SURFACE = 1e-10
 WIDEST_IMAGINARY = (1e-3, 0.1)
 
 
-Follow = Callable[[Problem, Problem, np.ndarray, float, float, Steps], tuple[np.ndarray, np.ndarray]]
-
-
 @dataclass(frozen=True)
 class Method:
     """The slow loops: paths (start, target, roots, begin, end, steps), gradients, polishing, is_multiple.
@@ -57,17 +54,11 @@ class Method:
     is_multiple: Callable[[Problem, np.ndarray], bool]
 
 
-def _track(
-    start: Problem, target: Problem, roots: np.ndarray, begin: float, end: float, steps: Steps
-) -> tuple[np.ndarray, np.ndarray]:
-    return track(ContactSystem(start, target), roots, begin, end, steps)
-
-
 def _gradients(problem: Problem, roots: np.ndarray) -> np.ndarray:
     return ContactSystem(problem, problem).equations(roots, np.ones(len(roots)))[1]
 
 
-NUMPY = Method(_track, _gradients, polished, is_multiple)
+NUMPY = Method(follow, _gradients, polished, is_multiple)
 
 
 @dataclass(frozen=True)
@@ -197,7 +188,7 @@ def start_of(kind: str, number: int) -> Start:
     first = start_of(kind, 0)
     for seed in range(20):
         other = random_complex_problem(kind, np.random.default_rng([number, seed]))
-        roots, part = track(ContactSystem(first.problem, other), first.roots, 0.0, 1.0, CAREFUL_STEPS[2])
+        roots, part = follow(first.problem, other, first.roots, 0.0, 1.0, CAREFUL_STEPS[2])
         if (part == 1).all() and len(distinct(roots)) == len(roots):
             return Start(other, roots, 0)
     raise ValueError(f"no second start found for kind {kind!r}")

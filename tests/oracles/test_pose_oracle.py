@@ -9,7 +9,7 @@ from oracles.kinds import CONFIRMED, KINDS, feature_list, kind_of
 from oracles.monodromy import distinct, load, solve_by_monodromy
 from oracles.pose_oracle import OracleAnswer, all_real_poses
 from oracles.pose_problems import TIDY, PoseProblem, oracle_features, problem_number, random_problem, stiffness
-from studies.pose_completeness import poses_of_package
+from studies.poses_of_package import poses_of_package
 
 QUICK = ["plane3+plane2+plane1", "sphere3+sphere2+sphere1", "sphere2+sphere1+plane3"]
 

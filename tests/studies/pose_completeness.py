@@ -31,12 +31,8 @@ from oracles.kinds import KINDS, STUDIED
 from oracles.pose_oracle import ON_SURFACE, OracleAnswer, all_real_poses
 from oracles.pose_problems import LAYOUTS, PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
 from studies.blocks import by_row, numbered
+from studies.poses_of_package import poses_of_package
 
-from tactfix.contacts import Contacts
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.poses import all_poses
-
-SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 # Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
 SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
@@ -56,29 +52,6 @@ class Tally:
         numbers = "".join(f"{self.counts[head]:10d}" for head in COUNTED)
         times = f"{np.median(self.oracle):10.1f}{np.median(self.package):10.1f}{np.max(self.package):10.1f}"
         return f"{len(self.oracle):9d}{numbers}{times}"
-
-
-def poses_of_package(problem: PoseProblem) -> np.ndarray:
-    """What the package finds (k, 4, 4): the only place that knows how it is called."""
-    surfaces: dict[str, Surface] = {}
-    for number, f in enumerate(problem.features):
-        side = "outer" if f.side == "outer" else "inner"
-        surfaces[f"f{number}"] = {
-            "plane": lambda f=f: Plane(f.point, f.direction),
-            "sphere": lambda f=f, side=side: Sphere(f.point, f.radius, side),
-            "cylinder": lambda f=f, side=side: Cylinder(f.point, f.direction, f.radius, side),
-        }[f.type]()
-    n = len(problem.points)
-    contacts = Contacts(
-        features=tuple(f"f{i}" for i in problem.feature_of_contact),
-        points=problem.points,
-        approaches=np.full((n, 3), np.nan),
-        sigmas=np.full(n, SIGMA),
-        tip_radius=problem.tip_radius,
-        rows=tuple(range(1, n + 1)),
-        ids=(None,) * n,
-    )
-    return np.asarray(all_poses(surfaces, contacts, np.full(n, SIGMA)).poses)
 
 
 def poses_of_oracle(problem: PoseProblem) -> OracleAnswer:

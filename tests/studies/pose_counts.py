@@ -5,7 +5,8 @@ of them in a row find nothing new. That proves no count; but two problems are ma
 and a count is shipped (src/tactfix/design/pose_counts.json) only where both agree. Kinds of two and three features are
 in `oracles.kinds`.
 
-Run, from tests/:  python -m studies.pose_counts [kind ...]   (without a kind all: more than an hour of one processor)
+    pip install '.[study]'
+    python -m studies.pose_counts [kind ...]          (from tests/; without a kind all)
 """
 
 import sys
@@ -14,6 +15,7 @@ from itertools import product
 from time import process_time
 
 import numpy as np
+from oracles import compiled_paths
 from oracles.kinds import KINDS, TYPE_ORDER, kind_of
 from oracles.monodromy import solve_by_monodromy
 
@@ -36,7 +38,7 @@ def main(names: list[str]) -> None:
     for kind in names or kinds():
         start, counts = process_time(), []
         for seed in (1, 2):
-            found = solve_by_monodromy(kind, np.random.default_rng(seed), IDLE, LOOPS)
+            found = solve_by_monodromy(kind, np.random.default_rng(seed), IDLE, LOOPS, compiled_paths.track)
             counts.append(len(found.roots) if found.idle_loops == IDLE else None)
         print(f"{kind:60s} {counts[0]} {counts[1]} {process_time() - start:.0f} s", flush=True)
 
