@@ -41,8 +41,8 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
         trial = step(states[active], change)
         new_residuals, new_jacobians = evaluate(trial, active)
         new_cost = np.sum(new_residuals**2, axis=-1)
-        # Near the minimum rounding hides a gain that the gradient still sees: such steps are taken too.
-        better = new_cost <= cost * (1 + 8 * _EPS)
+        # Near the minimum rounding of residuals hides a gain that the gradient still sees: such steps are taken too.
+        better = new_cost <= cost + 8 * _EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
         states[active[better]] = trial[better]
         residuals[better], jacobians[better], cost[better] = (
             new_residuals[better],
