@@ -104,7 +104,7 @@ def _broken_relation(fixture: Fixture, problem: JointProblem, surfaces: Mapping[
 def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
     """The surfaces with their given points next to their contacts, so that tilts and shifts are independent."""
     return {
-        name: _anchor(s, contacts.on(name).points if name in contacts.features else contacts.points)
+        name: _anchor(s, contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points)
         for name, s in surfaces.items()
     }
 

@@ -68,11 +68,10 @@ def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[
     if not fixture.touch:
         return
     outside = np.full(len(contacts), -np.inf)
-    names = np.array(contacts.features)
     fixture_from_base = inverse(trial.base_from_fixture)
     for name, box in fixture.touch.items():
-        index = np.flatnonzero(names == name)
-        if len(index):
+        index = contacts.by_feature.get(name)
+        if index is not None:
             on_surface = feet(trial.surfaces[name], contacts.points[index])
             outside[index] = _beyond(box, transform_points(fixture_from_base, on_surface))
     margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
@@ -106,11 +105,11 @@ def _path(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[R
     points = transform_points(fixture_from_base, contacts.points)
     approaches = contacts.approaches @ fixture_from_base[:3, :3].T
     surfaces = {name: moved(fixture_from_base, surface) for name, surface in trial.surfaces.items()}
-    names = np.array(contacts.features)
     margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
-    for name in dict.fromkeys(contacts.features):
-        # Of a contact whose place is free nothing may be said.
-        index = np.flatnonzero((names == name) & contacts.has_approach & np.isfinite(margin))
+    # Of a contact whose place is free nothing may be said.
+    asked = contacts.has_approach & np.isfinite(margin)
+    for name, on_feature in contacts.by_feature.items():
+        index = on_feature[asked[on_feature]]
         distance = fixture.probe.approach_distance
         blocked = path_blocked(surfaces, fixture.touch, name, points[index], approaches[index], distance, margin[index])
         for i, obstacle in zip(index, blocked, strict=True):
@@ -134,9 +133,10 @@ def _report(
     wrong: Bools = values > margins
     if not wrong.any():
         return
-    names = np.array(contacts.features)
-    for name in dict.fromkeys(names[wrong].tolist()):
-        index = np.flatnonzero(wrong & (names == name))
+    for name, on_feature in contacts.by_feature.items():
+        index = on_feature[wrong[on_feature]]
+        if not len(index):
+            continue
         worst = int(index[np.argmax(values[index])])
         more = f" and {len(index) - 1} more" if len(index) > 1 else ""
         reasons.append(Reason(code, name, contacts.rows[worst], message(worst, more)))

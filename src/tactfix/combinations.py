@@ -6,8 +6,6 @@ A sphere with too few contacts of its own is placed by its known distances to fe
 from collections.abc import Mapping, Sequence
 from itertools import islice, product
 
-import numpy as np
-
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.features_alone import surfaces_alone, surfaces_by_distance
@@ -21,14 +19,12 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
 
     sigmas (n,) of the residuals. A feature whose contacts no surface explains leaves no combination.
     """
-    names = np.array(contacts.features)
     alone: dict[str, Sequence[Surface]] = {}
     for name, feature in fixture.features.items():
-        index = np.flatnonzero(names == name)
-        if not len(index):
+        if name not in contacts.by_feature:
             continue
         try:
-            alone[name] = surfaces_alone(feature, contacts.subset(index.tolist()), sigmas[index])
+            alone[name] = surfaces_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
         except DegenerateContactsError:
             continue
     choices = islice(product(*alone.values()), most)
@@ -52,7 +48,7 @@ def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[
     if fixture.features[name].type != "sphere":
         return False
     partners = {b if a == name else a for a, b in _distances(fixture) if name in (a, b)}
-    own = len(contacts.on(name))
+    own = len(contacts.by_feature.get(name, ()))
     return own > 0 and own + len(partners & set(known)) >= 3
 
 

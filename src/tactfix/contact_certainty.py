@@ -54,9 +54,8 @@ def _spread(motions: Floats) -> Floats:
 def _curvatures(surfaces: Mapping[str, Surface], contacts: Contacts, normals: Floats) -> Floats:
     """The matrices (n, 3, 3) that take a move of the surface below a tip to the turn of the normal."""
     curvatures = np.zeros((len(contacts), 3, 3))
-    names = np.array(contacts.features)
-    for name in dict.fromkeys(contacts.features):
-        surface, index = surfaces[name], np.flatnonzero(names == name)
+    for name, index in contacts.by_feature.items():
+        surface = surfaces[name]
         if isinstance(surface, Plane):
             continue
         own = normals[index]

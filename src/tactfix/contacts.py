@@ -1,17 +1,18 @@
 """Contacts: the touches that a probe reports, as arrays in base coordinates and in the fixture's units."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tactfix.errors import UsageError
-from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.arrays import Bools, Floats, Ints, frozen
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Contacts:
     """n touches. Lengths are in the fixture's units, coordinates in base.
 
@@ -37,16 +38,22 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.features)
 
-    @property
+    @cached_property
+    def by_feature(self) -> Mapping[str, Ints]:
+        """The indices (from 0) of the contacts on each touched feature, in the order of the first touches."""
+        names = np.array(self.features)
+        return {name: np.flatnonzero(names == name) for name in dict.fromkeys(self.features)}
+
+    @cached_property
     def has_approach(self) -> Bools:
         """Which contacts (n,) say how the probe came."""
         return np.asarray(np.isfinite(self.approaches).all(axis=1))
 
     def on(self, feature: str) -> "Contacts":
         """The contacts on one feature, in order."""
-        return self.subset([i for i, name in enumerate(self.features) if name == feature])
+        return self.subset(self.by_feature.get(feature, ()))
 
-    def subset(self, indices: Sequence[int]) -> "Contacts":
+    def subset(self, indices: Sequence[int] | Ints) -> "Contacts":
         """The contacts with these indices (from 0), in that order."""
         index = np.asarray(indices, dtype=np.intp)
         pick = tuple(int(i) for i in index)

@@ -199,7 +199,7 @@ _NO_SIGMA = Finding(
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts | None) -> None:
-    foreign = [] if contacts is None else sorted(set(contacts.features) - set(fixture.features))
+    foreign = [] if contacts is None else sorted(set(contacts.by_feature) - set(fixture.features))
     if foreign:
         raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
 

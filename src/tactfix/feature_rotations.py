@@ -6,7 +6,7 @@ explains all contacts explains those of each feature, so it is as near to one of
 known.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import product
 from typing import TypeAlias
 
@@ -50,16 +50,14 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
         if not directions:
             return None
         if _agree(directions):
-            found += _rotations(directions)
-    return np.stack(found, axis=-1) if found else None
+            found.append(_rotations(directions))
+    return np.moveaxis(np.concatenate(found), 0, -1) if found else None
 
 
 def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> dict[str, list[Surface]]:
     """Planes and spheres that their own contacts locate well, with every place they may have."""
-    names = np.array(contacts.features)
     located: dict[str, list[Surface]] = {}
-    for name in dict.fromkeys(contacts.features):
-        index = np.flatnonzero(names == name)
+    for name, index in contacts.by_feature.items():
         try:
             found = _candidates(surfaces[name], contacts.points[index], sigmas[index], contacts.tip_radius)
         except DegenerateContactsError:
@@ -107,17 +105,16 @@ def _cosines(vectors: Floats) -> Floats:
     return np.asarray(np.clip(vectors @ vectors.T, -1.0, 1.0))
 
 
-def _rotations(directions: list[Direction]) -> Iterator[Floats]:
-    """The rotations (3, 3) that take base directions to those of the fixture: one, or a turn about the only one."""
+def _rotations(directions: list[Direction]) -> Floats:
+    """The rotations (k, 3, 3) that take base directions to those of the fixture: one, or a turn about the only one."""
     fixture, base = (np.array(side) for side in zip(*directions, strict=True))
     u, values, vt = np.linalg.svd(fixture.T @ base)
     if values[1] > PARALLEL**2:
-        yield u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-        return
+        return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)[None]
     axis, from_axis = fixture[0], base[0]
     fixture_frame, base_frame = _frame_about(axis), _frame_about(from_axis)
-    for angle in np.arange(TURNS) * (2 * np.pi / TURNS):
-        yield rotation_from_vector(angle * axis) @ fixture_frame.T @ base_frame
+    angles = np.arange(TURNS) * (2 * np.pi / TURNS)
+    return np.asarray(rotation_from_vector(angles[:, None] * axis) @ fixture_frame.T @ base_frame)
 
 
 def _frame_about(axis: Floats) -> Floats:

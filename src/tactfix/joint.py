@@ -163,9 +163,7 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
     contacts = problem.contacts
     values = np.empty(len(contacts))
     rows = np.zeros((len(contacts), width))
-    names = np.array(contacts.features)
-    for name in dict.fromkeys(contacts.features):
-        index = np.flatnonzero(names == name)
+    for name, index in contacts.by_feature.items():
         values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
         rows[index, columns[name]] = residual_jacobian(surfaces[name], contacts.points[index])
     observed, observed_rows = [values / problem.sigmas], [rows / problem.sigmas[:, None]]

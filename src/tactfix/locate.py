@@ -76,7 +76,7 @@ def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
-    foreign = sorted(set(contacts.features) - set(fixture.features))
+    foreign = sorted(set(contacts.by_feature) - set(fixture.features))
     if foreign:
         raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
     if not len(contacts):

@@ -17,7 +17,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.feature_rotations import feature_rotations
-from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.arrays import Floats, Ints, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
@@ -130,7 +130,7 @@ spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; cylinders 1, 5, 
 
 def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
     """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few."""
-    touched = {type(surfaces[name]) for name in set(contacts.features)}
+    touched = {type(surfaces[name]) for name in contacts.by_feature}
     roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)
     beyond = searched - 6
     return STARTS[roundest][0 if beyond <= 3 else 1 if beyond <= 5 else 2]
@@ -140,15 +140,14 @@ def spread_indices(contacts: Contacts, most: int) -> list[int]:
     """At most `most` contacts, well spread over each feature and fairly shared between the features, in file order."""
     if len(contacts) <= most:
         return list(range(len(contacts)))
-    names = np.array(contacts.features)
-    queues = [_farthest_first(contacts.points, np.flatnonzero(names == name), most) for name in dict.fromkeys(names)]
+    queues = [_farthest_first(contacts.points, index, most) for index in contacts.by_feature.values()]
     chosen: list[int] = []
     for turn in range(most):
         chosen += [queue[turn] for queue in queues if turn < len(queue)]
     return sorted(chosen[:most])
 
 
-def _farthest_first(points: Floats, index: np.ndarray[tuple[int, ...], np.dtype[np.intp]], most: int) -> list[int]:
+def _farthest_first(points: Floats, index: Ints, most: int) -> list[int]:
     """Indices in an order in which each point lies farthest from those before it."""
     own = points[index]
     distance = ((own - own.mean(axis=0)) ** 2).sum(axis=1)
@@ -170,7 +169,7 @@ class _Scaled:
 
     @staticmethod
     def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "_Scaled":
-        touched = [surfaces[name] for name in dict.fromkeys(contacts.features)]
+        touched = [surfaces[name] for name in contacts.by_feature]
         middle = middle_of(touched)
         base_origin = contacts.points.mean(axis=0)
         spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
@@ -178,7 +177,7 @@ class _Scaled:
         return _Scaled(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
 
     def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
-        names = list(dict.fromkeys(contacts.features))
+        names = list(contacts.by_feature)
         scaled = [self._scale(surfaces[name]) for name in names]
         index: Sequence[int] = [names.index(name) for name in contacts.features]
         points = (contacts.points - self.base_origin) / self.length
@@ -191,7 +190,7 @@ class _Scaled:
         surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
         those vectors, or square to two of them.
         """
-        touched = [self._scale(surfaces[name]) for name in dict.fromkeys(contacts.features)]
+        touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
         kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
         kept += [s.normal for s in touched if isinstance(s, Plane)]
         axes = [s.direction for s in touched if isinstance(s, Cylinder)]

@@ -79,9 +79,7 @@ def contact_sigmas(contacts: Contacts, feature_sigmas: Mapping[str, float]) -> F
 def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tuple[Floats, Floats]:
     """Residuals (n,) and outward normals (n, 3) of contacts on surfaces in base."""
     values, normals = np.empty(len(contacts)), np.empty((len(contacts), 3))
-    names = np.array(contacts.features)
-    for name in dict.fromkeys(contacts.features):
-        index = np.flatnonzero(names == name)
+    for name, index in contacts.by_feature.items():
         values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
         normals[index] = outward_normals(surfaces[name], contacts.points[index])
     return values, normals

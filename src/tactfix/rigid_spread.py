@@ -47,7 +47,7 @@ class _NearPose:
     @staticmethod
     def of(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> "_NearPose":
         centre, scale = fit.sensitivity.centre, fit.sensitivity.scale
-        names = list(dict.fromkeys(contacts.features))
+        names = list(contacts.by_feature)
         surfaces = [_scaled(fit.surfaces[name], centre, scale) for name in names]
         index = [names.index(name) for name in contacts.features]
         points = (contacts.points - centre) / scale

@@ -146,7 +146,7 @@ def _contact_traces(
     """The contacts of each feature as points, and lines along which the probe came."""
     said = {residual.row: residual for residual in residuals}
     traces: list[Trace] = []
-    for name in dict.fromkeys(contacts.features):
+    for name in contacts.by_feature:
         on = contacts.on(name)
         touched = on.points
         if name in surfaces and on.tip_radius > 0:
