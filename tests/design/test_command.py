@@ -38,7 +38,6 @@ def test_json_holds_what_the_contract_says(capsys):
     assert contacts["complex_poses"] == [96, 48]
     assert np.shape(report["accuracy"]["covariance"]) == (6, 6)
     assert report["accuracy"]["at"][0]["point"] == [1.0, 2.0, 3.0]
-    assert contacts["poses_at_most"] == [96, 48]
     assert contacts["complex_poses_source"] == ["reference", "reference"]
     assert contacts["alone_radius_unknown"] == {"bar": 5, "ball": 4}
     assert contacts["paper_radius_unknown"] == {"bar": 6, "ball": 4}

@@ -17,52 +17,39 @@ from tactfix.geometry.surfaces import FeatureType
 Source: TypeAlias = Literal["reference", "reasoned", "tracked"]
 
 _KINDS: Final[tuple[FeatureType, ...]] = ("plane", "sphere", "cylinder")
-# Six legs of a general platform (Raghavan 1993, Husty 1996). A plane is a sphere of infinite radius, and contacts that
-# share a feature are a special choice of it: by continuation of parameters no such set has more isolated poses.
-_SPHERES_AND_PLANES: Final = 40
 
 
 @dataclass(frozen=True, slots=True)
 class PoseCount:
     """The poses of six contacts of one kind, copies by symmetry included.
 
-    complex_poses: in general position, None where it is not known. at_most: no set of this kind has more isolated
-    poses. source: where the count comes from. reference: figures made elsewhere by another method, and by path tracking
+    complex_poses: in general position; no set of this kind has more isolated ones. source: where the count comes from.
+    reference: figures made elsewhere by another method, and by path tracking
     here. reasoned: derived feature by feature, and by path tracking. tracked: by path tracking alone, twice.
     """
 
     kind: str
-    complex_poses: int | None
-    at_most: int
-    source: Source | None
+    complex_poses: int
+    source: Source
 
 
 def pose_count(types: Mapping[str, FeatureType], counts: Mapping[str, int]) -> PoseCount | None:
-    """The count for this distribution over features of these types; None where it is not one of six contacts."""
+    """The count for this distribution over features of these types.
+
+    None where the contacts are not six, or six so shared out do not locate a fixture.
+    """
     touched = [(types[name], count) for name, count in counts.items() if count]
     if sum(count for _, count in touched) != 6:
         return None
     kind = kind_of(touched)
-    known, source = _table().get(kind, (None, None))
-    return PoseCount(kind, known, bound(touched) if known is None else known, source)
+    known = _table().get(kind)
+    return None if known is None else PoseCount(kind, *known)
 
 
 def kind_of(touched: Sequence[tuple[FeatureType, int]]) -> str:
     """The name of a kind from type and contacts of each feature: planes, spheres, cylinders, by rising count."""
     ordered = sorted((_KINDS.index(name), count) for name, count in touched)
     return ", ".join(f"{_KINDS[index]} {count}" for index, count in ordered)
-
-
-def bound(touched: Sequence[tuple[FeatureType, int]]) -> int:
-    """A number of isolated poses that no six contacts of a kind exceed.
-
-    Without cylinders 40, see above. Else Bezout's: in Study's coordinates a pose lies on a quadric, a contact with a
-    plane or sphere is one of degree 2 and one with a cylinder of degree 4.
-    """
-    by_type = {name: sum(count for other, count in touched if other == name) for name in _KINDS}
-    if not by_type["cylinder"]:
-        return _SPHERES_AND_PLANES
-    return int(2 * 2 ** (6 - by_type["cylinder"]) * 4 ** by_type["cylinder"])
 
 
 @cache

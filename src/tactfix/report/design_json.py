@@ -86,7 +86,6 @@ def _contacts(report: DesignReport) -> Json:
         "minimal_sets": [dict(chosen) for chosen in counts.minimal_sets],
         "minimal_sets_complete": counts.complete,
         "complex_poses": [None if count is None else count.complex_poses for count in report.pose_counts],
-        "poses_at_most": [None if count is None else count.at_most for count in report.pose_counts],
         "complex_poses_source": [None if count is None else count.source for count in report.pose_counts],
         "real_poses": [_real_poses(seen) for seen in report.real_poses],
         "paper": dict(counts.each.paper),

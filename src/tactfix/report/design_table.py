@@ -96,7 +96,7 @@ def _sets(report: DesignReport) -> Table:
     chosen = list(zip(report.counts.minimal_sets, report.pose_counts, report.real_poses, strict=True))
     for counts, poses, seen in chosen[:_MOST_SETS]:
         names = " + ".join(f"{count} {name}" for name, count in counts.items() if count)
-        table.add_row(Text(names), "" if poses is None else str(poses.at_most), _seen(seen))
+        table.add_row(Text(names), "" if poses is None else str(poses.complex_poses), _seen(seen))
     if len(chosen) > _MOST_SETS:
         table.add_row(f"and {len(chosen) - _MOST_SETS} more", "", "")
     return table
