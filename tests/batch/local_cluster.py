@@ -1,4 +1,4 @@
-"""A Dask cluster of three worker processes on this machine. Prints its address; each line "kill" kills one worker.
+"""A Dask cluster of two worker processes on this machine. Prints its address; each line "kill" kills one worker.
 
 Started by the tests as a process of its own, so that what a cluster does to signals, warnings and threads stays there.
 """
@@ -9,7 +9,7 @@ import sys
 
 from distributed import LocalCluster
 
-WORKERS = 3
+WORKERS = 2
 
 
 def main() -> None:

@@ -57,7 +57,7 @@ def cluster() -> Iterator[Cluster]:
 def test_one_worker_killed_half_way(cluster: Cluster, tmp_path: Path) -> None:
     fixture, _ = write_cell(tmp_path, 0)
     task = BatchTask(load_fixture(fixture), slow(0.05), blank)
-    sets = contact_sets(60)
+    sets = contact_sets(24)
     killed: list[int] = []
     done: list[int] = []
 

@@ -38,16 +38,23 @@ def spoil(sets: Path) -> None:
     """One set of each kind of trouble."""
     (sets / "001.csv").write_bytes(b"feature,x,y,z\n\xff")
     (sets / "002.csv").write_text("\n".join(contact_file(2).splitlines()[:8]))
-    feature, x, *rest = rows(3)[0].split(",")
-    moved = ",".join([feature, repr(float(x) + 3.0), *rest])
-    (sets / "003.csv").write_text("\n".join(["feature,x,y,z,ax,ay,az", moved, *rows(3)[1:]]))
+    # Approaches that point out of the material: what else could be wrong is then soon said.
+    normals = [",".join([*row.split(",")[:4], *(repr(-float(a)) for a in row.split(",")[4:])]) for row in rows(3)]
+    (sets / "003.csv").write_text("\n".join(["feature,x,y,z,ax,ay,az", *normals]))
 
 
-def test_each_set_is_a_row_whatever_it_is(cell: tuple[Path, Path], tmp_path: Path) -> None:
-    fixture, sets = cell
+@pytest.fixture(scope="module")
+def spoilt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Ran, Path]:
+    """A fixture, sets in trouble, what a batch of them said, and its JSON rows."""
+    folder = tmp_path_factory.mktemp("spoilt")
+    fixture, sets = write_cell(folder, 5)
     spoil(sets)
-    out = tmp_path / "r.jsonl"
-    done = batch(fixture, sets, "--output", out, "--jobs", 2)
+    out = folder / "r.jsonl"
+    return fixture, sets, batch(fixture, sets, "--output", out, "--jobs", 2), out
+
+
+def test_each_set_is_a_row_whatever_it_is(spoilt: tuple[Path, Path, Ran, Path]) -> None:
+    _, sets, done, out = spoilt
     told = json_rows(out)
     assert done.returncode == 1
     assert done.stdout == ""
@@ -61,17 +68,16 @@ def test_each_set_is_a_row_whatever_it_is(cell: tuple[Path, Path], tmp_path: Pat
         assert np.abs(np.array(told[k]["transform"]) - pose(k)).max() < 1e-6
         assert len(told[k]["sigmas"]) == 6
     assert "5 sets: 2 located, 1 underdetermined, 1 inconsistent, 1 error" in done.stderr
-    assert not (tmp_path / "r.jsonl.partial.jsonl").exists()
+    assert not out.with_name("r.jsonl.partial.jsonl").exists()
 
 
-def test_csv_and_parquet_say_the_same_to_the_last_bit(cell: tuple[Path, Path], tmp_path: Path) -> None:
-    fixture, sets = cell
-    spoil(sets)
-    for ending in ("jsonl", "csv", "parquet"):
+def test_csv_and_parquet_say_the_same_to_the_last_bit(spoilt: tuple[Path, Path, Ran, Path], tmp_path: Path) -> None:
+    fixture, sets, _, out = spoilt
+    for ending in ("csv", "parquet"):
         if ending == "parquet":
             pytest.importorskip("pyarrow")
         batch(fixture, sets, "--output", tmp_path / f"r.{ending}", "--jobs", 1)
-    reference = json_rows(tmp_path / "r.jsonl")
+    reference = json_rows(out)
     with (tmp_path / "r.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["set"] for line in lines] == [row["set"] for row in reference]
@@ -195,16 +201,20 @@ def assert_end(processes: list[Path]) -> None:
         time.sleep(0.05)
 
 
+MANY = 40
+"""Sets that take a second or so: enough for a signal to come before the last one."""
+
+
 @pytest.mark.parametrize(("stop", "jobs"), [("SIGKILL", 2), ("SIGINT", 2), ("SIGINT", 1), ("SIGTERM", 1)])
 def test_a_batch_that_was_stopped_goes_on(tmp_path: Path, stop: str, jobs: int) -> None:
     if not hasattr(signal, stop) or os.name == "nt":
         pytest.skip(f"no {stop} here")
     fixture, _ = write_cell(tmp_path, 0)
-    text = "set,feature,x,y,z,ax,ay,az\n" + "".join(f"s{k},{row}\n" for k in range(100) for row in rows(k))
+    text = "set,feature,x,y,z,ax,ay,az\n" + "".join(f"s{k},{row}\n" for k in range(MANY) for row in rows(k))
     (tmp_path / "t.csv").write_text(text)
     out, journal = tmp_path / "r.jsonl", tmp_path / "r.jsonl.partial.jsonl"
-    command = [*TACTFIX, "batch", str(fixture), str(tmp_path / "t.csv"), "-o", str(out), "--jobs", str(jobs)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    words = [str(fixture), str(tmp_path / "t.csv"), "-o", str(out), "--jobs", str(jobs)]
+    process = subprocess.Popen([*TACTFIX, "batch", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for_rows(journal, 5, process)
     workers = children_of(process.pid)
     process.send_signal(getattr(signal, stop))
@@ -216,14 +226,14 @@ def test_a_batch_that_was_stopped_goes_on(tmp_path: Path, stop: str, jobs: int) 
     assert not out.exists()
     assert_end(workers)
     kept = journal.read_bytes().splitlines(keepends=True)
-    assert 5 < len(kept) < 100
+    assert 5 < len(kept) < MANY
     whole = [line for line in kept if line.endswith(b"\n")]
     # The rows that are kept are marked: what the output says of them must come from there.
     journal.write_bytes(b"".join(line.replace(b'"message": ""', b'"message": "kept"') for line in whole))
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = batch(*words)
     assert done.returncode == 0, done.stderr
     told = json_rows(out)
-    assert [row["set"] for row in told] == [f"s{k}" for k in range(100)]
+    assert [row["set"] for row in told] == [f"s{k}" for k in range(MANY)]
     assert sum(row["message"] == "kept" for row in told) == len(whole) - 1
     for k, row in enumerate(told):
         assert np.abs(np.array(row["transform"]) - pose(k)).max() < 1e-6
