@@ -21,11 +21,11 @@ class Ran:
     stderr: str
 
 
-def tactfix(*words: object, stdin: str | bytes = "") -> Ran:
-    """tactfix with these words, standard input as given, no terminal anywhere."""
+def tactfix(*words: object, stdin: str | bytes = "", together: bool = False) -> Ran:
+    """tactfix with these words, standard input as given, no terminal anywhere; standard error may go to the output."""
     given = stdin.encode() if isinstance(stdin, str) else stdin
     streams = [io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2)]
-    out, err = streams
+    out, err = (streams[0], streams[0]) if together else streams
     with (
         mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(given), encoding="utf-8")),
         contextlib.redirect_stdout(out),

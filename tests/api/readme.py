@@ -34,15 +34,19 @@ def folder_for_examples(path: Path) -> Path:
     return path
 
 
+def environment() -> dict[str, str]:
+    """What is set where examples are run: the tactfix of this Python on the path, a plain terminal 100 wide."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    return {"PATH": path, "NO_COLOR": "1", "COLUMNS": "100"}
+
+
 def outputs(block: str, folder: Path) -> list[str]:
     """What each command of a block prints, standard output and standard error together, run in this folder."""
     script = "".join(f"{command}\nstatus=$?; echo '{_END}'; (exit $status)\n" for command in commands(block))
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100"}
     done = subprocess.run(
         ["bash", "-c", script],
         cwd=folder,
-        env=environment,
+        env={**os.environ, **environment()},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -3,10 +3,11 @@
 import doctest
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
-from api.readme import README, blocks, commands, folder_for_examples, outputs, shown
+from api.readme import README, blocks, commands, environment, folder_for_examples, shown
 from command_line import tactfix
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
@@ -20,11 +21,26 @@ def assert_alike(printed: str, said: str) -> None:
 
 
 @pytest.mark.parametrize("block", blocks("console"), ids=lambda block: commands(block)[0][:60])
-def test_console_examples(block: str, tmp_path: Path) -> None:
-    printed = outputs(block, folder_for_examples(tmp_path))
-    assert len(printed) == len(commands(block))
-    for ours, said in zip(printed, shown(block), strict=True):
-        assert_alike(ours, said)
+def test_console_examples(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command with the status of the one before it; what needs no shell is run in this process."""
+    monkeypatch.chdir(folder_for_examples(tmp_path))
+    for name, value in environment().items():
+        monkeypatch.setenv(name, value)
+    status = 0
+    for command, said in zip(commands(block), shown(block), strict=True):
+        if re.fullmatch(r"tactfix [\w\s./:-]+", command):
+            done = tactfix(*command.split()[1:], together=True)
+        else:
+            done = subprocess.run(
+                ["bash", "-c", f"(exit {status}); {command}"],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+            )
+        status = done.returncode
+        assert_alike(done.stdout, said)
 
 
 def test_python_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,7 +62,7 @@ def test_the_json_of_the_readme_has_the_keys_that_are_written(monkeypatch: pytes
     calls = {
         "tactfix/locate/1": "locate fixtures/cylinder-sphere.yaml samples/cylinder-sphere/contacts.csv --json",
         "tactfix/fit/1": "fit plane samples/three-planes/contacts.csv --feature top --json",
-        "tactfix/design-check/1": "design-check fixtures/three-planes.yaml --json",
+        "tactfix/design-check/1": "design-check fixtures/three-planes.yaml --json --study 0",
     }
     monkeypatch.chdir(README.parent)
     for block in blocks("jsonc"):

@@ -1,15 +1,15 @@
 """The application: help without imports, exit status of every ending, completion, pipes."""
 
 import json
-import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pytest
 from cli.answers import LOCATING
+from command_line import tactfix
 
 from tactfix.cli import main
 from tactfix.cli.commands import COMMANDS, module_of
@@ -21,32 +21,35 @@ RUN = ("locate", "fixture.yaml", "contacts.csv")
 HEAVY = ("numpy", "scipy", "pydantic", "rich", "yaml")
 
 
-def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """A process of its own, with nothing of a terminal about it."""
-    script = "import sys; from tactfix.cli import main; sys.exit(main())"
-    command = [sys.executable, "-c", script, *arguments]
-    return subprocess.run(
-        command, capture_output=True, text=True, check=False, timeout=60, env={**os.environ, **environment}, cwd=ROOT
-    )
+IMPORTING = """
+import json, os, sys
+from tactfix.cli import main
+for words, environment in json.loads(sys.argv[1]):
+    os.environ.update(environment)
+    try:
+        main(words)
+    except SystemExit:
+        pass
+    print("imported", *sys.modules, file=sys.stderr)
+"""
 
 
-def imported(*arguments: str, **environment: str) -> set[str]:
-    """The modules that a command line imports; the program may end as it likes."""
-    script = (
-        "import sys, atexit; "
-        "atexit.register(lambda: print('imported', *sys.modules, file=sys.stderr)); "
-        "from tactfix.cli import main; main()"
-    )
+def imported_by_each(lines: Iterable[tuple[Sequence[str], dict[str, str]]]) -> list[set[str]]:
+    """The modules that are there after each command line with its environment, all in one process of their own."""
     done = subprocess.run(
-        [sys.executable, "-c", script, *arguments],
+        [sys.executable, "-c", IMPORTING, json.dumps(list(lines))],
         capture_output=True,
         text=True,
         check=True,
         timeout=60,
-        env={**os.environ, **environment},
         cwd=ROOT,
     )
-    return set(done.stderr.splitlines()[-1].split()[1:])
+    return [set(line.split()[1:]) for line in done.stderr.splitlines() if line.startswith("imported ")]
+
+
+def imported(*arguments: str) -> set[str]:
+    """The modules that a command line imports; the program may end as it likes."""
+    return imported_by_each([(arguments, {})])[0]
 
 
 def test_the_version_is_that_of_the_project(capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,16 +74,23 @@ def test_every_command_is_there_and_helps(command: str, capsys: pytest.CaptureFi
     assert (ROOT / "src" / Path(*module_of(command).split("."))).with_suffix(".py").exists()
 
 
-@pytest.mark.parametrize("line", [("--help",), ("--version",), *((name, "--help") for name in COMMANDS)], ids=" ".join)
-def test_help_and_version_import_nothing_heavy(line: tuple[str, ...]) -> None:
-    assert imported(*line).isdisjoint(HEAVY)
+def test_help_and_version_import_nothing_heavy() -> None:
+    lines = [("--version",), ("--help",), *((name, "--help") for name in COMMANDS)]
+    for line, modules in zip(lines, imported_by_each((line, {}) for line in lines), strict=True):
+        assert modules.isdisjoint(HEAVY), line
 
 
-@pytest.mark.parametrize("line", ["tactfix lo", "tactfix locate --ma", "tactfix convert p --to k", "tactfix fit cy"])
-def test_completion_imports_nothing_heavy(line: str) -> None:
-    place = str(len(line.split()) - 1)
-    modules = imported(_TACTFIX_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=place)
-    assert modules.isdisjoint(HEAVY)
+def completing(line: str, word: int) -> dict[str, str]:
+    """What a shell sets that asks for a word of this line."""
+    return {"_TACTFIX_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(word)}
+
+
+def test_completion_imports_nothing_heavy() -> None:
+    lines = ["tactfix lo", "tactfix locate --ma", "tactfix convert p --to k", "tactfix fit cy"]
+    asked = [((), completing(line, len(line.split()) - 1)) for line in lines]
+    for line, modules in zip(lines, imported_by_each(asked), strict=True):
+        assert modules.isdisjoint(HEAVY), line
+        assert "typer" in modules
 
 
 PAPER = ("fixtures/cylinder-sphere.yaml", "samples/cylinder-sphere/contacts.csv")
@@ -95,9 +105,12 @@ def test_locating_imports_only_what_it_uses() -> None:
     assert modules.isdisjoint(f"tactfix.{name}" for name in others)
 
 
-@pytest.mark.parametrize("options", [("--json",), ("--quiet",), ("--max-sigma", "1", "--at=0,0,0")])
-def test_plain_options_import_no_more(options: tuple[str, ...]) -> None:
-    assert imported("locate", *PAPER, *options).isdisjoint({"pydantic", "rich", "scipy", "typer"})
+def test_plain_options_import_no_more() -> None:
+    every = [("--json",), ("--quiet",), ("--max-sigma", "1", "--at=0,0,0")]
+    lines = [(("locate", *PAPER, *options), {}) for options in every]
+    for options, modules in zip(every, imported_by_each(lines), strict=True):
+        assert "numpy" in modules
+        assert modules.isdisjoint({"pydantic", "rich", "scipy", "typer"}), options
 
 
 @pytest.mark.parametrize(
@@ -113,8 +126,11 @@ def test_plain_options_import_no_more(options: tuple[str, ...]) -> None:
         ("tactfix locate nowhere.yaml c.csv --features b", 5, []),
     ],
 )
-def test_completion(line: str, word: int, expected: list[str]) -> None:
-    done = run(_TACTFIX_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(word))
+def test_completion(line: str, word: int, expected: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    for name, value in completing(line, word).items():
+        monkeypatch.setenv(name, value)
+    done = tactfix()
     assert done.stdout.split() == expected
     assert done.stderr == ""
 
