@@ -77,7 +77,8 @@ UNLIKE = {
 
 @pytest.mark.parametrize("name", UNLIKE.values())
 @pytest.mark.parametrize("rotation", [TILTED, turn("x", 180), turn("z", 179.9999999), np.eye(3), turn("y", 180)])
-def test_sigmas_are_those_of_random_poses(name, rotation):
+def test_sigmas_are_the_scatter_of_poses(name, rotation):
+    """Poses a sigma off to either side along each principal error scatter as errors drawn at random would."""
     numbers = DIALECTS[name].numbers
     rng = np.random.default_rng(7)
     root = rng.normal(size=(6, 6)) * np.r_[1e-5, 1e-5, 1e-5, 1e-2, 1e-2, 1e-2][:, None]
@@ -85,8 +86,7 @@ def test_sigmas_are_those_of_random_poses(name, rotation):
     told = sigmas_of_numbers(numbers, original)
     samples = []
     here = numbers.of(original.base_from_fixture)
-    for _ in range(400):
-        error = root @ rng.normal(size=6)
+    for error in np.sqrt(6) * np.hstack([root, -root]).T:
         # exp([d]) to second order is enough for 1e-5 rad
         x, y, z = error[:3]
         k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -95,7 +95,7 @@ def test_sigmas_are_those_of_random_poses(name, rotation):
         samples.append(np.r_[got[:3], numbers.orientation.nearest(got[3:], here[3:])])
     seen = np.std(samples, axis=0)
     known = ~np.isnan(told)
-    np.testing.assert_allclose(seen[known], told[known], rtol=0.15, atol=1e-9)
+    np.testing.assert_allclose(seen[known], told[known], rtol=1e-3, atol=1e-9)
     assert known[:3].all()
     assert known.all() or "gimbal" in write_pose(name, original, force=True).text + str(
         write_pose(name, original, force=True).notes

@@ -155,9 +155,8 @@ def test_what_cannot_be():
     assert "tip of radius 3" in small.candidates[0].reasons[0].message
 
 
-@pytest.mark.parametrize("kind", ["plane", "sphere", "cylinder"])
-def test_sigma_agrees_with_monte_carlo(kind):
-    rng = np.random.default_rng(7)
+def _touched(kind, rng):
+    """A rotation, and contacts on a surface turned by it with their outward normals."""
     rotation = random_rotation(rng)
     exact = {
         "plane": rng.normal(size=(7, 3)) * [3, 2, 0],
@@ -169,20 +168,45 @@ def test_sigma_agrees_with_monte_carlo(kind):
         "sphere": exact["sphere"] / 5,
         "cylinder": exact["cylinder"] * [1, 1, 0] / 5,
     }
-    exact, normals = exact[kind] @ rotation.T, normals[kind] @ rotation.T
-    numbers, sigma = [], None
-    for _ in range(300):
-        noise = rng.normal(scale=0.01, size=(len(exact), 1))
-        result = fit(kind, _contacts(exact + noise * normals, -normals, 0.01), None)
-        assert result.status == "located"
-        surface, sigma = result.surface, result.sigma
-        if kind == "cylinder":
-            turned = surface.direction * np.sign(surface.direction @ rotation[:, 2])
-            numbers.append([*surface.point, *turned, surface.radius])
-        else:
-            numbers.append([*surface.point, *surface.normal] if kind == "plane" else [*surface.center, surface.radius])
-    spread = np.std(numbers, axis=0)
-    assert np.concatenate(list(sigma.values())) == pytest.approx(spread, rel=0.25)
+    return rotation, exact[kind] @ rotation.T, normals[kind] @ rotation.T
+
+
+def _fitted(kind, rotation, points, normals):
+    """The numbers of the surface that fits best, and their sigmas."""
+    result = fit(kind, _contacts(points, -normals, 0.01), None)
+    assert result.status == "located"
+    surface, sigmas = result.surface, np.concatenate(list(result.sigma.values()))
+    if kind == "cylinder":
+        turned = surface.direction * np.sign(surface.direction @ rotation[:, 2])
+        return np.array([*surface.point, *turned, surface.radius]), sigmas
+    if kind == "plane":
+        return np.array([*surface.point, *surface.normal]), sigmas
+    return np.array([*surface.center, surface.radius]), sigmas
+
+
+KINDS = ["plane", "sphere", "cylinder"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sigma_is_what_a_sigma_of_each_contact_does(kind):
+    """Contacts off by a sigma one at a time, to either side: their effects add in quadrature."""
+    rotation, exact, normals = _touched(kind, np.random.default_rng(7))
+    effects = []
+    for step in 0.01 * np.eye(len(exact))[:, :, None]:
+        ahead, behind = (_fitted(kind, rotation, exact + off * normals, normals)[0] for off in (step, -step))
+        effects.append((ahead - behind) / 2)
+    told = _fitted(kind, rotation, exact, normals)[1]
+    assert told == pytest.approx(np.linalg.norm(effects, axis=0), rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_sigma_agrees_with_monte_carlo(kind):
+    rng = np.random.default_rng(7)
+    rotation, exact, normals = _touched(kind, rng)
+    noise = rng.normal(scale=0.01, size=(300, len(exact), 1))
+    numbers, sigmas = zip(*(_fitted(kind, rotation, exact + off * normals, normals) for off in noise), strict=True)
+    assert sigmas[-1] == pytest.approx(np.std(numbers, axis=0), rel=0.25)
 
 
 def test_unit_of_length_does_not_matter():
