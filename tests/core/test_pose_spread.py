@@ -15,7 +15,6 @@ from core.problems import (
     related,
     touch_all,
 )
-from core.test_surfaces import depth
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
@@ -40,9 +39,8 @@ def nearest(patches, contacts, pose):
 
 def samples(patches, contacts, best, count, rng):
     """Errors (count, 6) of poses whose residuals differ from the best pose's by noise: what the true pose may be."""
-    surfaces = {name: patch.surface() for name, patch in patches.items()}
     reach = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
-    centre = contacts.points.mean(axis=0)
+    centre, out_of_material = contacts.points.mean(axis=0), depths(patches, contacts.features)
 
     def moved(x):
         turn = Rotation.from_rotvec(x[:3] / reach).as_matrix()
@@ -51,9 +49,7 @@ def samples(patches, contacts, best, count, rng):
     def residuals(x):
         there = moved(x)
         local = (contacts.points - there[:3, 3]) @ there[:3, :3]
-        return (
-            np.array([depth(surfaces[n], p) for n, p in zip(contacts.features, local, strict=True)]) / contacts.sigmas
-        )
+        return out_of_material(local) / contacts.sigmas
 
     rest = residuals(np.zeros(6))
     errors = []
@@ -61,6 +57,22 @@ def samples(patches, contacts, best, count, rng):
         noise = rng.standard_normal(len(contacts))
         errors.append(pose_error(best, moved(least_squares(lambda x, n=noise: residuals(x) - rest - n, np.zeros(6)).x)))
     return np.array(errors)
+
+
+def depths(patches, names):
+    """How far points are out of the material of their features, all touched from outside, as a function of them."""
+    touched = [patches[name] for name in names]
+    at, along = (np.array([getattr(patch, what) for patch in touched], float) for what in ("at", "along"))
+    radii, kinds = np.array([patch.radius for patch in touched]), np.array([patch.kind for patch in touched])
+    is_plane, of_bars = kinds == "plane", along * (kinds == "cylinder")[:, None]
+
+    def out_of_material(points):
+        arms = points - at
+        heights = (arms * along).sum(axis=1)
+        across = arms - heights[:, None] * of_bars
+        return np.where(is_plane, heights, np.sqrt((across**2).sum(axis=1))) - radii
+
+    return out_of_material
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -6,6 +6,7 @@ reference table, every row of it.
 """
 
 import json
+from functools import cache
 from itertools import combinations, permutations, product
 from pathlib import Path
 
@@ -188,48 +189,69 @@ def misfit(pose, surfaces, target):
     return shapes([moved(pose, surface) for surface in surfaces]) - target
 
 
-def descend(surfaces, images, rng):
-    """Levenberg-Marquardt on the misfit from a random pose; the pose when it lays each surface on its image."""
-    pose, damping, target = random_pose(rng, 1.0), 1e-2, shapes(images)
-    r = misfit(pose, surfaces, target)
-    for _ in range(60):
-        steps = [step(h) for h in 1e-6 * np.eye(6)]
-        jac = np.column_stack([(misfit(s @ pose, surfaces, target) - r) / 1e-6 for s in steps])
-        h = np.linalg.solve(jac.T @ jac + damping * np.eye(6), -jac.T @ r)
-        new = step(h) @ pose
-        new_r = misfit(new, surfaces, target)
-        if new_r @ new_r < r @ r:
-            pose, r, damping = new, new_r, damping / 10
+def shapes_at(poses, surfaces):
+    """The shapes (..., n) of surfaces moved to many poses (..., 4, 4) at once."""
+    turns, parts = poses[..., :3, :3], []
+    for surface in surfaces:
+        at = turns @ (surface.center if isinstance(surface, Sphere) else surface.point) + poses[..., :3, 3]
+        if isinstance(surface, Sphere):
+            parts.append(at)
         else:
-            damping *= 10
-        if r @ r < 1e-22 or damping > 1e8:
+            d = turns @ (surface.normal if isinstance(surface, Plane) else surface.direction)
+            foot = d * np.sum(d * at, axis=-1, keepdims=True)
+            square = (d[..., :, None] * d[..., None, :]).reshape(*d.shape[:-1], 9)
+            parts += [square, foot if isinstance(surface, Plane) else at - foot]
+        if not isinstance(surface, Plane):
+            parts.append(np.full((*at.shape[:-1], 1), surface.radius))
+    return np.concatenate(parts, axis=-1)
+
+
+def descend(surfaces, poses, targets):
+    """Levenberg-Marquardt on the misfit from poses (n, 4, 4); those that lay each surface on its image."""
+    poses, damping = poses.copy(), np.full(len(poses), 1e-2)
+    r = shapes_at(poses, surfaces) - targets
+    small = steps(1e-6 * np.eye(6))
+    for _ in range(60):
+        (left,) = np.nonzero((np.sum(r * r, axis=1) >= 1e-22) & (damping <= 1e8))
+        if not len(left):
             break
-    return pose if r @ r < 1e-16 else None
+        ahead = shapes_at(small @ poses[left, None], surfaces) - targets[left, None]
+        jac = (ahead - r[left, None]) / 1e-6  # transposed: (n, 6, misfits)
+        normal = jac @ jac.swapaxes(1, 2) + damping[left, None, None] * np.eye(6)
+        h = np.linalg.solve(normal, -jac @ r[left, :, None])[..., 0]
+        new = steps(h) @ poses[left]
+        new_r = shapes_at(new, surfaces) - targets[left]
+        better = np.sum(new_r**2, axis=1) < np.sum(r[left] ** 2, axis=1)
+        poses[left[better]], r[left[better]] = new[better], new_r[better]
+        damping[left] *= np.where(better, 0.1, 10.0)
+    return poses[np.sum(r * r, axis=1) < 1e-16]
 
 
-def step(h):
-    angle = np.linalg.norm(h[:3])
-    k = np.cross(np.eye(3), -h[:3])
-    pose = np.eye(4)
-    if angle:
-        pose[:3, :3] += np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * k @ k
-    pose[:3, 3] = h[3:]
-    return pose
+def steps(h):
+    """The rigid motions (n, 4, 4) of steps (n, 6)."""
+    angle = np.maximum(np.linalg.norm(h[:, :3], axis=1), 1e-100)[:, None, None]
+    k = np.cross(np.eye(3), -h[:, None, :3])
+    poses = np.tile(np.eye(4), (len(h), 1, 1))
+    poses[:, :3, :3] += np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * (k @ k)
+    poses[:, :3, 3] = h[:, 3:]
+    return poses
 
 
 def brute_force_group(surfaces, rng, starts):
     """Distinct rigid motions that lay the set of surfaces on itself, found from random starts for each permutation."""
-    found = []
-    for order in permutations(range(len(surfaces))):
-        images = [surfaces[i] for i in order]
+    poses, targets = [], []
+    for images in permutations(surfaces):
         alike = [
             type(a) is type(b) and getattr(a, "radius", 0) == getattr(b, "radius", 0)
             for a, b in zip(surfaces, images, strict=True)
         ]
-        for _ in range(starts if all(alike) else 0):
-            pose = descend(surfaces, images, rng)
-            if pose is not None and not any(np.abs(pose - f).max() < 1e-5 for f in found):
-                found.append(pose)
+        if all(alike):
+            poses += [random_pose(rng, 1.0) for _ in range(starts)]
+            targets += [shapes(images)] * starts
+    found = []
+    for pose in descend(surfaces, np.array(poses), np.array(targets)):
+        if not any(np.abs(pose - f).max() < 1e-5 for f in found):
+            found.append(pose)
     return found
 
 
@@ -256,13 +278,20 @@ def test_verdicts_do_not_depend_on_unit_pose_or_order(position, unit):
     rng = np.random.default_rng(4)
     pose = random_pose(rng)
     pose[:3, 3] = 1e4 * unit * rng.normal(size=3)
+    symmetric, here = verdicts(position.name)
     surfaces = {name: moved(pose, scaled(s, unit)) for name, s in reversed(position.surfaces.items())}
     tolerance = tolerance_for(surfaces)
     assert in_letters(free_motions(surfaces, tolerance)) == position.free
-    assert len(symmetries(surfaces, {})) == len(symmetries(position.surfaces, {}))
-    there = {tuple(s[n] for n in position.surfaces) for s in minimal_sets(surfaces, tolerance, 10_000)}
-    here = {tuple(s.values()) for s in minimal_sets(position.surfaces, tolerance_for(position.surfaces), 10_000)}
-    assert there == here
+    assert len(symmetries(surfaces, {})) == symmetric
+    assert {tuple(s[n] for n in position.surfaces) for s in minimal_sets(surfaces, tolerance, 10_000)} == here
+
+
+@cache
+def verdicts(name):
+    """How many symmetries a position has, and its minimal sets, as it stands in the table."""
+    (surfaces,) = [p.surfaces for p in EVERY if p.name == name]
+    sets = minimal_sets(surfaces, tolerance_for(surfaces), 10_000)
+    return len(symmetries(surfaces, {})), {tuple(s.values()) for s in sets}
 
 
 def scaled(surface, unit):
