@@ -10,7 +10,7 @@ cylinders 3+3: 288, 2+4: 192; six spheres: 40.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -33,6 +33,10 @@ SEARCHED = 18
 
 PLENTY = 9
 """Contacts from which on the features located alone are relied on for where to start."""
+
+FAR_OFF = 100.0
+"""Times the limit on the cost, beyond which a miss is not polished only to be dropped: the cost is that of the distance
+up to a few per cent unless contacts are off by a large part of a radius."""
 
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
@@ -84,10 +88,12 @@ def all_poses(
     cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
     turns = scaled.half_turns(surfaces, contacts)
     zeros = _zeros(surfaces, contacts, sigmas, searched, cost_limit, turns)
+    limit = chi_square_limit(len(contacts) - 6)
     if zeros.continuum:
         zeros = zeros.sample(SAMPLES)
+    elif not with_misses and zeros.costs.min(initial=np.inf) > FAR_OFF * cost_limit:
+        return PoseSearch((), limit, zeros.complete, continuum=False)
     zeros = polish(equations, zeros)
-    limit = chi_square_limit(len(contacts) - 6)
     fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
@@ -114,10 +120,11 @@ def _zeros(
     if len(zeros.costs):
         return zeros
     misses = nearest_misses(searched, covering_rotations(starts), turns)
-    if misses.costs.min(initial=np.inf) > cost_limit:
-        # Before contacts are called inconsistent they deserve a closer look.
-        zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
-    return zeros if len(zeros.costs) else misses
+    if misses.costs.min(initial=np.inf) <= cost_limit:
+        return misses
+    # Before contacts are called inconsistent they deserve a closer look.
+    zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
+    return zeros if len(zeros.costs) else replace(misses, complete=True)
 
 
 STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
