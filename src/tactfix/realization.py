@@ -18,7 +18,7 @@ from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.charts import displaced, rigid_displacements
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import inverse
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved, signed_axis
 from tactfix.relations import all_relations, columns_of
 from tactfix.sameness import same_surface
 
@@ -142,8 +142,14 @@ def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list
 
 
 def _near_origin(surface: Surface) -> Surface:
-    """The surface with its given point where it is nearest to the fixture's origin."""
-    return surface if isinstance(surface, Sphere) else replace(surface, point=foot(surface, np.zeros(3)))
+    """The surface with its given point where it is nearest to the fixture's origin, an axis as `signed_axis` has it."""
+    match surface:
+        case Sphere():
+            return surface
+        case Plane():
+            return replace(surface, point=foot(surface, np.zeros(3)))
+        case Cylinder():
+            return replace(surface, point=foot(surface, np.zeros(3)), direction=signed_axis(surface.direction))
 
 
 def _known(shape: Mapping[str, Surface], shapes: list[Mapping[str, Surface]], scale: float) -> bool:

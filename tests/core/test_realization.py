@@ -113,3 +113,20 @@ def test_a_fixture_by_geometry_is_its_own_shape():
     fixture = placed(CYLINDER_SPHERE)
     (shape,) = realize(fixture)
     assert shape["ball"] is fixture.features["ball"].surface
+
+
+def test_an_axis_has_the_same_sign_in_every_shape():
+    """Whichever way random starts had it: the one that points up."""
+    two_bars = {
+        "pin": Patch("cylinder", (0, 0, 0), (0, 0, 1), 9.0),
+        "bar": Patch("cylinder", (0, 40, 5), (1, 0, 0), 5.0),
+    }
+    fixture = related(
+        two_bars,
+        [distance("pin", "bar", 40.0), angle("pin", "bar", 90.0)],
+        recipe(("foot_of", "bar", "pin"), ("z", "along", "pin"), ("y", "from_to", "pin", "bar")),
+    )
+    shapes = realize(fixture)
+    assert shapes
+    for axis in ("pin", "bar"):
+        assert all(shape[axis].direction @ [0.092, 0.188, 1.0] > 0 for shape in shapes)
