@@ -35,10 +35,17 @@ def test_a_result_that_cannot_be_written_is_told(words: str) -> None:
         ("$T locate $F none 2>&-", 3),
         ("$T locate 2> /dev/full", 2),
         ("$T locate $F $C 2>&-", 0),
+        ("$T locate -v $F $C 2> /dev/full", 0),
     ],
 )
 def test_the_status_is_right_where_nobody_hears(words: str, status: int) -> None:
     assert shell(words).returncode == status
+
+
+def test_a_summary_that_nobody_reads_does_not_change_the_status(tmp_path: Path) -> None:
+    shell(f"{{ $T locate -v $F $C > {tmp_path}/pose; echo $? > {tmp_path}/status; }} 2>&1 | true")
+    assert (tmp_path / "status").read_text() == "0\n"
+    assert len((tmp_path / "pose").read_text().splitlines()) == 4
 
 
 @pytest.mark.parametrize("words", ["$T locate $F - <&-", "$T convert - --to kuka <&-"])

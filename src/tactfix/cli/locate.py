@@ -21,6 +21,7 @@ from tactfix.cli.options import (
     Verbose,
 )
 from tactfix.cli.output import emit, note, tell, wants_summary
+from tactfix.cli.streams import standard_error
 
 if TYPE_CHECKING:
     from tactfix.geometry.arrays import Floats
@@ -96,7 +97,7 @@ def command(
         # rich takes as long to import as all else: only for people who see it.
         from tactfix.report.summary import print_summary
 
-        print_summary(result, point)
+        print_summary(result, standard_error(), point)
     elif point is not None:
         note(f"worst sigma at {at}: {shown_sigma(result, point)}", quiet=quiet)
     return _judge(result, point, max_sigma, max_rms)

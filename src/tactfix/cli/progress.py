@@ -4,6 +4,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from tactfix.cli.streams import standard_error
+
 Told = Callable[[float, str], None]
 
 
@@ -16,6 +18,6 @@ def progress_bar(what: str, *, quiet: bool) -> Iterator[Told]:
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with Progress(console=Console(file=standard_error()), transient=True) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share, doing: bar.update(task, completed=share, description=f"{what}: {doing}")

@@ -4,7 +4,7 @@ import contextlib
 import io
 import os
 import sys
-from typing import TextIO
+from typing import IO, TextIO, cast
 
 from tactfix.errors import FileError, Problem
 
@@ -33,6 +33,27 @@ def say(text: str) -> None:
         sys.stderr.flush()
     except OSError:
         discard(sys.stderr)
+
+
+def standard_error() -> IO[str]:
+    """Standard error for those that write to a file; where nobody can hear it nothing fails, and no process ends."""
+    return cast("IO[str]", _StandardError())
+
+
+class _StandardError(io.TextIOBase):
+    def write(self, text: str) -> int:
+        say(text)
+        return len(text)
+
+    def isatty(self) -> bool:
+        return sys.stderr.isatty()
+
+    def fileno(self) -> int:
+        return sys.stderr.fileno()
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return sys.stderr.encoding
 
 
 def refusal(error: OSError) -> FileError:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import IO, Final
 
 import numpy as np
 from rich.console import Console, Group, RenderableType
@@ -27,9 +27,9 @@ _COLORS: Final[dict[Status, str]] = {
 }
 
 
-def print_summary(result: LocateResult, at: Floats | None = None) -> None:
-    """Print the summary on standard error; at: a point (3,) of the fixture frame whose sigma is told too."""
-    console = Console(stderr=True, highlight=False)
+def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None) -> None:
+    """Print the summary on a file; at: a point (3,) of the fixture frame whose sigma is told too."""
+    console = Console(file=file, highlight=False)
     console.print(summary(result, at, ascii_only=console.options.ascii_only))
 
 
