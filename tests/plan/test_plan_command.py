@@ -55,6 +55,7 @@ def test_json_says_what_the_plan_is_worth(capsys):
     ("arguments", "said"),
     [
         (["--contacts", "5"], "6 or more"),
+        (["--contacts", "201"], "200 or fewer"),
         (["--add", "2"], "nothing to add to"),
         (["--contacts", "8", "--tip-radius", "-1"], "tip radius"),
     ],
