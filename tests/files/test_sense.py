@@ -62,6 +62,51 @@ def test_distances_from_a_plane(tmp_path: Path, between: str, value: str, is_rig
     assert (problems(tmp_path, text) == []) == is_right
 
 
+@pytest.mark.parametrize("length", ["1.1e30", "-1e31", "1e300"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "distances:\n  - {{between: [ball, top], value: {}}}\n",
+        "touch:\n  ball: {{y: [null, {}]}}\n",
+        "touch:\n  ball: {{y: [{}, null]}}\n",
+    ],
+)
+def test_a_length_beyond_all_units(tmp_path: Path, line: str, length: str) -> None:
+    (what,) = problems(tmp_path, PLACED + line.format(length))
+    assert "no length in any unit" in what
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "is_right"),
+    [
+        ("radius", "1e31", False),
+        ("radius", "1e-31", False),
+        ("radius", "1e29", True),
+        ("sigma", "1e-40", False),
+        ("sigma", "0", True),
+        ("sigma", "1e40", False),
+        ("tip_radius", "1e40", False),
+        ("approach_distance", "1e-200", False),
+    ],
+)
+def test_sizes_that_are_no_length(tmp_path: Path, key: str, value: str, is_right: bool) -> None:
+    in_probe = key in ("tip_radius", "approach_distance")
+    radius = value if key == "radius" else "8"
+    rest = f", sigma: {value}" if key == "sigma" else ""
+    text = "tactfix: 1\nunits: mm\n" + (f"probe: {{{key}: {value}}}\n" if in_probe else "")
+    found = problems(
+        tmp_path, text + f"features:\n  ball: {{type: sphere, radius: {radius}, center: [0, 0, 0]{rest}}}\n"
+    )
+    assert (found == []) == is_right
+
+
+@pytest.mark.parametrize(("place", "is_right"), [("1e40", False), ("-1e31", False), ("1e-300", True)])
+def test_a_place_that_is_none(tmp_path: Path, place: str, is_right: bool) -> None:
+    text = "tactfix: 1\nunits: mm\nfeatures:\n"
+    text += f"  top: {{type: plane, point: [0, {place}, 0], normal: [0, 0, 1e200]}}\n"
+    assert (problems(tmp_path, text) == []) == is_right
+
+
 TWO_BARS = """tactfix: 1
 units: mm
 features:
