@@ -45,6 +45,10 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     left = [s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons]
     status = _status(contacts, solutions, left)
     result = _result(fixture, contacts, solutions, verdicts, left, status)
+    if left and not fixture.is_placed and status != "underdetermined":
+        from tactfix.relations import doubtful_distances
+
+        result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
     if status == "located":
         return _with_pose(result, fixture, left[0], scale_sigma)
     if status == "ambiguous":

@@ -416,3 +416,23 @@ def test_pins_that_are_parallel_within_a_sigma_are_one_pose(seed):
     rng = np.random.default_rng([11, seed])
     truth = touch_all(pins, {"plate": 3, "p1": 5, "p2": 5}, rng, sigma=0.02, tip=1.5)
     assert_located_truly(locate(related(pins, relations, rule), truth.contacts(rng)), truth)
+
+
+@pytest.mark.parametrize(("known", "warned"), [([], True), ([angle("a", "b", 0.0, 1.0)], False)])
+def test_axes_that_only_seem_parallel_are_doubted(known, warned):
+    """At half a degree, and the file says their distance and nothing of their angle."""
+    askew = (np.sin(np.radians(0.5)), 0, np.cos(np.radians(0.5)))
+    pins = {
+        "a": Patch("cylinder", (0, 0, 0), (0, 0, 1), 5.0, length=20.0),
+        "b": Patch("cylinder", (0, 40, 0), askew, 5.0, length=20.0),
+        "ball": Patch("sphere", (60, 0, 0), radius=10.0),
+    }
+    recipe_ = recipe(("foot_of", "ball", "a"), ("z", "along", "a"), ("x", "from_to", "a", "ball"))
+    touch = {"a": box(z=(-25, 25))}
+    fixture = related(pins, [distance("a", "b", 40.0, 0.1), *known], recipe_, touch)
+    contacts = touch_all(pins, {"a": 7, "b": 7, "ball": 5}, np.random.default_rng(1), sigma=0.01, tip=1.0).contacts()
+    result = locate(fixture, contacts)
+    assert result.base_from_fixture is not None or result.status == "ambiguous", result.status
+    doubts = [w for w in result.warnings if "no angle is given" in w]
+    assert len(doubts) == (1 if warned else 0)
+    assert not warned or "a and b are 0.5 deg from parallel" in doubts[0]

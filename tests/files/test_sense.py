@@ -125,6 +125,39 @@ def test_distance_of_two_axes_along_their_common_perpendicular(tmp_path: Path, d
     assert len(problems(tmp_path, TWO_BARS.format(direction=direction, value=value + 1))) == 1
 
 
+@pytest.mark.parametrize(("value", "is_right"), [(3.0, True), (5.0, True), (4.0, False)])
+def test_axes_with_places_that_are_nearly_parallel(tmp_path: Path, value: float, is_right: bool) -> None:
+    """At 0.01 rad: 3 along the common perpendicular, 5 from the given point of the first."""
+    text = TWO_BARS.replace("[5, 0, 7]", "[0, 4, 3]").format(direction="[1, 0.01, 0]", value=value)
+    assert (problems(tmp_path, text) == []) == is_right
+
+
+RELATED_BARS = """tactfix: 1
+units: mm
+features:
+  a: {{type: cylinder, radius: 1}}
+  b: {{type: cylinder, radius: 1}}
+  ball: {{type: sphere, radius: 1}}
+distances:
+  - {{between: [a, b], value: 7}}
+angles: [{angle}]
+frame: {{origin: {{foot_of: ball, on: a}}, z: {{along: a}}, x: {{from: a, to: ball}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("angle", "is_right"),
+    [("", True), ("0", True), ("1", False), ("1.1", False), ("1.2", True), ("90", True), ("0.001", False)],
+)
+def test_axes_have_a_distance_where_they_are_parallel_or_clearly_askew(
+    tmp_path: Path, angle: str, is_right: bool
+) -> None:
+    relation = f"{{between: [b, a], value: {angle}}}" if angle else ""
+    found = problems(tmp_path, RELATED_BARS.format(angle=relation))
+    assert (found == []) == is_right
+    assert is_right or "only where clearly askew or parallel" in found[0]
+
+
 def test_a_frame_that_agrees_with_the_places_may_stand_there(tmp_path: Path) -> None:
     frame = "frame:\n  origin: {foot_of: ball, on: bar}\n  y: {along: bar}\n  x: {from: bar, to: ball}\n"
     assert problems(tmp_path, PLACED + frame) == []

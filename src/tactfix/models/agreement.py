@@ -61,12 +61,19 @@ def _check_distances(document: FixtureEntry, surfaces: Mapping[str, Surface]) ->
         measured = distance_between(a, b)
         if not isinstance(a, Sphere) and not isinstance(b, Sphere):
             measured = abs(measured)  # only a sphere has a side of a plane
-        if (
-            abs(measured - distance["value"])
-            > SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
-        ):
+        slack = SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
+        if all(abs(meant - distance["value"]) > slack for meant in (measured, *_askew(a, b))):
             what = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
             yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
+
+
+def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
+    """The length of the common perpendicular of two axes, for nearly parallel ones another than their spacing."""
+    if not isinstance(a, Cylinder) or not isinstance(b, Cylinder):
+        return ()
+    square = np.cross(a.direction, b.direction)
+    sine = float(np.linalg.norm(square))
+    return (abs(float((b.point - a.point) @ square)) / sine,) if sine > _PARALLEL else ()
 
 
 def _has_distance(a: Surface, b: Surface) -> bool:

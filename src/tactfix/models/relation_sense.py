@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
+from tactfix.geometry.nearest import ALMOST_PARALLEL
 from tactfix.models.declared import Declared
 from tactfix.models.feature_sense import given_places
 from tactfix.models.findings import Finding, Path
@@ -62,13 +63,19 @@ def _check_distance(
         what = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
         yield Finding((*path, "value"), what, "write it without the sign")
     placed = any(given_places(declared.features[name]) for name in distance["between"])
-    if types in (("plane", "plane"), ("cylinder", "plane")) and not placed:
+    if placed:
+        return
+    names = " and ".join(distance["between"])
+    angle = next(
+        (a["value"] for a in document.get("angles", []) if set(a["between"]) == set(distance["between"])), None
+    )
+    if types == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
+        what = f"{names} have a distance only where clearly askew or parallel; their angle is {angle:g}"
+        remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
+        yield Finding((*path, "between"), what, remedy)
+    if types in (("plane", "plane"), ("cylinder", "plane")):
         wanted = (0.0, 180.0) if types == ("plane", "plane") else (90.0,)
-        angle = next(
-            (a["value"] for a in document.get("angles", []) if set(a["between"]) == set(distance["between"])), None
-        )
         if angle not in wanted:
-            names = " and ".join(distance["between"])
             known = "their angle is not given" if angle is None else f"their angle is {angle:g}"
             angles = " or ".join(f"{value:g}" for value in wanted)
             remedy = f"give the angle {angles} between {names} too, or leave out the distance"
