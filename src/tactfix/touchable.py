@@ -103,6 +103,11 @@ def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: f
     return TouchBox(ends_low, ends_high)
 
 
+def piece_bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats] | None:
+    """Corners low (3,) and high (3,) of a box around the part of a surface in its touch box; None where open."""
+    return _bounds(surface, box) if _is_bounded(surface, box) else None
+
+
 def bounds_of(
     surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0
 ) -> tuple[Floats, Floats]:
@@ -113,7 +118,7 @@ def bounds_of(
     """
     everywhere = TouchBox(np.full(3, -np.inf), np.full(3, np.inf))
     boxed = [(surface, boxes.get(name, everywhere)) for name, surface in surfaces.items()]
-    bounded = [_bounds(surface, box) for surface, box in boxed if _is_bounded(surface, box)]
+    bounded = [piece for piece in (piece_bounds(surface, box) for surface, box in boxed) if piece is not None]
     low, high = _hull(bounded) if bounded else _hull([(p, p) for p in _middle_points(surfaces.values())])
     centre = (low + high) / 2
     radius = float(np.linalg.norm(high - low)) / 2

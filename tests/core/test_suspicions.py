@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.problems import CORNER, PLATE, Patch, placed, touch_all
+from core.problems import CORNER, PLATE, Patch, box, placed, touch_all
 
 from tactfix.locate import locate
 
@@ -58,22 +58,47 @@ def test_all_approaches_reversed_are_normals():
     says(placed(PLATE), replace(contacts, approaches=-contacts.approaches), "all approaches reversed")
 
 
-# Where planes alone are touched, the thirty searches that find nothing are short.
 @pytest.mark.parametrize(
-    ("patches", "each", "pair"), [(CORNER, 4, (6, 12)), pytest.param(PLATE, 5, (7, 14), marks=pytest.mark.slow)]
+    ("patches", "counts", "pair"),
+    [
+        (CORNER, (4, 4, 4), (6, 12)),
+        (PLATE, (4, 5, 4), (6, 12)),
+        pytest.param(PLATE, (5, 5, 5), (7, 14), marks=pytest.mark.slow),
+    ],
 )
-def test_two_swapped_labels_are_named(patches, each, pair):
-    _, contacts = touched(patches, dict.fromkeys(patches, each))
+def test_two_swapped_labels_are_named(patches, counts, pair):
+    _, contacts = touched(patches, dict(zip(patches, counts, strict=True)))
     names = list(contacts.features)
     i, k = pair[0] - 1, pair[1] - 1
     names[i], names[k] = names[k], names[i]
     says(placed(patches), replace(contacts, features=tuple(names)), f"row {pair[0]} and row {pair[1]}", "swapped")
 
 
-@pytest.mark.parametrize(("factor", "word"), [(1 / 25.4, "inch")])
-def test_a_wrong_unit_is_named(factor, word):
+@pytest.mark.parametrize(
+    ("factor", "words", "whole"),
+    [
+        (1 / 25.4, ("25.4", "inches where mm is said"), False),
+        (1000 / 25.4, ("0.0254", "inches where metres are said"), True),
+        (1e6, ("1e-06", "micrometres where metres are said"), False),
+        (1e-3, ("1000", "metres where mm is said"), True),
+    ],
+)
+def test_a_wrong_unit_is_named(factor, words, whole):
+    """Of the coordinates alone, or of tip radius and sigma too."""
     _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
-    says(placed(PLATE), replace(contacts, points=contacts.points * factor), word, f"multiplied by {1 / factor:g}")
+    wrong = replace(contacts, points=contacts.points * factor)
+    if whole:
+        wrong = replace(wrong, sigmas=contacts.sigmas * factor, tip_radius=contacts.tip_radius * factor)
+    what = "all lengths of the contacts" if whole else "the coordinates"
+    says(placed(PLATE), wrong, f"multiplied by {words[0]} {what} are consistent", words[1])
+
+
+def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
+    """Their points fit in any unit."""
+    boxes = {name: box(*[(-100, 0)] * 3) for name in CORNER}
+    _, contacts = touched(CORNER, dict.fromkeys(CORNER, 4), sigma=0.01)
+    wrong = replace(contacts, points=contacts.points * 25.4)
+    says(placed(CORNER, boxes), wrong, "mm where inches are said")
 
 
 def test_contacts_that_are_corrected_for_the_tip_already():

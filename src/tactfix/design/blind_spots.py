@@ -16,7 +16,6 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.impossible_distances import least_chi_square
 from tactfix.design.misplaced import Misplaced
 from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
@@ -24,6 +23,7 @@ from tactfix.design.touched import Locator, Touched, most_telling, normals_of, s
 from tactfix.faults import Fault, growth, mistaken
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.impossible_contacts import least_chi_square
 from tactfix.motion_words import listed
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.refinement import refine
@@ -180,7 +180,8 @@ def _wrong_unit(touched: Touched, locator: Locator) -> BlindSpot:
     for factor in _UNITS:
         contacts = replace(touched.contacts, points=touched.contacts.points * factor)
         what = f"coordinates {factor:.4g} times as large"
-        is_impossible = least_chi_square(touched, contacts) > _FAR * chi_square_limit(max(touched.dof, 1))
+        least = least_chi_square(touched.surfaces, contacts, touched.sigmas)
+        is_impossible = least > _FAR * chi_square_limit(max(touched.dof, 1))
         found.append(_no_pose("unit", what) if is_impossible else _located("unit", touched, contacts, what, locator))
     return _worst(found)
 

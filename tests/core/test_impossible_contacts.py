@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from design.plans import contacts_of
 
-from tactfix.design.impossible_distances import least_chi_square
-from tactfix.design.touched import Touched
+from tactfix.fixture import TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
+from tactfix.impossible_contacts import are_beyond_boxes, least_chi_square
 
 SURFACES = {
     "table": Plane(np.array([0, 0, -40.0]), np.array([0, 0, 1.0])),
@@ -15,6 +15,7 @@ SURFACES = {
     "pin": Cylinder(np.array([0.0, 50.0, 0.0]), np.array([0, 0, 1.0]), 9.0),
 }
 TIP = 2.0
+INF = np.inf
 
 
 def off(name, x):
@@ -37,8 +38,7 @@ def random_pose(rng):
 
 
 def touched_at(points, names):
-    contacts = contacts_of(names, np.array(points, dtype=float), np.full((len(names), 3), np.nan), 0.5, TIP)
-    return Touched(SURFACES, contacts, np.full(len(names), 0.5), np.zeros((1, 3))), contacts
+    return contacts_of(names, np.array(points, dtype=float), np.full((len(names), 3), np.nan), 0.5, TIP)
 
 
 def test_no_pose_falls_below_the_bound():
@@ -46,8 +46,8 @@ def test_no_pose_falls_below_the_bound():
     said = 0
     for _ in range(60):
         names = [str(name) for name in rng.choice(list(SURFACES), 5)]
-        touched, contacts = touched_at(rng.normal(size=(5, 3)) * rng.choice([1.0, 10, 40]), names)
-        bound = least_chi_square(touched, contacts)
+        contacts = touched_at(rng.normal(size=(5, 3)) * rng.choice([1.0, 10, 40]), names)
+        bound = least_chi_square(SURFACES, contacts, contacts.sigmas)
         said += bound > 0
         for _ in range(40):
             rotation, shift = random_pose(rng)
@@ -72,5 +72,35 @@ def test_no_pose_falls_below_the_bound():
     ],
 )
 def test_two_contacts_by_hand(names, apart, excess):
-    touched, contacts = touched_at([[0, 0, 0], [apart, 0, 0]], list(names))
-    assert least_chi_square(touched, contacts) == pytest.approx(excess**2 / (2 * 0.5**2), abs=1e-9)
+    contacts = touched_at([[0, 0, 0], [apart, 0, 0]], list(names))
+    assert least_chi_square(SURFACES, contacts, contacts.sigmas) == pytest.approx(excess**2 / (2 * 0.5**2), abs=1e-9)
+
+
+def test_four_contacts_that_are_not_even_lie_on_no_plane():
+    corners = [[0, 0, 0], [10, 0, 0], [0, 10, 0], [10, 10, 8.0]]
+    contacts = touched_at(corners, ["table"] * 4)
+    # The best plane through a square with one corner raised by h leaves h / 4 at each corner, along its normal.
+    tilt = np.arctan(np.hypot(0.4, 0.4))
+    assert least_chi_square(SURFACES, contacts, contacts.sigmas) == pytest.approx(
+        4 * (2 * np.cos(tilt) / 0.5) ** 2, rel=0.05
+    )
+
+
+@pytest.mark.parametrize(("turned", "least", "most"), [(0.0, 0.0, 1e-9), (0.1, 0.3, 1.0)])
+def test_planes_whose_contacts_are_at_another_angle(turned, least, most):
+    """Table and wall are square; the wall's contacts are turned by 0.1 rad."""
+    surfaces = {**SURFACES, "wall": Plane(np.zeros(3), np.array([1.0, 0, 0]))}
+    table = [[0, 0, 0], [40, 0, 0], [0, 40, 0], [40, 40, 0]]
+    wall = [[0, 0, 10], [0, 40, 10], [turned * 40, 0, 50], [turned * 40, 40, 50]]
+    contacts = touched_at([*table, *wall], ["table"] * 4 + ["wall"] * 4)
+    # Both give way by half, 20 mm off the middle of each.
+    shared = 8 * (0.05 * 20 / 0.5) ** 2 if turned else 1.0
+    assert least * shared <= least_chi_square(surfaces, contacts, contacts.sigmas) <= most * shared
+
+
+def test_contacts_beyond_their_touch_boxes():
+    box = TouchBox(np.array([-5.0, -5.0, -INF]), np.array([5.0, 5.0, INF]))
+    near, far = (touched_at([[0, 0, 0], [apart, 0, 0]], ["table"] * 2) for apart in (20.0, 40.0))
+    assert not are_beyond_boxes(SURFACES, {"table": box}, near)
+    assert are_beyond_boxes(SURFACES, {"table": box}, far)
+    assert not are_beyond_boxes(SURFACES, {}, far)
