@@ -1,8 +1,10 @@
 """fit and init on the command line."""
 
 import json
+import os
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -111,3 +113,18 @@ def test_init_does_not_overwrite(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert load_fixture(path).name == "cylinder-sphere"
     assert main(["init", "--like", "tree-spheres"]) == 2
     assert "three-spheres" in capsys.readouterr().err
+
+
+def test_where_one_may_not_look_init_says_that_it_cannot_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stat = os.stat
+
+    def guarded(path: Any, *rest: Any, **options: Any) -> os.stat_result:
+        if "closed" in str(path):
+            raise PermissionError(13, "Permission denied")
+        return stat(path, *rest, **options)
+
+    monkeypatch.setattr(os, "stat", guarded)
+    assert main(["init", str(tmp_path / "closed" / "fixture.yaml")]) == 3
+    assert "cannot be written: Permission denied" in capsys.readouterr().err

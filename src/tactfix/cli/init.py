@@ -1,5 +1,6 @@
 """tactfix init."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +25,7 @@ def command(
     force: Annotated[bool, Option("--force", help="Replace FILE where it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""
-    if output is not None and output.exists() and not force:
+    if output is not None and os.path.exists(output) and not force:  # noqa: PTH110 - where one may not look it says no
         raise UsageError(f"{output} exists; choose another name, or replace it with --force")
     emit(template_text(like), output)
     return 0
