@@ -128,3 +128,15 @@ def test_where_one_may_not_look_init_says_that_it_cannot_write(
     monkeypatch.setattr(os, "stat", guarded)
     assert main(["init", str(tmp_path / "closed" / "fixture.yaml")]) == 3
     assert "cannot be written: Permission denied" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("marks", [("a\u0308", "\u00e4"), ("\u00e4", "a\u0308")])
+def test_a_name_is_the_same_however_its_accents_are_coded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], marks: tuple[str, str]
+) -> None:
+    written_as, asked_for = (f"Fl{mark}che" for mark in marks)
+    rows = PLANE.replace("x,y,z", "feature,x,y,z", 1)
+    for start in "01":
+        rows = rows.replace(f"\n{start},", f"\n{written_as},{start},")
+    path = written(tmp_path, rows, "contacts.csv")
+    assert main(["fit", "plane", str(path), "--feature", asked_for]) == 0, capsys.readouterr().err

@@ -84,7 +84,10 @@ def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> 
 
 def _one_feature(contacts: "Contacts", feature: str | None) -> "Contacts":
     """The contacts on one feature; a file that names several needs to be told which."""
+    from tactfix.files.reading import composed
+
     names = list(contacts.by_feature)
+    feature = None if feature is None else composed(feature)
     if feature is None and len(names) == 1:
         return contacts
     if feature not in names:

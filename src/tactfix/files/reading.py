@@ -38,16 +38,25 @@ def read_source(source: Source) -> tuple[str, str]:
         return str(source), decode(str(source), read_bytes(source))
     name = str(getattr(source, "name", "contacts"))
     content = source.read()
-    return name, decode(name, content) if isinstance(content, bytes) else content.removeprefix("\ufeff")
+    return name, decode(name, content) if isinstance(content, bytes) else composed(content.removeprefix("\ufeff"))
+
+
+def composed(text: str) -> str:
+    """The text with each accent in one character with its letter (NFC): what looks alike is one name."""
+    if text.isascii():
+        return text
+    import unicodedata
+
+    return unicodedata.normalize("NFC", text)
 
 
 def decode(name: str, content: bytes) -> str:
-    """UTF-8 with or without byte order mark as text; FileError names the first byte that is not UTF-8."""
+    """UTF-8 with or without byte order mark as text, composed; FileError names the first byte that is not UTF-8."""
     encoding = _BYTE_ORDER_MARKS.get(content[:2])
     if encoding is not None:
         raise FileError(name, [Problem(f"this is {encoding}", "save it as UTF-8")])
     try:
-        return content.decode("utf-8-sig")
+        return composed(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         before = error.object[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")

@@ -12,7 +12,7 @@ from tactfix.files.contact_file import ContactFile
 from tactfix.files.contact_options import ContactOptions, Settings, settle
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.log import Log, LogContact, LogFormat, Vector
-from tactfix.files.reading import Source, read_source
+from tactfix.files.reading import Source, composed, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.suggestions import did_you_mean
@@ -46,7 +46,7 @@ class LogContacts:
 def parse_features(text: str) -> tuple[FeatureRun, ...]:
     """'bar:5,ball:3' as five contacts on bar, then three on ball; UsageError for anything else."""
     runs = []
-    for part in text.split(","):
+    for part in composed(text).split(","):
         match = re.fullmatch(r"\s*(.+?)\s*:\s*(\d+)\s*", part)
         if match is None or int(match.group(2)) == 0:
             raise UsageError(f"--features {text!r}: {part.strip()!r} is not NAME:COUNT; write bar:5,ball:3, in order")
