@@ -67,3 +67,12 @@ def test_a_radius_that_is_no_length(radius: str) -> None:
     done = tactfix("fit", "sphere", CONTACTS, "--feature", "ball", "--radius", radius)
     assert (done.returncode, done.stdout) == (2, "")
     assert "is no radius" in done.stderr
+
+
+def test_what_is_piped_on_is_utf_8_in_any_locale(tmp_path: Path) -> None:
+    fixture = tmp_path / "kugel.yaml"
+    fixture.write_text(FIXTURE.read_text().replace("bar", "\u68d2 \u00e4"), encoding="utf-8")
+    ascii_only = "LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0 PYTHONIOENCODING=ascii"
+    done = shell(f"{ascii_only} $T simulate {fixture} --seed 1 | $T locate {fixture} -")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(done.stdout.splitlines()) == 4

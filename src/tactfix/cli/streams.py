@@ -18,6 +18,12 @@ def settle() -> None:
         sys.stdout = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY), "w"))
     if sys.stderr is None:
         sys.stderr = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_WRONLY), "w"))
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        if sys.stdout.isatty():
+            sys.stdout.reconfigure(errors="backslashreplace")
+        elif sys.stdout.encoding.lower() != "utf-8":
+            # Contact and fixture files are UTF-8, whatever the locale: what is piped on can be read.
+            sys.stdout.reconfigure(encoding="utf-8")
 
 
 def discard(stream: TextIO) -> None:
