@@ -139,9 +139,9 @@ def test_a_verdict_names_the_way_out() -> None:
         assert "\n".join(fit_verdict_lines(fitted(status))).startswith(status)
 
 
-def printed(status: Status, contacts: int = 3, color: bool = False, **options: Any) -> str:
+def printed(status: Status, contacts: int = 3, color: bool = False, width: int = 80, **options: Any) -> str:
     file = io.StringIO()
-    console = Console(file=file, width=80, force_terminal=color, color_system="standard" if color else None)
+    console = Console(file=file, width=width, force_terminal=color, color_system="standard" if color else None)
     console.print(summary(answer(status, contacts), **options))
     return file.getvalue()
 
@@ -154,6 +154,14 @@ def test_the_summary_fits_a_terminal_and_needs_no_color(status: Status) -> None:
     assert "\x1b" in printed(status, color=True)
     assert status in text
     assert "cell" in text
+
+
+@pytest.mark.parametrize("status", STATUSES)
+@pytest.mark.parametrize("width", [40, 60])
+def test_a_narrow_terminal_cuts_no_number_off(status: Status, width: int) -> None:
+    text = printed(status, width=width)
+    assert max(map(len, text.splitlines())) <= width
+    assert "…" not in text
 
 
 def test_the_summary_shows_the_pose_to_the_digits_that_are_known() -> None:

@@ -61,6 +61,7 @@ def _pose(result: LocateResult, base_from_fixture: Floats, at: Floats | None) ->
     table = Table("in base", *"xyz", "worst", box=None, pad_edge=False, header_style="dim")
     for column in table.columns[1:]:
         column.justify = "right"
+    _keep_whole(table)
     sigmas = None if result.covariance is None else np.sqrt(np.diag(result.covariance))
     rotation = np.rad2deg(_rotation_vector(base_from_fixture[:3, :3]))
     origin = base_from_fixture[:3, 3]
@@ -74,6 +75,12 @@ def _pose(result: LocateResult, base_from_fixture: Floats, at: Floats | None) ->
     for k, axis in enumerate("xyz"):
         table.add_row(f"axis {axis}", *(f"{value:.9f}" for value in base_from_fixture[:3, k] + 0.0))
     return table
+
+
+def _keep_whole(table: Table) -> None:
+    """Let a narrow terminal break what is too wide for it: a number without its last digits is another one."""
+    for column in table.columns:
+        column.overflow = "fold"
 
 
 def _point_row(table: Table, result: LocateResult, base_from_fixture: Floats, at: Floats) -> None:
@@ -144,6 +151,7 @@ def _residuals(result: LocateResult, ascii_only: bool) -> Table:
     )
     for index in (0, 2, 4):
         table.columns[index].justify = "right"
+    _keep_whole(table)
     for contact in shown:
         angle = "" if contact.approach_angle_deg is None else f"{contact.approach_angle_deg:.0f} deg off"
         bar = _bar(contact.residual / largest, ascii_only)
@@ -157,13 +165,14 @@ def _bar(share: float, ascii_only: bool) -> Text:
     length = round(abs(share) * _HALF_BAR)
     left, right = (length, 0) if share < 0 else (0, length)
     text = " " * (_HALF_BAR - left) + full * left + middle + full * right
-    return Text(text, "cyan" if abs(share) < 1 else "magenta")
+    return Text(text, "cyan" if abs(share) < 1 else "magenta", overflow="crop", no_wrap=True)
 
 
 def _candidates(result: LocateResult) -> Table:
     """Every pose that explains the contacts, and why each that fell did."""
     table = Table("pose", "origin in base", "chi2", "why it fell", box=None, pad_edge=False, header_style="dim")
     table.columns[2].justify = "right"
+    _keep_whole(table)
     for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
         origin = "  ".join(f"{value:.4f}" for value in candidate.base_from_fixture[:3, 3] + 0.0)
         table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _why(candidate))
