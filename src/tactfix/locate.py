@@ -16,7 +16,7 @@ from tactfix.fixture import Fixture
 from tactfix.freedom import free_motions, is_worthless
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import rigid_displacements
-from tactfix.geometry.surfaces import Surface
+from tactfix.geometry.surfaces import Surface, offset_radius
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.refinement import contact_sigmas
 from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
@@ -85,6 +85,11 @@ def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
         raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
     if not len(contacts):
         raise UsageError("there are no contacts; touch the fixture at least six times")
+    for name in dict.fromkeys(contacts.features):
+        # In the fixture's own words: what locates scales lengths and knows no names.
+        feature = fixture.features[name]
+        if feature.radius is not None:
+            offset_radius(name, feature.radius, feature.side, contacts.tip_radius)
 
 
 def _verdict(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True) -> Verdict:

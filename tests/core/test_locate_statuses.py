@@ -1,6 +1,7 @@
 """Statuses that never lie: what a sceptical metrologist would try, hard cases first."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from core.problems import (
 )
 from scipy.spatial.transform import Rotation
 
+from tactfix.errors import TipDoesNotFitError
 from tactfix.locate import locate
 
 MAHALANOBIS_LIMIT = 38.3
@@ -436,3 +438,10 @@ def test_axes_that_only_seem_parallel_are_doubted(known, warned):
     doubts = [w for w in result.warnings if "no angle is given" in w]
     assert len(doubts) == (1 if warned else 0)
     assert not warned or "a and b are 0.5 deg from parallel" in doubts[0]
+
+
+def test_a_tip_that_does_not_fit_is_told_in_the_words_of_the_fixture():
+    """Also where many contacts have each feature located alone first."""
+    contacts = touch_all(BUSH, {"face": 4, "bush": 6, "ball": 5}, np.random.default_rng(2), tip=2.0).contacts()
+    with pytest.raises(TipDoesNotFitError, match=r"^bush: a tip of radius 16 does not fit into .* of radius 15;"):
+        locate(placed(BUSH), replace(contacts, tip_radius=16.0))
