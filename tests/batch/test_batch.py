@@ -1,6 +1,7 @@
 """A batch gives each set the answer that it gets alone, in order, whatever becomes of the others."""
 
 import pickle
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -133,3 +134,10 @@ def test_gates_are_told_in_the_row(task: BatchTask) -> None:
     # 12 m away the same pose is less sure.
     far = BatchTask(task.fixture, PLAIN, blank, max_sigma=1.0, point_fixture=(0.0, 0.0, 1e6))
     assert not locate_set(far, one).acceptable
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs signal masks")
+def test_a_worker_never_takes_an_interrupt_not_even_while_it_starts():
+    with LocalProcesses(1).open() as (executor, _):
+        assert signal.SIGINT in executor.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run tactfix with these arguments (those of the process where None) and return the exit status."""
-    from tactfix.cli.app import run
-
+    try:
+        from tactfix.cli.app import run
+    except KeyboardInterrupt:  # from there on it is told
+        return 130
     return run(arguments)
