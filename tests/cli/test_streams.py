@@ -1,12 +1,15 @@
 """Standard streams that are closed or full: the exit status says so, and nothing is called a bug."""
 
 import os
+import pty
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from command_line import tactfix
+
+from tactfix.cli.progress import progress_bar
 
 ROOT = Path(__file__).parents[2]
 FIXTURE = ROOT / "fixtures" / "cylinder-sphere.yaml"
@@ -76,3 +79,15 @@ def test_what_is_piped_on_is_utf_8_in_any_locale(tmp_path: Path) -> None:
     done = shell(f"{ascii_only} $T simulate {fixture} --seed 1 | $T locate {fixture} -")
     assert (done.returncode, done.stderr) == (0, "")
     assert len(done.stdout.splitlines()) == 4
+
+
+def test_progress_shows_on_a_terminal_and_ends_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    master, terminal = pty.openpty()
+    with os.fdopen(terminal, "w") as stream:
+        monkeypatch.setattr(sys, "stderr", stream)
+        with progress_bar("planning", quiet=False) as told:
+            told(0.5, "half")
+        assert b"planning" in os.read(master, 4096)
+        os.close(master)
+        with progress_bar("planning", quiet=False) as told:
+            told(0.5, "for nobody")

@@ -34,32 +34,40 @@ def discard(stream: TextIO) -> None:
 
 def say(text: str) -> None:
     """Write to standard error; where nobody can hear it the exit status has to do."""
+    _write(sys.stderr, text)
+
+
+def _write(stream: TextIO, text: str) -> None:
     try:
-        sys.stderr.write(text)
-        sys.stderr.flush()
+        stream.write(text)
+        stream.flush()
     except OSError:
-        discard(sys.stderr)
+        discard(stream)
 
 
 def standard_error() -> IO[str]:
     """Standard error for those that write to a file; where nobody can hear it nothing fails, and no process ends."""
-    return cast("IO[str]", _StandardError())
+    return cast("IO[str]", _StandardError(sys.stderr))
 
 
 class _StandardError(io.TextIOBase):
+    # The stream of the moment: while rich shows progress, sys.stderr leads back to rich.
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
     def write(self, text: str) -> int:
-        say(text)
+        _write(self._stream, text)
         return len(text)
 
     def isatty(self) -> bool:
-        return sys.stderr.isatty()
+        return self._stream.isatty()
 
     def fileno(self) -> int:
-        return sys.stderr.fileno()
+        return self._stream.fileno()
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        return sys.stderr.encoding
+        return self._stream.encoding
 
 
 def refusal(error: OSError) -> FileError:
