@@ -55,7 +55,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
         return _with_next_contact(result, fixture, contacts, left)
     if status == "underdetermined":
         return _with_free_motions(result, fixture, contacts, solutions, left)
-    return _with_suspicions(result, fixture, contacts) if explain else result
+    return _with_suspicions(result, fixture, contacts, solutions) if explain else result
 
 
 def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
@@ -237,7 +237,7 @@ def _with_free_motions(
     return replace(result, free_motions=motions)
 
 
-def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts) -> LocateResult:
+def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
     from tactfix.suspicions import suspicions
 
@@ -248,5 +248,6 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts)
         return locate(fixture, corrected, explain=False).status in ("located", "ambiguous")
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
-    found = suspicions(fixture, contacts, fits, solve_again, is_consistent)
+    best = next(iter(solutions.found), None)
+    found = suspicions(fixture, contacts, best, fits, solve_again, is_consistent)
     return replace(result, warnings=(*result.warnings, *found))

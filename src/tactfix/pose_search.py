@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
-from tactfix.pose_descent import FIRST_LOOK, descend, rotation_matrices, turned
+from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend, rotation_matrices, turned
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
 
 OFF_CENTRE = 0.75
@@ -144,9 +144,17 @@ def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
     return int((values[:, -1] < SINGULAR * values[:, 0]).sum()) > MOST_SINGULAR
 
 
-def polish(equations: PoseEquations, zeros: Zeros) -> Zeros:
+def together(parts: Sequence[Zeros]) -> Zeros:
+    """All of them in one; complete and continuum as of the first."""
+    rotations, offsets, costs = (
+        np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in ("rotations", "offsets", "costs")
+    )
+    return Zeros(rotations, offsets, costs, parts[0].complete, parts[0].continuum)
+
+
+def polish(equations: PoseEquations, zeros: Zeros, most_steps: int = MOST_STEPS) -> Zeros:
     """The local minima of the geometric residuals that each zero leads to, those that meet as one."""
-    found = descend(equations, zeros.rotations, zeros.offsets, np.inf, geometric=True)
+    found = descend(equations, zeros.rotations, zeros.offsets, np.inf, geometric=True, most_steps=most_steps)
     kept, _ = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return Zeros(*_split(kept), complete=zeros.complete, continuum=zeros.continuum)
 

@@ -23,8 +23,17 @@ from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
+from tactfix.pose_consensus import PART, agreed_poses
 from tactfix.pose_equations import PoseEquations, pose_equations
-from tactfix.pose_search import Zeros, covering_rotations, find_zeros, find_zeros_near, nearest_misses, polish
+from tactfix.pose_search import (
+    Zeros,
+    covering_rotations,
+    find_zeros,
+    find_zeros_near,
+    nearest_misses,
+    polish,
+    together,
+)
 from tactfix.refinement import PoseFit, fit_at
 
 SEARCHED = 18
@@ -37,6 +46,9 @@ PLENTY = 9
 FAR_OFF = 100.0
 """Times the limit on the cost, beyond which a miss is not polished only to be dropped: the cost is that of the distance
 up to a few per cent unless contacts are off by a large part of a radius."""
+
+MISS_STEPS = 60
+"""Steps down to a miss: its minimum is flat, and no pose to within rounding is wanted."""
 
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
@@ -93,7 +105,13 @@ def all_poses(
         zeros = zeros.sample(SAMPLES)
     elif not with_misses and zeros.costs.min(initial=np.inf) > FAR_OFF * cost_limit:
         return PoseSearch((), limit, zeros.complete, continuum=False)
-    zeros = polish(equations, zeros)
+    if zeros.costs.min(initial=np.inf) <= cost_limit:
+        zeros = polish(equations, zeros)
+    else:
+        starts = _starts(surfaces, contacts, PART)
+        part_limit = cost_limit * chi_square_limit(PART - 6) / chi_square_limit(len(index) - 6)
+        others = agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)
+        zeros = polish(equations, together([zeros, *others] if len(contacts) > SEARCHED else [zeros]), MISS_STEPS)
     fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]

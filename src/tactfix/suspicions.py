@@ -21,13 +21,15 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.doubts import SEEN, Doubts
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.impossible_contacts import are_beyond_boxes, least_chi_square
+from tactfix.motion_words import listed
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.realization import fixture_scale, realize
-from tactfix.refinement import SMALLEST_RATIO, contact_sigmas, sensitivity
+from tactfix.refinement import contact_residuals, contact_sigmas
 from tactfix.solution import Solution, Solutions
 
 MOST_CONTACTS = 12
@@ -37,9 +39,15 @@ MOST_ASKED = 40
 swapped: the cost grows with the square of their number."""
 MOST_SWAPS = 24
 """Swaps that are located, those first without whose two contacts chi-square would fall most."""
+SEVERAL = (1, 2, 3, 5, 8, 12, 20)
+LEFT = 8
+"""Contacts, those that are doubted most, left out together, where they are no more than one of so many."""
+MUCH = 0.1
+"""Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
+MANY = 48
+"""Contacts of which parts without any wrong one have been searched (`pose_consensus`): beyond few of many there is none
+to find."""
 TIP_STEPS = 6
-SEEN = 1e-3
-"""Share of a change of the tip radius that some residual must show: three faces of a cube do not show any."""
 UNITS_MEANT = {
     25.4: "inches where mm is said",
     1 / 25.4: "mm where inches are said",
@@ -63,6 +71,8 @@ class Hypothesis:
     contacts: Contacts
 
 
+Stage: TypeAlias = Iterator[Hypothesis]
+"""What is asked together: where one of them explains the contacts, nothing after them is asked."""
 Solve: TypeAlias = Callable[[Contacts], Solutions]
 IsConsistent: TypeAlias = Callable[[Contacts], bool]
 
@@ -72,25 +82,36 @@ NOTHING_EXPLAINS = (
 
 
 def suspicions(
-    fixture: Fixture, contacts: Contacts, fits: bool, solve: Solve, is_consistent: IsConsistent
+    fixture: Fixture,
+    contacts: Contacts,
+    best: Solution | None,
+    fits: bool,
+    solve: Solve,
+    is_consistent: IsConsistent,
 ) -> tuple[str, ...]:
     """What would make the contacts consistent, in words; says so where no single mistake explains them.
 
-    fits: whether a pose fits the points, and only approach, touch box or path speak against it. solve gives the
-    solutions for corrected contacts, is_consistent says whether a pose is left for them.
+    best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
+    speak against it. solve gives the solutions for corrected contacts, is_consistent says whether a pose is left for
+    them.
     """
-    best = next(iter(solve(contacts).found), None)
-    doubtful = _doubtful(contacts, best) if best else list(range(len(contacts)))
-    against = _against(contacts, best) if best else doubtful
-    screen = _Screen(fixture, frozenset(contacts.rows[i] for i in doubtful[:MOST_ASKED]))
-    singles = _single_contacts(contacts, doubtful)
+    doubts = Doubts.of(contacts, _sigmas(fixture, contacts), best) if best else None
+    order = doubts.order if doubts else list(range(len(contacts)))
+    screen = _Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
+    pairs = _pairs(contacts, order, doubts)
+    swaps = (hypothesis for hypothesis in _labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
     if fits:
+        against = _against(contacts, best) if best else order
         # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
-        stages = [_approaches(contacts, against), _coordinates(contacts), _whole_files(contacts), singles]
+        stages = [_approaches(contacts, against), _coordinates(contacts), _whole_files(contacts)]
     else:
-        stages = [_coordinates(contacts), _whole_files(contacts), chain(_tip_radii(fixture, contacts, solve), singles)]
-    possible = (hypothesis for hypothesis in _labels(contacts, doubtful, best) if screen.lets_pass(hypothesis.contacts))
-    for stage in (*stages, islice(possible, MOST_SWAPS)):
+        stages = [_coordinates(contacts), _whole_files(contacts), _tip_radii(fixture, contacts, solve)]
+    if fits or len(contacts) < MANY:
+        alone = doubts.singly if doubts else order
+        stages[-1] = chain(stages[-1], _without_each(contacts, alone[:MOST_CONTACTS]))
+        stages.append(islice(swaps, MOST_SWAPS))
+    few = _few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
+    for stage in chain(few, stages):
         found = tuple(
             hypothesis.message
             for hypothesis in stage
@@ -108,6 +129,10 @@ def _holds(contacts: Contacts, is_consistent: IsConsistent) -> bool:
         return False
 
 
+def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
+    return contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
+
+
 class _Screen:
     """Rules out at little cost what no pose explains, whatever the shape that the relations leave the fixture."""
 
@@ -121,8 +146,7 @@ class _Screen:
     def lets_pass(self, contacts: Contacts) -> bool:
         """Whether the contacts of these rows do not rule every pose out."""
         asked = contacts.subset([i for i, row in enumerate(contacts.rows) if row in self.rows])
-        own = contact_sigmas(asked, {name: feature.sigma for name, feature in self.fixture.features.items()})
-        sigmas = np.hypot(own, self.slack)
+        sigmas = np.hypot(_sigmas(self.fixture, asked), self.slack)
         limit = chi_square_limit(len(contacts) - 6)
         try:
             return not self.shapes or any(
@@ -134,13 +158,6 @@ class _Screen:
             return False
 
 
-def _doubtful(contacts: Contacts, solution: Solution) -> list[int]:
-    """Indices of the contacts, those first without which chi-square would fall most: r^2 / (1 - leverage)."""
-    leverage = (_span(contacts, solution) ** 2).sum(axis=1)
-    gain = (solution.residuals / contacts.sigmas) ** 2 / np.maximum(1 - leverage, SEEN)
-    return [int(i) for i in np.argsort(-gain)]
-
-
 def _against(contacts: Contacts, solution: Solution) -> list[int]:
     """Indices of the contacts that say how the probe came, those first where it came most out of the material."""
     given = np.flatnonzero(contacts.has_approach)
@@ -148,14 +165,49 @@ def _against(contacts: Contacts, solution: Solution) -> list[int]:
     return [int(i) for i in given[np.argsort(-cosine)]]
 
 
-def _single_contacts(contacts: Contacts, doubtful: Sequence[int]) -> Iterator[Hypothesis]:
-    for i in doubtful[:MOST_CONTACTS] if len(contacts) > 6 else ():
-        rest = contacts.subset([k for k in range(len(contacts)) if k != i])
+def _few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> Iterator[Stage]:
+    """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
+    if len(contacts) >= LEFT:
+        yield _without_each(contacts, [i for i in doubts.singly[:MOST_CONTACTS] if doubts.are_all([i])])
+    wrong = _wrong_ones(fixture, contacts, doubts, solve)
+    if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
+        yield _labels(contacts, [(wrong[0], wrong[1])])
+    if len(wrong) > 1:
+        yield _without_all(contacts, wrong)
+    else:
+        yield _without_each(contacts, wrong)
+
+
+def _wrong_ones(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> list[int]:
+    """Indices of a few contacts that a pose leaves out which explains all others; empty where there is none."""
+    for count in SEVERAL:
+        doubtful = doubts.order[:count]
+        if count > len(contacts) // LEFT or doubts.share_left(doubtful) > MUCH:
+            continue
+        solutions = solve(_without(contacts, doubtful))
+        best = next(iter(solutions.found), None)
+        if best is not None and best.chi2 <= solutions.limit:
+            residuals, _ = contact_residuals(best.surfaces, contacts)
+            return [int(i) for i in np.flatnonzero(np.abs(residuals) > SURE * _sigmas(fixture, contacts))]
+    return []
+
+
+def _without_each(contacts: Contacts, index: Sequence[int]) -> Stage:
+    for i in index if len(contacts) > 6 else ():
         label = f"{contacts.label(i)} ({contacts.features[i]})"
-        yield Hypothesis(f"without {label} the others are consistent: touch it again", rest)
+        yield Hypothesis(f"without {label} the others are consistent: touch it again", _without(contacts, [i]))
 
 
-def _approaches(contacts: Contacts, against: Sequence[int]) -> Iterator[Hypothesis]:
+def _without_all(contacts: Contacts, index: Sequence[int]) -> Stage:
+    labels = listed([contacts.label(i) for i in index])
+    yield Hypothesis(f"without {labels} the others are consistent: touch these again", _without(contacts, index))
+
+
+def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
+    return contacts.subset(np.delete(np.arange(len(contacts)), index))
+
+
+def _approaches(contacts: Contacts, against: Sequence[int]) -> Stage:
     if not against:
         return
     message = "with all approaches reversed the contacts are consistent: are these outward normals (nx, ny, nz)?"
@@ -167,7 +219,7 @@ def _approaches(contacts: Contacts, against: Sequence[int]) -> Iterator[Hypothes
         yield Hypothesis(message, replace(contacts, approaches=approaches))
 
 
-def _tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Iterator[Hypothesis]:
+def _tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
     given = f"{contacts.tip_radius:g} {fixture.units}"
     if contacts.tip_radius > 0:
         message = f"with tip radius 0 instead of {given} the contacts are consistent: are they corrected for the tip?"
@@ -187,7 +239,7 @@ def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
         solution = next(iter(solve(contacts).found), None)
         if solution is None:
             return None
-        span = _span(contacts, solution)
+        span = Doubts.of(contacts, contacts.sigmas, solution).span
         shift = 1 / contacts.sigmas
         unexplained = shift - span @ (span.T @ shift)
         if np.linalg.norm(unexplained) < SEEN * np.linalg.norm(shift):
@@ -199,14 +251,14 @@ def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
     return contacts
 
 
-def _coordinates(contacts: Contacts) -> Iterator[Hypothesis]:
+def _coordinates(contacts: Contacts) -> Stage:
     """The coordinates alone in another unit than the file says."""
     for factor, meant in UNITS_MEANT.items():
         message = f"multiplied by {factor:.10g} the coordinates are consistent: are they {meant}?"
         yield Hypothesis(message, replace(contacts, points=contacts.points * factor))
 
 
-def _whole_files(contacts: Contacts) -> Iterator[Hypothesis]:
+def _whole_files(contacts: Contacts) -> Stage:
     """All lengths in another unit: a file whose units are wrong, or were taken for another's."""
     for factor, meant in UNITS_MEANT.items():
         scaled = replace(
@@ -219,34 +271,19 @@ def _whole_files(contacts: Contacts) -> Iterator[Hypothesis]:
         yield Hypothesis(message, scaled)
 
 
-def _labels(contacts: Contacts, doubtful: Sequence[int], best: Solution | None) -> Iterator[Hypothesis]:
-    """Each two labels swapped, those first without whose contacts chi-square would fall most."""
+def _pairs(contacts: Contacts, order: Sequence[int], doubts: Doubts | None) -> list[tuple[int, int]]:
+    """Pairs of contacts on different features, those first without which chi-square would fall most."""
     names = contacts.features
-    pairs = [(i, k) for i, k in combinations(sorted(doubtful[:MOST_ASKED]), 2) if names[i] != names[k]]
-    if best is not None:
-        gains = _gains_of_pairs(contacts, best, pairs)
-        pairs = [pairs[int(p)] for p in np.argsort(-gains, kind="stable")]
+    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_ASKED]), 2) if names[i] != names[k]]
+    if doubts is None:
+        return pairs
+    gains = np.array([doubts.gain(pair) for pair in pairs])
+    return [pairs[int(p)] for p in np.argsort(-gains, kind="stable")]
+
+
+def _labels(contacts: Contacts, pairs: Sequence[tuple[int, int]]) -> Stage:
     for i, k in pairs:
-        features = list(names)
+        features = list(contacts.features)
         features[i], features[k] = features[k], features[i]
         message = f"with the labels of {contacts.label(i)} and {contacts.label(k)} swapped the contacts are consistent"
         yield Hypothesis(message, replace(contacts, features=tuple(features)))
-
-
-def _gains_of_pairs(contacts: Contacts, solution: Solution, pairs: Sequence[tuple[int, int]]) -> Floats:
-    """How much chi-square (k,) would fall without both contacts of each pair: r' (I - H)^-1 r of these two."""
-    span = _span(contacts, solution)
-    scaled = solution.residuals / contacts.sigmas
-    gains = []
-    for pair in pairs:
-        index = list(pair)
-        left = np.eye(2) - span[index] @ span[index].T
-        gains.append(float(scaled[index] @ np.linalg.pinv(left, rcond=SEEN, hermitian=True) @ scaled[index]))
-    return np.array(gains)
-
-
-def _span(contacts: Contacts, solution: Solution) -> Floats:
-    """An orthonormal basis (n, k) of what motions of the fixture do to the residuals over sigma."""
-    jacobian = sensitivity(contacts.points, solution.normals, contacts.sigmas).jacobian
-    span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
-    return np.asarray(span[:, values > SMALLEST_RATIO * values[0]])

@@ -74,6 +74,36 @@ def test_two_swapped_labels_are_named(patches, counts, pair):
     says(placed(patches), replace(contacts, features=tuple(names)), f"row {pair[0]} and row {pair[1]}", "swapped")
 
 
+@pytest.mark.parametrize("each", [6, 20, 400])
+def test_two_swapped_labels_among_many_contacts_are_named(each):
+    """The search looks at contacts far from the others of their feature, so at those with wrong labels first."""
+    _, contacts = touched(PLATE, dict.fromkeys(PLATE, each))
+    names = list(contacts.features)
+    i, k = 5, each + 3
+    names[i], names[k] = names[k], names[i]
+    result = says(placed(PLATE), replace(contacts, features=tuple(names)), f"row {i + 1} and row {k + 1} swapped")
+    assert [w for w in result.warnings if "without" in w] == []
+
+
+def test_a_few_bad_contacts_among_many_are_named_together():
+    truth, contacts = touched(PLATE, dict.fromkeys(PLATE, 100))
+    points = contacts.points.copy()
+    wrong = [4, 120, 250]
+    points[wrong] += 3.0 * truth.normals[wrong]
+    result = says(placed(PLATE), replace(contacts, points=points), "without row 5, row 121 and row 251 the others")
+    assert len([w for w in result.warnings if "consistent" in w]) == 1
+
+
+def test_the_best_pose_of_many_contacts_is_the_one_most_agree_on():
+    truth, contacts = touched(PLATE, dict.fromkeys(PLATE, 50))
+    names = list(contacts.features)
+    names[7], names[60] = names[60], names[7]
+    result = locate(placed(PLATE), replace(contacts, features=tuple(names)))
+    pose = result.candidates[0].base_from_fixture
+    # Two of 150 contacts, off by the size of the fixture, pull it by a hundredth of that.
+    assert np.abs(pose[:3, :3] - truth.pose[:3, :3]).max() < 0.1
+
+
 @pytest.mark.parametrize(
     ("factor", "words", "whole"),
     [
