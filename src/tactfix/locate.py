@@ -23,8 +23,8 @@ from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, St
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions
 
-SAMPLES_SHOWN = 8
-"""Poses of a continuum that are listed."""
+SAMPLES_SHOWN = 16
+"""Poses of a continuum, and beside it, that are listed."""
 
 
 def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, explain: bool = True) -> LocateResult:
@@ -144,7 +144,7 @@ def _result(
     shown = list(zip(solutions.found, verdicts, strict=True))
     candidates = tuple(
         Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
-        for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
+        for s, v in sorted(shown, key=lambda pair: (bool(pair[1].reasons), len(pair[0].free_twists)))
     )
     return LocateResult(
         fixture=fixture.name,
@@ -233,7 +233,9 @@ def _with_free_motions(
     result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
 ) -> LocateResult:
     samples = left or solutions.found
-    motions = free_motions(fixture, contacts, samples[0]) if samples else ()
+    # Contacts in a special position leave a motion free in some poses and none in others.
+    loosest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
+    motions = free_motions(fixture, contacts, loosest) if loosest else ()
     return replace(result, free_motions=motions)
 
 

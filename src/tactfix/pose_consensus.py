@@ -37,7 +37,7 @@ def agreed_poses(
     surfaces in the fixture frame, sigmas (n,) of the residuals, equations: scaled, of all contacts.
     """
     for number in range(PARTS):
-        index = _part(contacts, number)
+        index = blind_part(contacts, PART, number)
         part, searched = contacts.subset(index), equations.subset(index.tolist())
         rotations = feature_rotations(surfaces, part, sigmas[index])
         if rotations is None:
@@ -48,15 +48,15 @@ def agreed_poses(
             yield zeros
 
 
-def _part(contacts: Contacts, number: int) -> Ints:
-    """Indices of PART contacts, fairly shared between the features and chosen blindly, others for each number."""
-    shuffled = [_shuffled(index, number) for index in contacts.by_feature.values()]
+def blind_part(contacts: Contacts, count: int, number: int) -> Ints:
+    """Indices of so many contacts, fairly shared between the features and chosen blindly, others for each number."""
+    shuffled = [_shuffled(index, number)[:count] for index in contacts.by_feature.values()]
     longest = max(len(index) for index in shuffled)
     by_turns = [int(index[turn]) for turn in range(longest) for index in shuffled if turn < len(index)]
-    return np.sort(np.array(by_turns[:PART], dtype=np.intp))
+    return np.sort(np.array(by_turns[:count], dtype=np.intp))
 
 
 def _shuffled(index: Ints, number: int) -> Ints:
     # Blind enough, and without numpy.random, whose import takes longer than the search.
     key = (np.arange(1, len(index) + 1) + 7919 * number) ** 2 * 40503 % 65537
-    return np.asarray(index[np.argsort(key, kind="stable")[:PART]])
+    return np.asarray(index[np.argsort(key, kind="stable")])

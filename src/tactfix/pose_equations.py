@@ -54,9 +54,10 @@ def pose_equations(
 
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
     """
-    rows = [_quadric(surface, tip_radius) for surface in surfaces]
+    columns = zip(*(_quadric(surface, tip_radius) for surface in surfaces), strict=True)
     anchors, quadrics, normals, constants, radii = (
-        np.stack([np.asarray(rows[i][k], dtype=np.float64) for i in feature_index], axis=-1) for k in range(5)
+        np.take(np.stack([np.asarray(value, dtype=np.float64) for value in column], axis=-1), feature_index, axis=-1)
+        for column in columns
     )
     return PoseEquations(np.ascontiguousarray(points.T), anchors, quadrics, normals, constants, radii, weights)
 

@@ -46,9 +46,12 @@ class Zeros:
     complete: bool
     continuum: bool
 
-    def sample(self, most: int) -> "Zeros":
-        """At most so many of them, spread over the list."""
-        index = np.unique(np.linspace(0, len(self.costs) - 1, min(most, len(self.costs))).astype(np.intp))
+    def best(self, most: int) -> "Zeros":
+        """At most so many of them, those of the lowest costs."""
+        return self.subset(np.argsort(self.costs, kind="stable")[:most])
+
+    def subset(self, index: Ints) -> "Zeros":
+        """Those with these numbers."""
         return Zeros(
             self.rotations[..., index], self.offsets[:, index], self.costs[index], self.complete, self.continuum
         )
@@ -139,9 +142,28 @@ def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
     if len(equations) < 6 or len(poses) > MOST_ZEROS:
         return True
     rotations, offsets, _ = _split(poses)
+    return int((_held(equations, rotations, offsets) < SINGULAR).sum()) > MOST_SINGULAR
+
+
+def _held(equations: PoseEquations, rotations: Floats, offsets: Floats) -> Floats:
+    """How well poses are held (k,): the smallest singular value of the Jacobian over the largest."""
+    if len(equations) < 6:
+        return np.zeros(rotations.shape[-1])
     _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
     values = np.linalg.svd(np.moveaxis(jacobian, -1, 0), compute_uv=False)
-    return int((values[:, -1] < SINGULAR * values[:, 0]).sum()) > MOST_SINGULAR
+    return np.asarray(values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny))
+
+
+def sampled(equations: PoseEquations, zeros: Zeros, most: int) -> Zeros:
+    """Of a continuum at most so many, spread over the list, and beside it the poses that are held, as many at most.
+
+    Contacts in a special position may leave a motion free in some poses and not in others: the true one is any of them.
+    """
+    held = _held(equations, zeros.rotations, zeros.offsets)
+    firm = np.argsort(-held, kind="stable")[: min(most, int((held >= SINGULAR).sum()))]
+    loose = np.flatnonzero(held < SINGULAR)
+    spread = np.linspace(0, len(loose) - 1, min(most, len(loose))).astype(np.intp)
+    return zeros.subset(np.concatenate([firm, loose[spread]]))
 
 
 def together(parts: Sequence[Zeros]) -> Zeros:
@@ -152,9 +174,12 @@ def together(parts: Sequence[Zeros]) -> Zeros:
     return Zeros(rotations, offsets, costs, parts[0].complete, parts[0].continuum)
 
 
-def polish(equations: PoseEquations, zeros: Zeros, most_steps: int = MOST_STEPS) -> Zeros:
-    """The local minima of the geometric residuals that each zero leads to, those that meet as one."""
-    found = descend(equations, zeros.rotations, zeros.offsets, np.inf, geometric=True, most_steps=most_steps)
+def polish(equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, most_steps: int = MOST_STEPS) -> Zeros:
+    """The local minima of the geometric residuals that each zero leads to, those that meet as one.
+
+    Only those below cost_limit; without one every zero counts, wherever most_steps bring it.
+    """
+    found = descend(equations, zeros.rotations, zeros.offsets, cost_limit, geometric=True, most_steps=most_steps)
     kept, _ = _distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return Zeros(*_split(kept), complete=zeros.complete, continuum=zeros.continuum)
 

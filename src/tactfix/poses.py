@@ -25,13 +25,14 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.pose_consensus import PART, agreed_poses
 from tactfix.pose_equations import PoseEquations, pose_equations
+from tactfix.pose_polish import best_poses
 from tactfix.pose_search import (
     Zeros,
     covering_rotations,
     find_zeros,
     find_zeros_near,
     nearest_misses,
-    polish,
+    sampled,
     together,
 )
 from tactfix.refinement import PoseFit, fit_at
@@ -47,9 +48,6 @@ FAR_OFF = 100.0
 """Times the limit on the cost, beyond which a miss is not polished only to be dropped: the cost is that of the distance
 up to a few per cent unless contacts are off by a large part of a radius."""
 
-MISS_STEPS = 60
-"""Steps down to a miss: its minimum is flat, and no pose to within rounding is wanted."""
-
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
 
@@ -57,7 +55,7 @@ EXACT = 1e-9
 """Rounding of unit vectors: a symmetry is used only where it is exact."""
 
 SAMPLES = 8
-"""Poses of a continuum that are kept."""
+"""Poses of a continuum that are kept, and beside it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,27 +93,33 @@ def all_poses(
     smallest = float(sigmas.min())
     equations = scaled.equations(surfaces, contacts, smallest / sigmas)
     searched = equations.subset(index)
-    # The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size
-    # of the fixture it is all rounding.
-    cost_limit = 2 * chi_square_limit(len(index) - 6) * (smallest / scaled.length) ** 2 + 1e-22
+    unit = (smallest / scaled.length) ** 2
     turns = scaled.half_turns(surfaces, contacts)
-    zeros = _zeros(surfaces, contacts, sigmas, searched, cost_limit, turns)
+    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(len(index), unit), turns)
     limit = chi_square_limit(len(contacts) - 6)
+    least = zeros.costs.min(initial=np.inf) / zero_limit(len(index), unit)
     if zeros.continuum:
-        zeros = zeros.sample(SAMPLES)
-    elif not with_misses and zeros.costs.min(initial=np.inf) > FAR_OFF * cost_limit:
+        zeros = sampled(searched, zeros, SAMPLES)
+    elif least > FAR_OFF and not with_misses:
         return PoseSearch((), limit, zeros.complete, continuum=False)
-    if zeros.costs.min(initial=np.inf) <= cost_limit:
-        zeros = polish(equations, zeros)
-    else:
+    elif least > 1 and len(contacts) > SEARCHED:
         starts = _starts(surfaces, contacts, PART)
-        part_limit = cost_limit * chi_square_limit(PART - 6) / chi_square_limit(len(index) - 6)
-        others = agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)
-        zeros = polish(equations, together([zeros, *others] if len(contacts) > SEARCHED else [zeros]), MISS_STEPS)
+        part_limit = zero_limit(PART, unit)
+        zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
+    zeros = best_poses(equations, contacts, zeros, unit)
     fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
     return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
+
+
+def zero_limit(count: int, unit: float) -> float:
+    """The cost up to which a zero of so many contacts may explain them; unit: that of a chi-square of one.
+
+    The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size of the
+    fixture it is all rounding.
+    """
+    return float(2 * chi_square_limit(count - 6) * unit + 1e-22)
 
 
 def _zeros(

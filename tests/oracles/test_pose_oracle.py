@@ -224,3 +224,15 @@ def test_the_package_finds_poses_with_the_smallest_basins(kind: str, number: int
     assert len(oracle.poses) == count
     assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 1e-5 for pose in oracle.poses)
     assert len(found) == count
+
+
+def test_the_package_keeps_poses_that_are_held_beside_those_that_are_not() -> None:
+    """In a mirror image of these contacts a motion is free; of the planted pose and another one nothing is."""
+    problem = problem_number("sphere2+plane3+plane1", "symmetric", 1, 662)
+    oracle = solved(problem)
+    firm = oracle.poses[~oracle.multiple]
+    assert len(firm) == 2
+    assert min(stiffness(problem, pose) for pose in firm) > 1e-3
+    found = poses_of_package(problem)
+    assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 1e-5 for pose in firm)
+    assert sum(stiffness(problem, pose) < 1e-9 for pose in found) == 8
