@@ -51,6 +51,9 @@ def agreed_poses(
 def blind_part(contacts: Contacts, count: int, number: int) -> Ints:
     """Indices of so many contacts, fairly shared between the features and chosen blindly, others for each number."""
     shuffled = [_shuffled(index, number)[:count] for index in contacts.by_feature.values()]
+    # Of more features than contacts in a part, other features.
+    first = number * count % len(shuffled)
+    shuffled = shuffled[first:] + shuffled[:first]
     longest = max(len(index) for index in shuffled)
     by_turns = [int(index[turn]) for turn in range(longest) for index in shuffled if turn < len(index)]
     return np.sort(np.array(by_turns[:count], dtype=np.intp))
