@@ -23,6 +23,9 @@ from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, St
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions
 
+CLOSE = 100.0
+"""Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
+
 SAMPLES_SHOWN = 16
 """Poses of a continuum, and beside it, that are listed."""
 
@@ -236,7 +239,14 @@ def _with_free_motions(
     # Contacts in a special position leave a motion free in some poses and none in others.
     loosest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
     motions = free_motions(fixture, contacts, loosest) if loosest else ()
-    return replace(result, free_motions=motions)
+    extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))
+    if loosest is None or len(loosest.free_twists) or extent > CLOSE * sigma:
+        return replace(result, free_motions=motions)
+    doubt = (
+        f"all contacts lie within {extent:.3g} {fixture.units}, {extent / sigma:.2g} times their sigma: "
+        "is their unit the right one?"
+    )
+    return replace(result, free_motions=motions, warnings=(*result.warnings, doubt))
 
 
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:

@@ -150,3 +150,14 @@ def test_a_wrong_fixture_is_no_single_mistake():
     built = {**PLATE, "ball": Patch("sphere", (290.0, 190.0, 67.0), radius=15.0, up=-0.4)}
     _, contacts = touched(built, {"plate": 5, "pin": 6, "ball": 6})
     says(placed(PLATE), contacts, "right fixture file")
+
+
+def test_planes_touched_in_too_large_a_unit_tell_nothing_and_their_unit_is_asked_for():
+    """Metres where mm is said: no point contradicts another, and all of them lie within some sigma."""
+    _, contacts = touched(CORNER, dict.fromkeys(CORNER, 3), sigma=0.05)
+    result = locate(placed(CORNER), replace(contacts, points=contacts.points * 1e-3))
+    assert result.status == "underdetermined"
+    assert any("is their unit the right one?" in warning for warning in result.warnings)
+    right = locate(placed(CORNER), contacts)
+    assert right.status == "located"
+    assert right.warnings == ()
