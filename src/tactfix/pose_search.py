@@ -7,17 +7,19 @@ falls through the covering. Basins differ: with two or three cylinders and few c
 thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
 as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the
 equations, close to others: every zero found is a centre for NEIGHBOURS new starts at all scales from 0.05 to 1.2 (rad,
-and fixture sizes), until a round finds nothing new. `complete` says whether all that was reached. The symmetries of the
-fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
+and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`pose_balance`):
+where they do not, one is missing, and coverings go on. `complete` says whether all that was reached. The symmetries of
+the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
 complex zeros stands in the README.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.pose_balance import are_balanced
 from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend, rotation_matrices, turned
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
 
@@ -26,6 +28,8 @@ OFF_CENTRE = 0.75
 0.5 and 1 do as well, a step of the fixture's radii or a translation at random less."""
 OFTEN = 6
 MOST_COVERINGS = 6
+MORE_COVERINGS = 24
+"""Coverings after those, while a zero is known to be missing."""
 NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ZEROS = 600
@@ -45,6 +49,11 @@ class Zeros:
     costs: Floats
     complete: bool
     continuum: bool
+
+    @property
+    def poses(self) -> Floats:
+        """Rotation, offset and cost of each (k, 13)."""
+        return np.concatenate([self.rotations.reshape(9, -1), self.offsets, self.costs[None]]).T
 
     def best(self, most: int) -> "Zeros":
         """At most so many of them, those of the lowest costs."""
@@ -74,7 +83,16 @@ def find_zeros(
         continuum = _is_continuum(equations, kept)
         if continuum or (number + 1 >= coverings and (_met_nearby(kept, counts) >= often).all()):
             break
-    return _with_neighbours(equations, cost_limit, turns, kept, counts)
+    zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
+    for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
+        if zeros.continuum or are_balanced(equations, zeros.rotations, zeros.offsets, zeros.costs):
+            return zeros
+        found = _with_twins(descend(equations, *_covering(equations, starts, number), cost_limit), turns)
+        poses, met = zeros.poses, np.full(len(zeros.costs), 2)
+        kept, counts = _distinct(found, poses, met)
+        if len(kept) > len(poses):
+            zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
+    return replace(zeros, complete=False)
 
 
 def find_zeros_near(

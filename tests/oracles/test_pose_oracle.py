@@ -214,11 +214,17 @@ def test_what_cannot_be_answered_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "number", "count"), [("cylinder4+sphere2", 21, 16), ("cylinder3+cylinder3", 49, 24)], ids=str
+    ("kind", "layout", "number", "count"),
+    [
+        ("cylinder4+sphere2", "symmetric", 21, 16),
+        ("cylinder3+cylinder3", "symmetric", 49, 24),
+        ("cylinder3+cylinder3", "loose", 83, 12),
+    ],
+    ids=str,
 )
-def test_the_package_finds_poses_with_the_smallest_basins(kind: str, number: int, count: int) -> None:
+def test_the_package_finds_poses_with_the_smallest_basins(kind: str, layout: str, number: int, count: int) -> None:
     """Two of these poses each, well conditioned and far from all others, are met by one start of thousands."""
-    problem = problem_number(kind, "symmetric", 1, number)
+    problem = problem_number(kind, layout, 1, number)
     oracle = solved(problem)
     found = poses_of_package(problem)
     assert len(oracle.poses) == count
