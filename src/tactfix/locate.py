@@ -26,8 +26,8 @@ from tactfix.solution import Solution, Solutions
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
 
-SAMPLES_SHOWN = 16
-"""Poses of a continuum, and beside it, that are listed."""
+SAMPLES_SHOWN = 8
+"""Poses of a continuum that are listed."""
 
 
 def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, explain: bool = True) -> LocateResult:
@@ -145,9 +145,12 @@ def _result(
     """What every status reports alike: candidates, residuals of the best, surfaces that all agree on, warnings."""
     best = left[0] if left else next(iter(solutions.found), None)
     shown = list(zip(solutions.found, verdicts, strict=True))
+    if solutions.continuum:
+        loose = [pair for pair in shown if len(pair[0].free_twists)]
+        shown = [pair for pair in shown if not len(pair[0].free_twists)] + loose[:SAMPLES_SHOWN]
     candidates = tuple(
         Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
-        for s, v in sorted(shown, key=lambda pair: (bool(pair[1].reasons), len(pair[0].free_twists)))
+        for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
     )
     return LocateResult(
         fixture=fixture.name,
@@ -159,7 +162,7 @@ def _result(
         chi2=best.chi2 if best else None,
         chi2_limit=solutions.limit,
         rms=best.rms if best else None,
-        candidates=candidates[:SAMPLES_SHOWN] if solutions.continuum else (*candidates, *solutions.fallen),
+        candidates=(*candidates, *solutions.fallen),
         surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=_contact_residuals(contacts, best) if best else (),
         warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),

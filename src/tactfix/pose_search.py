@@ -80,7 +80,7 @@ def find_zeros(
     for number in range(MOST_COVERINGS):
         found = descend(equations, *_covering(equations, starts, number), cost_limit)
         kept, counts = _distinct(_with_twins(found, turns), kept, counts)
-        continuum = _is_continuum(equations, kept)
+        kept, counts, continuum = _gathered(equations, kept, counts)
         if continuum or (number + 1 >= coverings and (_met_nearby(kept, counts) >= often).all()):
             break
     zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
@@ -118,8 +118,8 @@ def _with_neighbours(
     around_all: bool = True,
 ) -> Zeros:
     """Those (k, 13), met counts (k,) times, and what is found around them."""
+    kept, counts, continuum = _gathered(equations, kept, counts)
     fresh = kept if around_all else kept[:0]
-    continuum = _is_continuum(equations, kept)
     for number in range(MOST_ROUNDS):
         centres = np.concatenate([fresh, kept[counts < 2]])
         if not len(centres) or continuum:
@@ -127,8 +127,8 @@ def _with_neighbours(
         before = len(kept)
         found = _with_twins(descend(equations, *_around(centres, number), cost_limit), turns)
         kept, counts = _distinct(found, kept, counts)
+        kept, counts, continuum = _gathered(equations, kept, counts)
         fresh = kept[before:]
-        continuum = _is_continuum(equations, kept)
     complete = not len(fresh) and bool((counts >= 2).all())
     return Zeros(*_split(kept), complete=complete and not continuum, continuum=continuum)
 
@@ -155,12 +155,29 @@ def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[
     return Zeros(*_split(kept[np.argsort(kept[:, 12])[:MISSES]]), complete=False, continuum=False)
 
 
-def _is_continuum(equations: PoseEquations, poses: Floats) -> bool:
-    """Whether the poses (k, 13) are samples of a free motion: too many, or too many with a singular Jacobian."""
+def _gathered(equations: PoseEquations, poses: Floats, counts: Ints) -> tuple[Floats, Ints, bool]:
+    """The poses (k, 13), met counts (k,) times, and whether they are samples of a free motion.
+
+    They are where they are too many, or those with a singular Jacobian are too many and stretch on and on. Around a
+    multiple zero the ends of descents scatter: those with a singular Jacobian that lie close together become one, the
+    first one met.
+    """
     if len(equations) < 6 or len(poses) > MOST_ZEROS:
-        return True
+        return poses, counts, True
     rotations, offsets, _ = _split(poses)
-    return int((_held(equations, rotations, offsets) < SINGULAR).sum()) > MOST_SINGULAR
+    loose = np.flatnonzero(_held(equations, rotations, offsets) < SINGULAR)
+    centres: list[int] = []
+    stays, counts = np.ones(len(poses), dtype=bool), counts.copy()
+    for number in loose.tolist():
+        gaps = np.abs(poses[centres, :12] - poses[number, :12]).max(axis=1)
+        if gaps.min(initial=np.inf) > SCATTER:
+            centres.append(number)
+        else:
+            stays[number] = False
+            counts[centres[int(np.argmin(gaps))]] += counts[number]
+    if len(centres) > MOST_SINGULAR:
+        return poses, counts, True
+    return poses[stays], counts[stays], False
 
 
 def _held(equations: PoseEquations, rotations: Floats, offsets: Floats) -> Floats:
@@ -173,12 +190,13 @@ def _held(equations: PoseEquations, rotations: Floats, offsets: Floats) -> Float
 
 
 def sampled(equations: PoseEquations, zeros: Zeros, most: int) -> Zeros:
-    """Of a continuum at most so many, spread over the list, and beside it the poses that are held, as many at most.
+    """Of a continuum at most so many, spread over the list, and beside it the poses that are held.
 
     Contacts in a special position may leave a motion free in some poses and not in others: the true one is any of them.
     """
     held = _held(equations, zeros.rotations, zeros.offsets)
-    firm = np.argsort(-held, kind="stable")[: min(most, int((held >= SINGULAR).sum()))]
+    count = int((held >= SINGULAR).sum())
+    firm = np.argsort(-held, kind="stable")[: count if count <= MOST_FIRM else most]
     loose = np.flatnonzero(held < SINGULAR)
     spread = np.linspace(0, len(loose) - 1, min(most, len(loose))).astype(np.intp)
     return zeros.subset(np.concatenate([firm, loose[spread]]))
@@ -277,11 +295,16 @@ def _same(poses: Floats, pose: Floats) -> Bools:
     return np.asarray(np.abs(poses[:, :12] - pose[:12]).max(axis=1) < SAME_POSE)
 
 
+MOST_FIRM = 128
+"""Poses that are held beside a continuum; more of them are samples of one that is not quite free."""
+
 MISSES = 8
 """Nearest misses that are looked at again with all contacts."""
 
 SINGULAR = 1e-5
 """Ratio of singular values below which a pose is a double root or one of a continuum, ..."""
+SCATTER = 0.02
+"""Largest entry by which the ends of descents to one multiple zero differ: at one of order four, a few thousandths."""
 MOST_SINGULAR = 12
 """... which it is when there are more of them than double roots in any problem."""
 

@@ -242,3 +242,14 @@ def test_the_package_keeps_poses_that_are_held_beside_those_that_are_not() -> No
     found = poses_of_package(problem)
     assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 1e-5 for pose in firm)
     assert sum(stiffness(problem, pose) < 1e-9 for pose in found) == 8
+
+
+def test_the_package_takes_the_scatter_around_a_multiple_pose_for_one_pose() -> None:
+    """Four poses of higher order, around which descents end in dozens of places: that is no motion left free."""
+    problem = problem_number("cylinder4+plane2", "axis-parallel", 1, 128)
+    oracle = solved(problem)
+    assert (len(oracle.poses), int(oracle.multiple.sum())) == (24, 4)
+    found = poses_of_package(problem)
+    assert len(found) == 24
+    assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 1e-5 for pose in oracle.poses[~oracle.multiple])
+    assert all(np.abs(found - pose).max(axis=(1, 2)).min() < 0.1 for pose in oracle.poses[oracle.multiple])
