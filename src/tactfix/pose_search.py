@@ -33,7 +33,7 @@ MORE_COVERINGS = 24
 NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ZEROS = 600
-"""More zeros than any minimal problem has (288 complex ones for two cylinders): a continuum, not a set of poses."""
+"""More zeros than any minimal problem has (512 complex ones for six cylinders): a continuum, not a set of poses."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
