@@ -219,6 +219,7 @@ def test_what_cannot_be_answered_is_refused() -> None:
         ("cylinder4+sphere2", "symmetric", 21, 16),
         ("cylinder3+cylinder3", "symmetric", 49, 24),
         ("cylinder3+cylinder3", "loose", 83, 12),
+        ("cylinder3+cylinder3", "mixed", 77, 64),
     ],
     ids=str,
 )
