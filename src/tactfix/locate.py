@@ -17,8 +17,8 @@ from tactfix.freedom import free_motions, is_worthless
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import rigid_displacements
 from tactfix.geometry.surfaces import Surface, offset_radius
+from tactfix.hypotheses import residual_sigmas
 from tactfix.noise import SUSPICIOUS, chi_square_limit
-from tactfix.refinement import contact_sigmas
 from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
 from tactfix.sameness import same_surface
 from tactfix.solution import Solution, Solutions
@@ -41,7 +41,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
     """
     _refuse_foreign(fixture, contacts)
-    sigmas = _sigmas(fixture, contacts)
+    sigmas = residual_sigmas(fixture, contacts)
     solutions = solve(fixture, contacts, sigmas, with_misses=explain)
     verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
     verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
@@ -75,11 +75,6 @@ def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: boo
     from tactfix.assembly import assembled_solutions
 
     return assembled_solutions(fixture, contacts, sigmas, with_misses)
-
-
-def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
-    """Standard deviation (n,) of each residual, the features' own included."""
-    return contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
@@ -257,7 +252,7 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts,
     from tactfix.suspicions import suspicions
 
     def solve_again(corrected: Contacts) -> Solutions:
-        return solve(fixture, corrected, _sigmas(fixture, corrected))
+        return solve(fixture, corrected, residual_sigmas(fixture, corrected))
 
     def is_consistent(corrected: Contacts) -> bool:
         return locate(fixture, corrected, explain=False).status in ("located", "ambiguous")

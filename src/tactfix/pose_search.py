@@ -6,7 +6,7 @@ one by OFF_CENTRE, starts one damped Newton (Levenberg-Marquardt) descent each, 
 falls through the covering. Basins differ: with two or three cylinders and few contacts the smallest hold one start in a
 thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
 as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the
-equations, close to others: every zero found is a centre for NEIGHBOURS new starts at all scales from 0.05 to 1.2 (rad,
+equations, close to others: every zero found is a centre for new starts at all scales from 0.05 to 1.2 (rad,
 and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`pose_balance`):
 where they do not, one is missing, and coverings go on. `complete` says whether all that was reached. The symmetries of
 the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
@@ -20,17 +20,14 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.pose_balance import are_balanced
-from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend, rotation_matrices, turned
+from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
+from tactfix.pose_starts import around, away, covering
 
-OFF_CENTRE = 0.75
-"""Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
-0.5 and 1 do as well, a step of the fixture's radii or a translation at random less."""
 OFTEN = 6
 MOST_COVERINGS = 6
 MORE_COVERINGS = 24
 """Coverings after those, while a zero is known to be missing."""
-NEIGHBOURS = 32
 MOST_ROUNDS = 12
 MOST_ZEROS = 600
 """More zeros than any minimal problem has (512 complex ones for six cylinders): a continuum, not a set of poses."""
@@ -78,21 +75,25 @@ def find_zeros(
     kept, counts = np.zeros((0, 13)), np.zeros(0, dtype=np.intp)
     often = OFTEN * (1 + len(turns))
     for number in range(MOST_COVERINGS):
-        found = descend(equations, *_covering(equations, starts, number), cost_limit)
+        found = descend(equations, *covering(equations, starts, number), cost_limit)
         kept, counts = _distinct(_with_twins(found, turns), kept, counts)
         kept, counts, continuum = _gathered(equations, kept, counts)
         if continuum or (number + 1 >= coverings and (_met_nearby(kept, counts) >= often).all()):
             break
     zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
     for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
-        if zeros.continuum or are_balanced(equations, zeros.rotations, zeros.offsets, zeros.costs):
-            return zeros
-        found = _with_twins(descend(equations, *_covering(equations, starts, number), cost_limit), turns)
+        if zeros.continuum or _are_all(equations, zeros):
+            break
+        found = _with_twins(descend(equations, *covering(equations, starts, number), cost_limit), turns)
         poses, met = zeros.poses, np.full(len(zeros.costs), 2)
         kept, counts = _distinct(found, poses, met)
         if len(kept) > len(poses):
             zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
-    return replace(zeros, complete=False)
+    return replace(zeros, complete=zeros.complete and _are_all(equations, zeros))
+
+
+def _are_all(equations: PoseEquations, zeros: Zeros) -> bool:
+    return are_balanced(equations, zeros.rotations, zeros.offsets, zeros.costs)
 
 
 def find_zeros_near(
@@ -103,7 +104,7 @@ def find_zeros_near(
     Each rotation starts with the translation that is best for it, and once more off that.
     """
     centred, twice = centred_offsets(equations, rotations), np.concatenate([rotations, rotations], axis=2)
-    offsets = np.concatenate([centred, centred + _away(rotations.shape[2], 0)], axis=1)
+    offsets = np.concatenate([centred, centred + away(rotations.shape[2], 0)], axis=1)
     found = descend(equations, twice, offsets, cost_limit)
     kept, counts = _distinct(_with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all=False)
@@ -125,7 +126,7 @@ def _with_neighbours(
         if not len(centres) or continuum:
             break
         before = len(kept)
-        found = _with_twins(descend(equations, *_around(centres, number), cost_limit), turns)
+        found = _with_twins(descend(equations, *around(centres, number), cost_limit), turns)
         kept, counts = _distinct(found, kept, counts)
         kept, counts, continuum = _gathered(equations, kept, counts)
         fresh = kept[before:]
@@ -223,48 +224,6 @@ def polish(equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, m
 def _split(poses: Floats) -> tuple[Floats, Floats, Floats]:
     """Rotations (3, 3, k), offsets (3, k), costs (k,) of poses (k, 13)."""
     return poses[:, :9].T.reshape(3, 3, -1), poses[:, 9:12].T, poses[:, 12]
-
-
-def covering_rotations(count: int) -> Floats:
-    """Rotation matrices (3, 3, count), evenly spread (super-Fibonacci spiral, Alexa 2022)."""
-    s = np.arange(count) + 0.5
-    inner, outer = np.sqrt(s / count), np.sqrt(1 - s / count)
-    # The two constants of the paper: sqrt 2 and the positive root of x^4 = x + 4.
-    first, second = 2 * np.pi * s / np.sqrt(2.0), 2 * np.pi * s / 1.533751168755204288118041
-    return rotation_matrices(
-        inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)
-    )
-
-
-def _covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:
-    """So many poses over all rotations, others for each number."""
-    rotations = covering_rotations(count)
-    if number:
-        rotations = turned(np.repeat(_steps(1, number)[:3], count, axis=1), rotations)
-    return rotations, centred_offsets(equations, rotations) + _away(count, number)
-
-
-def _away(count: int, number: int) -> Floats:
-    """Vectors (3, count) of length OFF_CENTRE in all directions, others for each number."""
-    away = _steps(count, number)[3:]
-    return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))
-
-
-def _around(centres: Floats, number: int) -> tuple[Floats, Floats]:
-    """NEIGHBOURS poses around each of the centres (k, 13), at every scale, others in each round."""
-    poses = np.repeat(centres, NEIGHBOURS, axis=0).T
-    step = _steps(poses.shape[1], number)
-    return turned(step[:3], poses[:9].reshape(3, 3, -1)), poses[9:12] + step[3:]
-
-
-def _steps(count: int, number: int) -> Floats:
-    """Steps (6, count) of lengths 0.05 to 1.2, evenly spread (Kronecker sequence): numpy.random is slow to import."""
-    index = np.arange(count) + 1 + number * 7919
-    # Powers of the root of x^8 = x + 1: the sequence of least discrepancy in seven dimensions (Roberts).
-    uniform = (0.5 + index * 1.0969815577985598 ** -np.arange(1, 8)[:, None]) % 1.0
-    size = np.sqrt(-2 * np.log(uniform[:3] + 1e-12))
-    step = np.concatenate([size * np.cos(2 * np.pi * uniform[3:6]), size * np.sin(2 * np.pi * uniform[3:6])])
-    return np.asarray(step * 0.05 * 24 ** uniform[6] / np.sqrt((step**2).sum(axis=0)))
 
 
 def _distinct(found: Floats, kept: Floats, counts: Ints) -> tuple[Floats, Ints]:

@@ -28,13 +28,13 @@ from tactfix.pose_equations import PoseEquations, pose_equations
 from tactfix.pose_polish import best_poses
 from tactfix.pose_search import (
     Zeros,
-    covering_rotations,
     find_zeros,
     find_zeros_near,
     nearest_misses,
     sampled,
     together,
 )
+from tactfix.pose_starts import covering_rotations
 from tactfix.refinement import PoseFit, fit_at
 
 SEARCHED = 18
