@@ -37,8 +37,8 @@ MOST_ZEROS = 600
 class Zeros:
     """fixture_from_base poses: rotations (3, 3, k), offsets (3, k), costs (k,): sums of squared weighted residuals.
 
-    complete: the last round found nothing new and every pose was met at least twice. continuum: so many that they are
-    samples of a free motion.
+    complete: the last round found nothing new, every pose was met at least twice, and those of six equations balance.
+    continuum: so many that they are samples of a free motion.
     """
 
     rotations: Floats
