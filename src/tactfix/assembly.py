@@ -173,9 +173,8 @@ def _same_places(one: Solution, other: Solution) -> bool:
 def _samples(fixture: Fixture, contacts: Contacts, problem: JointProblem) -> Solutions:
     """A few configurations that contacts and relations allow, from random starts."""
     rng = np.random.default_rng(20261122)
-    middle = contacts.points.mean(axis=0)
     starts = [
-        {n: _moved_to(random_surface(f, problem.scale, rng), middle) for n, f in fixture.features.items()}
+        {n: _moved_to(random_surface(f, problem.scale, rng), contacts.centre) for n, f in fixture.features.items()}
         for _ in range(24)
     ]
     fits = _distinct([joint_fit(problem, start) for start in starts], problem)

@@ -40,7 +40,7 @@ def contact_certainty(
     place, normal = _spread(places @ factor), _spread(turns @ factor)
     if free.shape[1]:
         moves = _spread(places @ free)
-        size = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max()) or 1.0
+        size = float(np.abs(contacts.points - contacts.centre).max()) or 1.0
         place = np.where(moves > STILL * moves.max(), np.inf, place)
         normal = np.where(_spread(turns @ free) > STILL * moves.max() / size, np.inf, normal)
     return place, normal

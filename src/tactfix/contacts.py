@@ -45,6 +45,17 @@ class Contacts:
         return {name: np.flatnonzero(names == name) for name in dict.fromkeys(self.features)}
 
     @cached_property
+    def centre(self) -> Floats:
+        """The mean of the points (3,)."""
+        return frozen(np.add.reduce(self.points) / len(self))
+
+    @cached_property
+    def spread(self) -> float:
+        """The root mean square distance of the points from their centre; 1 where there is none."""
+        arms = self.points - self.centre
+        return float(np.sqrt((arms * arms).sum() / len(self))) or 1.0
+
+    @cached_property
     def has_approach(self) -> Bools:
         """Which contacts (n,) say how the probe came."""
         return np.asarray(np.isfinite(self.approaches).all(axis=1))

@@ -38,7 +38,7 @@ class Doubts:
     @staticmethod
     def of(contacts: Contacts, sigmas: Floats, best: Solution) -> "Doubts":
         """At the best pose; sigmas (n,) of the residuals."""
-        jacobian = sensitivity(contacts.points, best.normals, sigmas).jacobian
+        jacobian = sensitivity(contacts, best.normals, sigmas).jacobian
         span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
         return Doubts(best.residuals / sigmas, np.asarray(span[:, values > SMALLEST_RATIO * values[0]]))
 

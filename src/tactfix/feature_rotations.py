@@ -6,15 +6,14 @@ explains all contacts explains those of each feature, so it is as near to one of
 known.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
+from tactfix.geometry.arrays import Bools, Floats, cross, perpendicular, unit
 from tactfix.geometry.rigid import rotation_from_vector
 from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
 from tactfix.localizers.candidate import SurfaceCandidate
@@ -32,9 +31,6 @@ PARALLEL = 0.2
 MOST = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
 
-Direction: TypeAlias = tuple[Floats, Floats]
-"""A direction (3,) in the fixture frame and where it points in base."""
-
 
 def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> Floats | None:
     """Rotations (3, 3, N) of fixture_from_base near that of every pose; None where no direction is known alone.
@@ -42,16 +38,16 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
     surfaces in the fixture frame; sigmas (n,) of the residuals.
     """
     located = _located(surfaces, contacts, sigmas)
-    if np.prod([len(places) for places in located.values()]) > MOST:
+    choices = list(product(*located.values()))
+    if len(choices) > MOST:
         return None
-    found: list[Floats] = []
-    for choice in product(*located.values()):
-        directions = _directions(surfaces, dict(zip(located, choice, strict=True)))
-        if not directions:
-            return None
-        if _agree(directions):
-            found.append(_rotations(directions))
-    return np.moveaxis(np.concatenate(found), 0, -1) if found else None
+    pairs = _sphere_pairs(surfaces, located)
+    fixture = _directions([surfaces[name] for name in located], pairs)
+    if not len(fixture):
+        return None
+    base = np.array([_directions(choice, pairs) for choice in choices])
+    found = _rotations(fixture, base[_agree(fixture, base)])
+    return np.moveaxis(found, 0, -1) if len(found) else None
 
 
 def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> dict[str, list[Surface]]:
@@ -79,39 +75,50 @@ def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: fl
     return ()
 
 
-def _directions(surfaces: Mapping[str, Surface], located: Mapping[str, Surface]) -> list[Direction]:
-    """Normals of the planes, and the ways from the first sphere to the others."""
-    directions: list[Direction] = []
-    first: tuple[Sphere, Sphere] | None = None
-    for name, place in located.items():
-        surface = surfaces[name]
-        if isinstance(surface, Plane) and isinstance(place, Plane):
-            directions.append((surface.normal, place.normal))
-        elif isinstance(surface, Sphere) and isinstance(place, Sphere):
-            if first is None:
-                first = surface, place
-            elif np.linalg.norm(surface.center - first[0].center) > surface.radius + first[0].radius:
-                directions.append((unit(surface.center - first[0].center), unit(place.center - first[1].center)))
-    return directions
+def _sphere_pairs(surfaces: Mapping[str, Surface], located: Collection[str]) -> list[tuple[int, int]]:
+    """The first located sphere and each other that lies clear of it, by number."""
+    spheres = [(number, s) for number, name in enumerate(located) if isinstance(s := surfaces[name], Sphere)]
+    return [
+        (spheres[0][0], number)
+        for number, sphere in spheres[1:]
+        if np.linalg.norm(sphere.center - spheres[0][1].center) > sphere.radius + spheres[0][1].radius
+    ]
 
 
-def _agree(directions: list[Direction]) -> bool:
-    """Whether the directions make the same angles in base as in the fixture."""
-    fixture, base = (np.array(side) for side in zip(*directions, strict=True))
-    return bool(np.abs(np.arccos(_cosines(fixture)) - np.arccos(_cosines(base))).max() < NEAR)
+def _directions(places: Sequence[Surface], pairs: Sequence[tuple[int, int]]) -> Floats:
+    """Unit vectors (d, 3): the normals of the planes, then the ways between the centres of pairs of spheres."""
+    points = [place.center if isinstance(place, Sphere) else place.point for place in places]
+    normals = [place.normal for place in places if isinstance(place, Plane)]
+    return unit(np.array([*normals, *(points[to] - points[first] for first, to in pairs)]).reshape(-1, 3))
+
+
+def _agree(fixture: Floats, base: Floats) -> Bools:
+    """Whether directions base (c, d, 3) make the same angles as those of the fixture (d, 3)."""
+    off = np.arccos(_cosines(fixture)) - np.arccos(_cosines(base))
+    return np.asarray(np.abs(off).max(axis=(1, 2)) < NEAR)
 
 
 def _cosines(vectors: Floats) -> Floats:
-    return np.asarray(np.clip(vectors @ vectors.T, -1.0, 1.0))
+    return np.asarray(np.clip(vectors @ np.swapaxes(vectors, -1, -2), -1.0, 1.0))
 
 
-def _rotations(directions: list[Direction]) -> Floats:
-    """The rotations (k, 3, 3) that take base directions to those of the fixture: one, or a turn about the only one."""
-    fixture, base = (np.array(side) for side in zip(*directions, strict=True))
+def _rotations(fixture: Floats, base: Floats) -> Floats:
+    """The rotations (k, 3, 3) that take directions base (c, d, 3) to those of the fixture (d, 3), or a turn about them.
+
+    None for three directions and more of the other hand.
+    """
     u, values, vt = np.linalg.svd(fixture.T @ base)
-    if values[1] > PARALLEL**2:
-        return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)[None]
-    axis, from_axis = fixture[0], base[0]
+    turns = u @ vt
+    hand = np.linalg.det(turns)
+    turns += (hand - 1)[:, None, None] * u[:, :, 2:] @ vt[:, 2:]
+    fixed = values[:, 1] > PARALLEL**2
+    mirrored = (hand < 0) & (values[:, 2] > PARALLEL**2)
+    about = [_turns_about(fixture[0], single[0]) for single in base[~fixed]]
+    return np.concatenate([turns[fixed & ~mirrored], *about])
+
+
+def _turns_about(axis: Floats, from_axis: Floats) -> Floats:
+    """The rotations (TURNS, 3, 3) that take the direction from_axis (3,) to axis (3,)."""
     fixture_frame, base_frame = _frame_about(axis), _frame_about(from_axis)
     angles = np.arange(TURNS) * (2 * np.pi / TURNS)
     return np.asarray(rotation_from_vector(angles[:, None] * axis) @ fixture_frame.T @ base_frame)

@@ -6,7 +6,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.results import FreeMotion
-from tactfix.solution import Solution
+from tactfix.solution import Solution, at_base_origin
 
 WORTHLESS_ANGLE = 0.1
 """Rad: a pose whose direction is not known to this (1 sigma) tells nothing, and linear statistics no longer hold."""
@@ -18,19 +18,29 @@ def is_worthless(solution: Solution, contacts: Contacts) -> bool:
     """Whether a motion is free, or known so badly that it might as well be, or too badly to say how badly."""
     if len(solution.free_twists) or not solution.trusted:
         return True
-    centre = contacts.points.mean(axis=0)
-    turn, shift = solution.sigmas_at(centre)
-    spread = float(np.sqrt(((contacts.points - centre) ** 2).sum(axis=1).mean()))
-    return turn > WORTHLESS_ANGLE or shift > WORTHLESS_SHIFT * spread
+    turn, shift = solution.sigmas_at(contacts.centre)
+    return turn > WORTHLESS_ANGLE or shift > WORTHLESS_SHIFT * contacts.spread
 
 
 def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tuple[FreeMotion, ...]:
     """The free motions at a solution, in base and in words; the weakest one where none is quite free."""
     if len(solution.free_twists):
         return tuple(_in_words(fixture, solution, twist, "") for twist in tidied(solution.free_twists))
-    worst, shift = solution.sigmas_at(contacts.points.mean(axis=0))
+    worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
-    return (_in_words(fixture, solution, solution.weak_twist, note),)
+    return (_in_words(fixture, solution, _weakest(contacts, solution), note),)
+
+
+def _weakest(contacts: Contacts, solution: Solution) -> Floats:
+    """The least known motion (6,) of the point at base's origin: the longest axis of the covariance.
+
+    Rotations and translations are compared by how far they move the contacts.
+    """
+    origin = solution.base_from_fixture[:3, 3]
+    arm = float(np.abs(contacts.points - origin).max())
+    units = np.array([1, 1, 1, arm, arm, arm])
+    axes = np.linalg.eigh(solution.covariance / np.outer(units, units))[1]
+    return np.asarray(at_base_origin((axes[:, -1] * units)[None], origin)[0])
 
 
 def _in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str) -> FreeMotion:

@@ -34,12 +34,12 @@ class JointSpread:
         is_free = np.abs(moving).max(initial=0.0) > STILL * np.abs(self.frame_jacobian).max()
         if is_free or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
             return Spread(linear, moving, trusted=True)
-        centre = self.problem.contacts.points.mean(axis=0)
+        centre = self.problem.contacts.centre
         return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))
 
     def _most_bend(self, factor: Floats, origin: Floats) -> float:
         contacts = self.problem.contacts
-        arm = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
+        arm = float(np.abs(contacts.points - contacts.centre).max())
         lengths = np.where(self.fit.lengths == 1.0, arm, self.fit.lengths)
         moves = np.linalg.norm(lengths[:, None] * factor, axis=1)
         surfaces = self.fit.surfaces.values()

@@ -180,6 +180,8 @@ def _agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surf
 
 def _is_held(surface: Surface, solution: Solution) -> bool:
     """Whether none of the free motions moves the surface."""
+    if not len(solution.free_twists):
+        return True
     moves = rigid_displacements(surface, np.zeros(3)) @ solution.free_twists.T
     return bool(np.abs(moves).max(initial=0.0) <= 1e-6 * np.abs(solution.free_twists).max(initial=0.0))
 

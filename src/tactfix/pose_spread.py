@@ -102,9 +102,9 @@ def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterabl
     rotation; that of the fixture's origin (3,) the square of the turn times half its distance. Poses that are held well
     need no closer look.
     """
-    spread = float(np.sqrt(((contacts.points - contacts.points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    spread = contacts.spread
     smallest = min([surface.radius for surface in surfaces if not isinstance(surface, Plane)], default=spread)
-    far = float(np.linalg.norm(origin - contacts.points.mean(axis=0)))
+    far = float(np.linalg.norm(origin - contacts.centre))
     sharpest = max(1 / smallest, 1 / spread, far / spread**2)
     return float(np.sqrt(len(contacts)) * (STEP * move) ** 2 * sharpest / sigmas.min())
 

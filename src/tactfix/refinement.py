@@ -60,13 +60,13 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseFit:
-    """A refined pose: surfaces in base, residuals (n,) along the outward normals, chi2, rms, and its sensitivity."""
+    """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity."""
 
     base_from_fixture: Floats
     surfaces: Mapping[str, Surface]
     residuals: Floats
+    normals: Floats
     chi2: float
-    rms: float
     sensitivity: Sensitivity
 
 
@@ -85,13 +85,11 @@ def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tu
     return values, normals
 
 
-def sensitivity(points: Floats, normals: Floats, sigmas: Floats) -> Sensitivity:
-    """The Jacobian of residuals over sigma at contacts points (n, 3) with outward normals (n, 3)."""
-    centre = points.mean(axis=0)
-    arms = points - centre
-    scale = float(np.sqrt((arms**2).sum() / len(points))) or 1.0
-    rows = -np.hstack([cross(arms, normals) / scale, normals]) / sigmas[:, None]
-    return Sensitivity(rows, centre, scale)
+def sensitivity(contacts: Contacts, normals: Floats, sigmas: Floats) -> Sensitivity:
+    """The Jacobian of residuals over sigma at contacts with outward normals (n, 3)."""
+    arms = (contacts.points - contacts.centre) / contacts.spread
+    rows = np.concatenate([cross(arms, normals), normals], axis=1) / -sigmas[:, None]
+    return Sensitivity(rows, contacts.centre, contacts.spread)
 
 
 def refine(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats) -> PoseFit:
@@ -119,9 +117,9 @@ def fit_at(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, 
         base_from_fixture=base_from_fixture,
         surfaces=in_base,
         residuals=values,
+        normals=normals,
         chi2=float(((values / sigmas) ** 2).sum()),
-        rms=float(np.sqrt((values**2).mean())),
-        sensitivity=sensitivity(contacts.points, normals, sigmas),
+        sensitivity=sensitivity(contacts, normals, sigmas),
     )
 
 

@@ -8,7 +8,7 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses import all_poses
-from tactfix.refinement import PoseFit, contact_residuals
+from tactfix.refinement import PoseFit
 from tactfix.rigid_spread import rigid_spread
 from tactfix.solution import Solution, Solutions, solution_from
 
@@ -52,6 +52,5 @@ def _unresolved(one: PoseFit, other: PoseFit) -> bool:
 
 def _solution(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Solution:
     """The fit with its uncertainty spelled out."""
-    _, normals = contact_residuals(fit.surfaces, contacts)
     spread = rigid_spread(fit, contacts, sigmas)
-    return solution_from(fit.base_from_fixture, fit.surfaces, contacts, fit.residuals, normals, fit.chi2, spread)
+    return solution_from(fit.base_from_fixture, fit.surfaces, contacts, fit.residuals, fit.normals, fit.chi2, spread)

@@ -21,8 +21,8 @@ class Solution:
     surfaces: the features in base. residuals (n,): along the outward normals. normals (n, 3): there. covariance (6,
     6): of (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,):
     of each contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
-    free_twists (k, 6): motions at base's origin that nothing resists; weak_twist (6,): the least known motion
-    there. trusted: whether the covariance is true (`pose_spread`).
+    free_twists (k, 6): motions at base's origin that nothing resists. trusted: whether the covariance is true
+    (`pose_spread`).
     """
 
     base_from_fixture: Floats
@@ -35,7 +35,6 @@ class Solution:
     place_sigmas: Floats
     normal_sigmas: Floats
     free_twists: Floats
-    weak_twist: Floats
     trusted: bool
 
     def sigmas_at(self, point: Floats) -> tuple[float, float]:
@@ -82,28 +81,24 @@ def solution_from(
     """
     factor, free = spread.factor, spread.free
     origin = base_from_fixture[:3, 3]
-    scale = float(np.abs(contacts.points - origin).max())
     moving = free[:, np.abs(free).max(axis=0) > 1e-9 * max(float(np.abs(free).max(initial=0.0)), 1e-300)]
     covariance = np.full((6, 6), np.inf) if moving.shape[1] else factor @ factor.T
     place, normal = contact_certainty(surfaces, contacts, normals, origin, factor, moving)
-    scaled = factor / np.array([1, 1, 1, scale, scale, scale])[:, None]
-    weak = np.linalg.svd(scaled)[0][:, 0] * np.array([1, 1, 1, scale, scale, scale]) if factor.size else np.zeros(6)
     return Solution(
         base_from_fixture=base_from_fixture,
         surfaces=surfaces,
         residuals=residuals,
         normals=normals,
         chi2=chi2,
-        rms=float(np.sqrt((residuals**2).mean())),
+        rms=float(np.sqrt(residuals @ residuals / len(residuals))),
         covariance=covariance,
         place_sigmas=place,
         normal_sigmas=normal,
-        free_twists=_at_base_origin(moving.T, origin),
-        weak_twist=_at_base_origin(weak[None], origin)[0],
+        free_twists=at_base_origin(moving.T, origin),
         trusted=spread.trusted,
     )
 
 
-def _at_base_origin(twists: Floats, origin: Floats) -> Floats:
+def at_base_origin(twists: Floats, origin: Floats) -> Floats:
     """Twists (k, 6) of the point origin (3,) as twists of the point at base's origin."""
     return np.hstack([twists[:, :3], twists[:, 3:] - cross(twists[:, :3], origin)])

@@ -150,7 +150,7 @@ def certainty(
 
 def _sensitivity(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats) -> Sensitivity:
     _, normals = contact_residuals(surfaces, contacts)
-    return sensitivity(contacts.points, normals, sigmas)
+    return sensitivity(contacts, normals, sigmas)
 
 
 def _observability(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Observability:

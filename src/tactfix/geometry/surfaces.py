@@ -104,7 +104,7 @@ def radial(surface: Sphere | Cylinder, points: Floats) -> Floats:
 def outward_normals(surface: Surface, points: Floats) -> Floats:
     """Unit outward normals (..., 3) of the surface below points (..., 3)."""
     if isinstance(surface, Plane):
-        return np.broadcast_to(surface.normal, points.shape)
+        return np.full(points.shape, surface.normal)
     sign = 1.0 if surface.side == "outer" else -1.0
     return sign * unit(radial(surface, points))
 
