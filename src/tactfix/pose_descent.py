@@ -35,6 +35,7 @@ def descend(
     cost_limit: float,
     geometric: bool = False,
     most_steps: int = MOST_STEPS,
+    first_look: int = FIRST_LOOK,
 ) -> Floats:
     """Levenberg-Marquardt from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
 
@@ -45,7 +46,7 @@ def descend(
     ends = []
     for step_number in range(most_steps):
         ended, stuck = state.advance(equations, geometric, cost_limit)
-        if step_number >= FIRST_LOOK:
+        if step_number >= first_look:
             stuck |= state.cost > (sight if step_number < SECOND_LOOK else cost_limit)
         if ended.any():
             ends.append(state.poses(ended))

@@ -22,7 +22,7 @@ from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.pose_balance import are_balanced
 from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
-from tactfix.pose_starts import around, away, covering
+from tactfix.pose_starts import SIDES, around, covering
 
 OFTEN = 6
 MOST_COVERINGS = 6
@@ -101,11 +101,12 @@ def find_zeros_near(
 ) -> Zeros:
     """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
 
-    Each rotation starts with the translation that is best for it, and once more off that.
+    Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
+    the other features leave on a line is met from either end of it, and so both places where it may be are found.
     """
-    centred, twice = centred_offsets(equations, rotations), np.concatenate([rotations, rotations], axis=2)
-    offsets = np.concatenate([centred, centred + away(rotations.shape[2], 0)], axis=1)
-    found = descend(equations, twice, offsets, cost_limit)
+    offsets = centred_offsets(equations, rotations)[:, None] + SIDES[:, :, None]
+    starts = np.repeat(rotations[:, :, None], SIDES.shape[1], axis=2).reshape(3, 3, -1)
+    found = descend(equations, starts, offsets.reshape(3, -1), cost_limit, first_look=NEAR_LOOK)
     kept, counts = _distinct(_with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
     return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all=False)
 
@@ -256,6 +257,9 @@ def _same(poses: Floats, pose: Floats) -> Bools:
 
 MOST_FIRM = 128
 """Poses that are held beside a continuum; more of them are samples of one that is not quite free."""
+
+NEAR_LOOK = 7
+"""Steps after which a descent that began near the rotation of a zero is in sight of one."""
 
 MISSES = 8
 """Nearest misses that are looked at again with all contacts."""

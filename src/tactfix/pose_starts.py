@@ -10,6 +10,8 @@ OFF_CENTRE = 0.75
 """Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
 0.5 and 1 do as well, a step of the fixture's radii or a translation at random less."""
 NEIGHBOURS = 32
+SIDES = np.concatenate([np.zeros((3, 1)), OFF_CENTRE * np.eye(3), -OFF_CENTRE * np.eye(3)], axis=1)
+"""Translations (3, 7) off the best one: none, and OFF_CENTRE along the axes either way."""
 
 
 def covering_rotations(count: int) -> Floats:
@@ -28,10 +30,10 @@ def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats,
     rotations = covering_rotations(count)
     if number:
         rotations = turned(np.repeat(_steps(1, number)[:3], count, axis=1), rotations)
-    return rotations, centred_offsets(equations, rotations) + away(count, number)
+    return rotations, centred_offsets(equations, rotations) + _away(count, number)
 
 
-def away(count: int, number: int) -> Floats:
+def _away(count: int, number: int) -> Floats:
     """Vectors (3, count) of length OFF_CENTRE in all directions, others for each number."""
     away = _steps(count, number)[3:]
     return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))

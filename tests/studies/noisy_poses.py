@@ -72,21 +72,29 @@ class Judge:
 
     @cached_property
     def settled(self) -> np.ndarray:
-        """The pose of least squares that the planted one leads to, by scipy."""
-        planted, middle = self.problem.base_from_fixture, self.problem.points.mean(axis=0)
+        """The pose of least squares that the planted one leads to."""
+        return self.settled_from(self.problem.base_from_fixture)
+
+    def settled_from(self, start: np.ndarray) -> np.ndarray:
+        """The pose of least squares that a start leads to, by scipy."""
+        middle = self.problem.points.mean(axis=0)
         spread = np.sqrt(self.problem.points.var(axis=0).sum())
 
         def moved(step: np.ndarray) -> np.ndarray:
-            pose, turn = planted.copy(), Rotation.from_rotvec(step[:3]).as_matrix()
-            pose[:3, :3] = turn @ planted[:3, :3]
-            pose[:3, 3] = turn @ (planted[:3, 3] - middle) + middle + spread * step[3:]
+            pose, turn = start.copy(), Rotation.from_rotvec(step[:3]).as_matrix()
+            pose[:3, :3] = turn @ start[:3, :3]
+            pose[:3, 3] = turn @ (start[:3, 3] - middle) + middle + spread * step[3:]
             return pose
 
         def residuals(step: np.ndarray) -> np.ndarray:
-            return distances(self.problem, moved(step))[0] / self.touched.sigma
+            return self.residuals(moved(step))
 
         fit = least_squares(residuals, np.zeros(6), method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=2000)
         return moved(fit.x)
+
+    def residuals(self, pose: np.ndarray) -> np.ndarray:
+        """Of all contacts, in sigmas."""
+        return distances(self.problem, pose)[0] / self.touched.sigma
 
     def distance(self, pose: np.ndarray, other: np.ndarray) -> float:
         """Squared distance of two poses in sigmas of the contacts, at the one that sees it larger."""
@@ -241,7 +249,7 @@ def replay(kind: str, more: int, layout: str, seed: int, number: int, folder: Pa
     print(
         f"planted:\n{planted}\nleast squares leads from there {judge.distance(planted, judge.settled) ** 0.5:.3g} sigma"
     )
-    off = distances(touched.problem, judge.settled)[0] / touched.sigma
+    off = judge.residuals(judge.settled)
     print(f"to chi-square {off @ off:.3g}; the package's limit is {result.chi2_limit:.3g}")
     print(f"{result.status}, warnings {result.warnings}")
     print(f"{'chi2':>10s}{'from planted':>14s}{'settled':>10s}  in sigmas")

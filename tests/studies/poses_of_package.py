@@ -10,8 +10,8 @@ from tactfix.poses import all_poses
 SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 
 
-def poses_of_package(problem: PoseProblem) -> np.ndarray:
-    """What the package finds (k, 4, 4): the only place that knows how it is called."""
+def poses_of_package(problem: PoseProblem, sigma: float = SIGMA) -> np.ndarray:
+    """What the package finds (k, 4, 4) where contacts have that sigma: the only place that knows how it is called."""
     surfaces: dict[str, Surface] = {}
     for number, f in enumerate(problem.features):
         side = "outer" if f.side == "outer" else "inner"
@@ -25,9 +25,9 @@ def poses_of_package(problem: PoseProblem) -> np.ndarray:
         features=tuple(f"f{i}" for i in problem.feature_of_contact),
         points=problem.points,
         approaches=np.full((n, 3), np.nan),
-        sigmas=np.full(n, SIGMA),
+        sigmas=np.full(n, sigma),
         tip_radius=problem.tip_radius,
         rows=tuple(range(1, n + 1)),
         ids=(None,) * n,
     )
-    return np.asarray(all_poses(surfaces, contacts, np.full(n, SIGMA)).poses)
+    return np.asarray(all_poses(surfaces, contacts, np.full(n, sigma)).poses)
