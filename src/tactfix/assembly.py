@@ -23,6 +23,7 @@ from tactfix.geometry.surfaces import Sphere, Surface
 from tactfix.joint import JointFit, JointProblem, joint_fit
 from tactfix.joint_spread import JointSpread
 from tactfix.noise import chi_square_limit
+from tactfix.pose_spread import motions_between
 from tactfix.realization import fixture_scale, random_surface, realize
 from tactfix.refinement import contact_residuals
 from tactfix.relations import relation_residuals
@@ -42,8 +43,8 @@ UNSEEN = 0.05
 depends a little on where it is taken, and so does the fit on where it started."""
 KEPT = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
-DIFFERENCE = 1e-6
-"""Step of the central differences of the frame (rad, and fixture sizes): their error, its square, is rounding."""
+DIFFERENCE = 1e-7
+"""Step of the differences of the frame (rad, and fixture sizes): their error is of this size, rounding far below."""
 
 
 def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
@@ -217,20 +218,16 @@ def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[
 
 
 def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
-    """How the frame moves (6, width), rotation and origin, with each displacement: central differences.
+    """How the frame moves (6, width), rotation and origin, with each displacement, by differences.
 
     The same for every choice of signs: turning an axis round turns the frame, not how it moves.
     """
     signs = sign_choices(recipe, fit.surfaces)[0]
-    columns = []
+    moved = []
     for name, surface in fit.surfaces.items():
         span = fit.columns[name]
         for k in range(span.start, span.stop):
             step = np.zeros(span.stop - span.start)
             step[k - span.start] = DIFFERENCE * fit.lengths[k]
-            ahead = frame(recipe, {**fit.surfaces, name: displaced(surface, step)}, signs)
-            behind = frame(recipe, {**fit.surfaces, name: displaced(surface, -step)}, signs)
-            turn = ahead[:3, :3] @ behind[:3, :3].T
-            rotation = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-            columns.append(np.concatenate([rotation, ahead[:3, 3] - behind[:3, 3]]) / (2 * DIFFERENCE))
-    return np.array(columns).T
+            moved.append(frame(recipe, {**fit.surfaces, name: displaced(surface, step)}, signs))
+    return motions_between(frame(recipe, fit.surfaces, signs), np.array(moved)) / DIFFERENCE

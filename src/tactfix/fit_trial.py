@@ -93,7 +93,8 @@ def _cosine_sigmas(surface: Surface, known: SurfaceCovariance, contacts: Contact
     """One standard deviation (n,) of approach . outward normal at each contact, from the covariance of the surface."""
     if isinstance(surface, Plane):
         tilt = np.einsum("ni,ij,nj->n", contacts.approaches, known.covariance[3:, 3:], contacts.approaches)
-        return np.asarray(np.sqrt(np.nan_to_num(tilt)))
+        # Square to the plane nothing is left but rounding, of either sign.
+        return np.asarray(np.sqrt(np.maximum(np.nan_to_num(tilt), 0.0)))
     place = known.covariance[:3, :3]
     if isinstance(surface, Cylinder):
         # The axis passes the contact at a distance t from its point: there it moves by t times the tilt as well.

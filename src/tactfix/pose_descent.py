@@ -117,9 +117,17 @@ class _State:
 def turned(vectors: Floats, rotations: Floats) -> Floats:
     """Rotations (3, 3, N) turned by about the rotation vectors (3, N): Cayley's map, a rotation for any length."""
     half = vectors / 2
-    w = 1 / np.sqrt(1 + np.einsum("aN,aN->N", half, half))
-    x, y, z = half * w
-    turn = rotation_matrices(x, y, z, w)
+    square = np.einsum("aN,aN->N", half, half)
+    # (1 - h.h) I + 2 (h h^T + [h]x), over 1 + h.h
+    turn = half[:, None] * half
+    turn[0, 1] -= half[2]
+    turn[1, 0] += half[2]
+    turn[0, 2] += half[1]
+    turn[2, 0] -= half[1]
+    turn[1, 2] -= half[0]
+    turn[2, 1] += half[0]
+    np.einsum("iiN->iN", turn)[...] += (1 - square) / 2
+    turn *= 2 / (1 + square)
     return np.asarray(np.einsum("ijN,jkN->ikN", turn, rotations))
 
 

@@ -82,8 +82,7 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
     y = turned + (offsets[:, None, :] - equations.anchors[:, :, None])
     gradient = np.einsum("abn,bnN->anN", equations.quadrics, y)
     round_ = equations.radii > 0
-    residual = 0.5 * (gradient * y).sum(axis=0) + equations.constants[:, None]
-    residual += np.einsum("an,anN->nN", equations.normals, y)
+    residual = np.einsum("anN,anN->nN", gradient / 2 + equations.normals[:, :, None], y) + equations.constants[:, None]
     if geometric and round_.any():
         # gradient = P y'/rho, so |P y'| = rho |gradient|; at the very centre any direction will do.
         length = np.sqrt((gradient**2).sum(axis=0))

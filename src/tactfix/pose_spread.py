@@ -16,7 +16,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, lengths
+from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Plane, Surface
 
 STEP = 6**0.5
@@ -118,8 +119,8 @@ def _inflation(linear: Floats, factor: Floats) -> float:
 def motions_between(base_from_fixture: Floats, others: Floats) -> Floats:
     """Motions (6, m) of rotation vector and translation of the origin, base axes, from one pose to others (m, 4, 4)."""
     turns = others[:, :3, :3] @ base_from_fixture[:3, :3].T
-    axis = np.stack([turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]])
-    sine = np.linalg.norm(axis, axis=0) / 2
+    axis = axial(turns)
+    sine = lengths(axis)
     angle = np.arctan2(sine, (np.trace(turns, axis1=1, axis2=2) - 1) / 2)
-    vectors = axis / 2 * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0)
-    return np.concatenate([vectors, (others[:, :3, 3] - base_from_fixture[:3, 3]).T])
+    vectors = axis * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0)[:, None]
+    return np.concatenate([vectors, others[:, :3, 3] - base_from_fixture[:3, 3]], axis=1).T

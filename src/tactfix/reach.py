@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import Bools, Floats, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, residuals
 from tactfix.touchable import extent_of, extreme_points, sample_touches, solid_interval, within_box
 
@@ -73,7 +73,7 @@ def _least_distance(arms: Floats, steps: Floats, first: Floats, last: Floats) ->
     moving = square > np.finfo(float).eps
     nearest = np.where(moving, (arms * steps).sum(axis=1) / np.where(moving, square, 1.0), first)
     nearest = np.clip(nearest, first, np.maximum(first, last))
-    distance = np.linalg.norm(arms - nearest[:, None] * steps, axis=1)
+    distance = lengths(arms - nearest[:, None] * steps)
     return np.asarray(np.where(first <= last, distance, np.inf))
 
 
@@ -102,7 +102,7 @@ def _through_bar(
     radial_steps = approaches - rate[:, None] * bar.direction
     blocked = _least_distance(radial_arms, radial_steps, first, last) < bar.radius - margins
     if not strict and np.isinf([low, high]).any():
-        blocked &= np.linalg.norm(radial_arms, axis=1) >= bar.radius - np.maximum(margins, 0.0)
+        blocked &= lengths(radial_arms) >= bar.radius - np.maximum(margins, 0.0)
     return np.asarray(blocked)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses import all_poses
 from tactfix.refinement import PoseFit
@@ -40,13 +41,12 @@ def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
 def _unresolved(one: PoseFit, other: PoseFit) -> bool:
     """Whether the small motion from one pose to the other changes no residual by a noticeable part of its sigma."""
     turn = other.base_from_fixture[:3, :3] @ one.base_from_fixture[:3, :3].T
-    rotation = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
     if np.trace(turn) < 2.99:
         return False
     centre = one.sensitivity.centre
     one_origin, other_origin = one.base_from_fixture[:3, 3], other.base_from_fixture[:3, 3]
     shift = other_origin + turn @ (centre - one_origin) - centre
-    change = one.sensitivity.jacobian @ np.concatenate([rotation * one.sensitivity.scale, shift])
+    change = one.sensitivity.jacobian @ np.concatenate([axial(turn) * one.sensitivity.scale, shift])
     return bool(np.linalg.norm(change) < UNRESOLVED)
 
 

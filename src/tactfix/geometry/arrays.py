@@ -18,11 +18,15 @@ def frozen(values: ArrayLike) -> Floats:
     return array
 
 
+def lengths(vectors: Floats) -> Floats:
+    """The lengths (...) of vectors (..., 3), to the bit what np.linalg.norm gives, in half its time."""
+    return np.asarray(np.sqrt(np.add.reduce(vectors * vectors, axis=-1)))
+
+
 def unit(vectors: ArrayLike) -> Floats:
     """vectors (..., 3) divided by their lengths."""
     array = np.asarray(vectors, dtype=np.float64)
-    # The lengths as np.linalg.norm computes them, in half its time.
-    return np.asarray(array / np.sqrt(np.add.reduce(array * array, axis=-1, keepdims=True)))
+    return np.asarray(array / lengths(array)[..., None])
 
 
 def cross(a: Floats, b: Floats) -> Floats:

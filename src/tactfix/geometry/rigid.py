@@ -19,6 +19,12 @@ def skew(vectors: Floats) -> Floats:
     return matrices
 
 
+def axial(matrices: Floats) -> Floats:
+    """The vectors v (..., 3) of the skew part [v]x of matrices (..., 3, 3): of a rotation its axis times the sine."""
+    m = matrices - np.swapaxes(matrices, -1, -2)
+    return np.stack([m[..., 2, 1], m[..., 0, 2], m[..., 1, 0]], axis=-1) / 2
+
+
 def rotation_from_vector(vectors: Floats) -> Floats:
     """exp([v]): rotation matrices (..., 3, 3) from rotation vectors (..., 3) in rad (Rodrigues)."""
     angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
@@ -61,7 +67,5 @@ def orthonormalized(rotation: Floats) -> Floats:
 
 def rotation_angle(rotation: Floats) -> float:
     """The angle in rad, 0 to pi, of a rotation matrix (3, 3); accurate near 0 and near pi."""
-    sine = np.linalg.norm(
-        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
-    )
-    return float(np.arctan2(sine, np.trace(rotation) - 1))
+    sine = np.linalg.norm(axial(rotation))
+    return float(np.arctan2(sine, (np.trace(rotation) - 1) / 2))

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.geometry.arrays import Floats, frozen, unit
+from tactfix.geometry.arrays import Floats, frozen, lengths, unit
 
 Side: TypeAlias = Literal["outer", "inner"]
 FeatureType: TypeAlias = Literal["plane", "sphere", "cylinder"]
@@ -113,7 +113,7 @@ def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
     """How far (...,) tip centres (..., 3) are from touching: along the outward normal, positive out of the material."""
     if isinstance(surface, Plane):
         return np.asarray((points - surface.point) @ surface.normal - tip_radius)
-    distance = np.linalg.norm(radial(surface, points), axis=-1)
+    distance = lengths(radial(surface, points))
     sign = 1.0 if surface.side == "outer" else -1.0
     return np.asarray(sign * (distance - surface.radius) - tip_radius)
 

@@ -31,31 +31,32 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
 
     Problems should be of unit size. A problem that does not settle within the iterations is returned as far as it got.
     """
-    states = states.copy()
+    found = states.copy()
     active: Ints = np.arange(len(states))
     damping = np.full(len(states), _FIRST_DAMPING)
     residuals, jacobians = evaluate(states, active)
-    cost = np.sum(residuals**2, axis=-1)
+    cost = _square(residuals)
     for _ in range(iterations):
         change, promised = _damped_step(residuals, jacobians, damping)
-        trial = step(states[active], change)
+        trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
-        new_cost = np.sum(new_residuals**2, axis=-1)
+        new_cost = _square(new_residuals)
         # Near the minimum rounding of residuals hides a gain that the gradient still sees: such steps are taken too.
         better = new_cost <= cost + 8 * _EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
-        states[active[better]] = trial[better]
-        residuals[better], jacobians[better], cost[better] = (
-            new_residuals[better],
-            new_jacobians[better],
-            new_cost[better],
-        )
+        states = np.where(better[:, None], trial, states)
+        residuals = np.where(better[:, None], new_residuals, residuals)
+        jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
+        cost = np.where(better, new_cost, cost)
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
-        keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states[active], residuals, cost)
-        if not keep.any():
-            break
-        active, damping = active[keep], damping[keep]
-        residuals, jacobians, cost = residuals[keep], jacobians[keep], cost[keep]
-    return _finished(evaluate, step, states)
+        keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
+        if not keep.all():
+            found[active] = states
+            active, damping, states = active[keep], damping[keep], states[keep]
+            residuals, jacobians, cost = residuals[keep], jacobians[keep], cost[keep]
+            if not len(active):
+                break
+    found[active] = states
+    return _finished(evaluate, step, found)
 
 
 def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floats:
@@ -72,7 +73,7 @@ def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floa
             return states
         trial = step(states, np.asarray(change, dtype=np.float64))
         new_residuals, new_jacobians = evaluate(trial, index)
-        better = np.sum(new_residuals**2, axis=-1) < np.sum(residuals**2, axis=-1)
+        better = _square(new_residuals) < _square(residuals)
         states = np.where(better[:, None], trial, states)
         residuals = np.where(better[:, None], new_residuals, residuals)
         jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
@@ -88,7 +89,7 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
     residuals, jacobians = evaluate(states, active)
     if jacobians.shape[-1] != jacobians.shape[-2]:
         return states
-    cost = np.sum(residuals**2, axis=-1)
+    cost = _square(residuals)
     for _ in range(_LAST_STEPS):
         keep = ~_exact(states[active], residuals, cost) & (cost < _NEARLY_A_ROOT)
         active, residuals, jacobians, cost = active[keep], residuals[keep], jacobians[keep], cost[keep]
@@ -100,7 +101,7 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
         for _ in range(2):
             trial = step(trial, _undamped_step(new_residuals, new_jacobians, weakest=False))
             new_residuals, new_jacobians = evaluate(trial, active)
-        new_cost = np.sum(new_residuals**2, axis=-1)
+        new_cost = _square(new_residuals)
         better = new_cost < cost
         active, residuals, jacobians, cost = (
             active[better],
@@ -110,6 +111,11 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
         )
         states[active] = trial[better]
     return states
+
+
+def _square(residuals: Floats) -> Floats:
+    """Sums of squares (B,) of residuals (B, n)."""
+    return np.asarray(np.einsum("bn,bn->b", residuals, residuals))
 
 
 def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
@@ -129,7 +135,7 @@ def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
     change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
-    return np.asarray(change), np.asarray(-np.sum(change * gradient, axis=-1))
+    return np.asarray(change), np.asarray(-np.einsum("bp,bp->b", change, gradient))
 
 
 def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -> Floats:

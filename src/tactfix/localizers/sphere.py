@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import Floats, Ints, lengths
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
@@ -77,11 +77,11 @@ class SphereProblem:
         """Residuals (B, n), weight * (distance from the centre - radius), and Jacobians (B, n, 3 or 4)."""
         del index
         arms = self.points - states[:, None, :3]
-        distance = np.linalg.norm(arms, axis=-1)
-        normal = arms / np.maximum(distance, np.finfo(float).tiny)[..., None]
-        columns = [-normal] if self.radius_known else [-normal, np.full((*distance.shape, 1), -1.0)]
-        jacobian = np.concatenate(columns, axis=-1) * self.weights[:, None]
-        return self.weights * (distance - states[:, 3:]), jacobian
+        distance = lengths(arms)
+        slopes = arms * (-self.weights / np.maximum(distance, np.finfo(float).tiny))[..., None]
+        if not self.radius_known:
+            slopes = np.concatenate([slopes, np.broadcast_to(-self.weights[:, None], (*distance.shape, 1))], axis=-1)
+        return self.weights * (distance - states[:, 3:]), slopes
 
     def step(self, states: Floats, change: Floats) -> Floats:
         """The states after a change (B, 3 or 4) of centre and radius."""
@@ -98,7 +98,7 @@ def _free_states(contacts: UnitContacts) -> Floats:
     center = solution[:3]
     normal = np.linalg.svd(points, full_matrices=False)[2][-1]
     centers = np.array([center, center - 2 * (center @ normal) * normal])
-    radii = np.mean(np.linalg.norm(points - centers[:, None], axis=-1), axis=1)
+    radii = np.mean(lengths(points - centers[:, None]), axis=1)
     return np.column_stack([centers, radii])
 
 

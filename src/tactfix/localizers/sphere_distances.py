@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Floats, Ints, frozen, unit
+from tactfix.geometry.arrays import Floats, Ints, frozen, lengths, unit
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
@@ -198,7 +198,7 @@ def _distance_and_gradient(locus: Locus, centers: Floats) -> tuple[Floats, Float
     else:
         arms = centers - locus.point
         arms = arms - (arms @ locus.direction)[:, None] * locus.direction
-    length = np.linalg.norm(arms, axis=-1)
+    length = lengths(arms)
     return length - locus.distance, arms / np.maximum(length, np.finfo(float).tiny)[:, None]
 
 
