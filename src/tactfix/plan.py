@@ -5,9 +5,9 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.planning.information import CRITERIA, Criterion
 from tactfix.planning.result import Plan, PlanStep
-from tactfix.planning.task import FEWEST, Progress, Task
+from tactfix.planning.task import FEWEST, Over, Progress, Task
 
-__all__ = ["CRITERIA", "Criterion", "Plan", "PlanStep", "Progress", "plan"]
+__all__ = ["CRITERIA", "Criterion", "Over", "Plan", "PlanStep", "Progress", "plan"]
 
 
 def plan(
@@ -20,6 +20,8 @@ def plan(
     sigma: float | None = None,
     tip_radius: float | None = None,
     progress: Progress | None = None,
+    starts: int | None = None,
+    over: Over = map,
 ) -> Plan:
     """The best contacts to make on a fixture: contacts of them, or the fewest that are unique with a table of more.
 
@@ -29,13 +31,17 @@ def plan(
     the existing contacts, then to the fixture's probe. All touches are inside the touch boxes, clear of their edges
     and of other features, and square to the surface unless a turned approach is what makes the pose unique.
 
-    The optimum is that of an exchange from several seeded starts, polished; it is no proof of the best plan. Relations
-    with a sigma of their own are taken as exact while choosing.
+    The optimum is that of an exchange from several seeded starts, polished; it is no proof of the best plan. More
+    starts are more likely to find it, and how many agree tells how likely; over, which is like map, may have a cluster
+    follow them. Relations with a sigma of their own are taken as exact while choosing.
 
     Raises UsageError for impossible numbers of contacts, for a fixture whose file does not place its features or whose
     features leave a motion free, and for existing contacts that do not give a pose; TipDoesNotFitError.
     """
-    task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, progress or (lambda share, what: None))
+    if starts is not None and starts < 1:
+        raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")
+    told = progress or (lambda share, what: None)
+    task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over)
     if existing is not None:
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")

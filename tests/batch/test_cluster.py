@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from batch.balls import PLAIN, blank, contact_sets, rows, slow, write_cell
 
-from tactfix import load_fixture, locate
+from tactfix import load_fixture, locate, plan
 from tactfix.batch import run_batch
 from tactfix.batching.cluster import ClusterError, DaskCluster
 from tactfix.batching.task import BatchTask, locate_set
@@ -19,6 +19,7 @@ from tactfix.batching.workers import spread_over
 from tactfix.cli import main
 from tactfix.design.random_layouts import Study, study_layouts
 from tactfix.files.batch_journal import BatchJournal
+from tactfix.report.plan_json import plan_json
 
 pytest.importorskip("distributed", reason="needs the extra: pip install 'tactfix[dask]'")
 SCRIPT = Path(__file__).with_name("local_cluster.py")
@@ -94,9 +95,27 @@ def test_a_study_of_layouts_survives_a_killed_worker(cluster: Cluster, tmp_path:
     assert killed
 
 
-def test_a_scheduler_without_a_study_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["design-check", "no.yaml", "--scheduler", "tcp://nowhere:1"]) == 2
-    assert "--study N" in capsys.readouterr().err
+def test_a_search_for_a_plan_survives_a_killed_worker(cluster: Cluster, tmp_path: Path) -> None:
+    path, _ = write_cell(tmp_path, 0)
+    fixture = load_fixture(path)
+    here = plan(fixture, contacts=6, starts=12)
+    killed: list[int] = []
+
+    def told(share: float, _: str) -> None:
+        if share > 0 and not killed:
+            killed.append(cluster.kill_one())
+
+    with DaskCluster(cluster.address).mapping() as over:
+        there = plan(fixture, contacts=6, starts=12, progress=told, over=over)
+    assert killed
+    assert plan_json(there) == plan_json(here)
+    assert here.starts == 12
+
+
+@pytest.mark.parametrize(("command", "missing"), [("design-check", "--study N"), ("plan", "--starts N")])
+def test_a_scheduler_without_a_study_is_refused(command: str, missing: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "no.yaml", "--scheduler", "tcp://nowhere:1"]) == 2
+    assert missing in capsys.readouterr().err
 
 
 @pytest.mark.slow

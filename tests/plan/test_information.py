@@ -93,3 +93,16 @@ def test_rows_are_the_change_of_the_residuals():
         moved = points + np.cross(turn, points) + shift
         change = np.einsum("ni,ni->n", moved - points, normals) / step
         assert np.allclose(rows[:, k], change, atol=1e-5)
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_ten_times_the_sigma_scores_as_ten_times_the_sigma(criterion):
+    rng = np.random.default_rng(3)
+    points, normals = rng.standard_normal((2, 9, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    told = []
+    for sigma in (0.01, 0.1):
+        objective = Objective(criterion, np.eye(3), sigma)
+        rows = rows_of(points, normals, np.full(9, sigma), np.zeros(3), 1.0)
+        told.append(objective.sigma_of(objective.score(rows.T @ rows)))
+    assert told[1] == pytest.approx(10 * told[0], rel=1e-6)

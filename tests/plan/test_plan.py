@@ -108,6 +108,20 @@ def test_without_a_number_the_fewest_unique_contacts_and_a_table():
         assert step.gain == pytest.approx(1 - step.worst_sigma / before.worst_sigma)
 
 
+@pytest.mark.parametrize("criterion", ["worst", "d", "e"])
+def test_of_more_starts_some_agree_and_the_best_is_no_worse(criterion):
+    few, many = (plan(CELLS[2], 7, criterion=criterion, starts=starts) for starts in (2, 20))
+    assert (few.starts, many.starts) == (2, 20)
+    assert 1 <= many.agreeing <= 20
+    if criterion == "worst":
+        assert many.worst_sigma <= 1.01 * few.worst_sigma
+
+
+def test_one_start_agrees_with_itself():
+    found = plan(ball_and_bar(), 6, starts=1)
+    assert (found.starts, found.agreeing) == (1, 1)
+
+
 def test_each_criterion_is_best_at_its_own():
     def information(found):
         return np.linalg.inv(found.covariance)
@@ -172,7 +186,12 @@ def test_touches_on_open_surfaces_stay_within_the_fixture():
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [({"contacts": 5}, "6 or more"), ({"add": 2}, "nothing to add to"), ({"contacts": 8, "sigma": 0.0}, "sigma")],
+    [
+        ({"contacts": 5}, "6 or more"),
+        ({"add": 2}, "nothing to add to"),
+        ({"contacts": 8, "sigma": 0.0}, "sigma"),
+        ({"starts": 0}, "1 or more"),
+    ],
 )
 def test_refusals(options, said):
     with pytest.raises(UsageError, match=said):

@@ -30,8 +30,6 @@ from studies.blocks import by_row, numbered
 from studies.noisy_poses import Judge
 from studies.poses_of_package import poses_of_package
 
-# Kinds on which a plane or two spheres have three contacts and more once some are added, so that they locate alone.
-SHORT_CUT = tuple(kind for kind in KINDS if "plane" in kind or kind.count("sphere") > 1)
 # Chance of a chi-square beyond it: far inside of what the package lets through.
 LIKELY = 1e-3
 WEAK = 1e-4
@@ -138,7 +136,7 @@ def total(results: list[dict[str, Any]]) -> Tally:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(SHORT_CUT), metavar="KIND")
+    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(KINDS), metavar="KIND")
     parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
     parser.add_argument("--problems", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="number of the first problem")

@@ -2,8 +2,6 @@
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,11 +11,11 @@ from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, Scheduler, TipOffset, Units
 from tactfix.cli.output import emit
 from tactfix.cli.progress import progress_bar
+from tactfix.cli.workers import mapping
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.design.random_layouts import Over
     from tactfix.design_check import DesignReport
     from tactfix.files.contact_options import ContactOptions
     from tactfix.fixture import Fixture
@@ -100,24 +98,12 @@ def command(
     layouts = DEFAULT_LAYOUTS if study is None else study
     wishes = Wishes(points, own_sigma, own_tip, max_sigma, layouts, seed)
     is_quick = layouts <= DEFAULT_LAYOUTS
-    with progress_bar("studying", quiet=quiet or is_quick) as progress, _workers(scheduler) as over:
+    with progress_bar("studying", quiet=quiet or is_quick) as progress, mapping(scheduler) as over:
         report = design_check(there, given, wishes, progress, over)
     if junit is not None:
         write_whole(junit, design_junit(report))
     emit(_text(report, output, as_json=as_json), output)
     return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE
-
-
-@contextmanager
-def _workers(scheduler: str | None) -> "Iterator[Over]":
-    """Who locates the layouts of a study: a cluster, or this process."""
-    if scheduler is None:
-        yield map
-        return
-    from tactfix.batching.cluster import DaskCluster
-
-    with DaskCluster(scheduler).mapping() as over:
-        yield over
 
 
 def _contacts(

@@ -4,9 +4,11 @@ from typing import Annotated, Literal
 
 from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Verbose
+from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Scheduler, Verbose
 from tactfix.cli.output import emit, tell, wants_summary
 from tactfix.cli.progress import progress_bar
+from tactfix.cli.workers import mapping
+from tactfix.errors import UsageError
 
 
 def command(
@@ -28,6 +30,11 @@ def command(
         Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
     ] = "worst",
     seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
+    starts: Annotated[
+        int | None,
+        Option(metavar="N", min=1, help="Search from N random sets, instead of a few, and tell how many agree."),
+    ] = None,
+    scheduler: Scheduler = None,
     sigma: Annotated[float | None, Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
     tip_radius: Annotated[
         float | None,
@@ -53,10 +60,12 @@ def command(
     from tactfix.report.plan_csv import plan_csv, plan_lines
     from tactfix.report.plan_json import plan_json
 
+    if scheduler is not None and starts is None:
+        raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
     there = load_fixture(fixture)
     existing = None if made is None else load_contacts(made, there, ContactOptions(None, tip_radius, sigma))
-    with progress_bar("planning", quiet=quiet) as progress:
-        found = plan(there, contacts, existing, add, criterion, seed, sigma, tip_radius, progress)
+    with progress_bar("planning", quiet=quiet) as progress, mapping(scheduler) as over:
+        found = plan(there, contacts, existing, add, criterion, seed, sigma, tip_radius, progress, starts, over)
     emit(text_of(plan_json(found)) if as_json else plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):
         tell(plan_lines(found))

@@ -60,6 +60,18 @@ class Objective:
         """The score of the information (6, 6)."""
         return float(self.scores(information, np.zeros((1, 6)))[0])
 
+    def sigma_of(self, score: float) -> float:
+        """The score as a standard deviation, so that scores of all criteria compare by ratio: the largest, for worst;
+        the geometric mean of the six, for d; that of the weakest motion, for e.
+        """
+        match self.criterion:
+            case "worst":
+                return float(np.sqrt(score))
+            case "d":
+                return float(np.exp(score / 12))
+            case "e":
+                return float(1 / np.sqrt(-score)) if score < 0 else np.inf
+
     def _worst(self, covariance: Floats, rows: Floats) -> Floats:
         # Sherman and Morrison: C - C j j^T C / (1 + j^T C j), seen at each corner x through v + w x x.
         seen = np.concatenate([-skew(self.corners), np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))], axis=2)

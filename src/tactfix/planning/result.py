@@ -25,7 +25,9 @@ class Plan:
     stands (base_from_fixture is then not None). worst_sigma: largest standard deviation of a point of the fixture's
     bounding box in any direction, at worst_point (3,) of the fixture frame. covariance (6, 6): of the pose in the order
     rotation (rad), translation, about the fixture's origin. unique: no second pose is within ten sigma; rivals: how
-    many are. located: the contacts fix a pose at all. steps: the table, where the number of contacts was left open.
+    many are. located: the contacts fix a pose at all. starts: random sets of touches that the search began with;
+    agreeing: those that led to within one per cent of the best sigma. steps: the table, where the number of contacts
+    was left open.
     """
 
     fixture: str
@@ -38,6 +40,8 @@ class Plan:
     covariance: Floats
     located: bool
     rivals: int
+    starts: int
+    agreeing: int
     steps: tuple[PlanStep, ...] = ()
 
     def __post_init__(self) -> None:

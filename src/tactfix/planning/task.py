@@ -1,7 +1,9 @@
 """One planning task from its search to the plan that is judged: the work behind `tactfix.plan`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,6 +29,8 @@ FEWEST = 6
 # Plans of as many contacts or fewer are tried before a fixture is said to have no unique plan: seven to nine are enough
 # wherever approach and touch boxes can tell at all.
 _MOST = 14
+# How near to the best sigma a start must lead to agree with it.
+_AGREES = 1.01
 # Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
 _STARTS, _STARTS_IN_TABLE = 8, 2
 # The best of them are polished; the others are only asked where none of these is unique.
@@ -39,6 +43,8 @@ and ball. Their sigma shrinks with the root of their number alone; a fixture tha
 
 Progress = Callable[[float, str], None]
 """Told how much of the work is done (0 to 1) and what is being done."""
+Over: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Iterable[Choice]]
+"""Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +57,10 @@ class _Made:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """One planning task: the search, and what its results are judged by."""
+    """One planning task: the search, how many starts it has and who follows them, and what its results are judged by.
+
+    starts: where None, few for each number of contacts.
+    """
 
     fixture: Fixture
     search: Search
@@ -59,6 +68,8 @@ class Task:
     probe: tuple[float, float]
     seed: int
     progress: Progress
+    starts: int | None
+    over: Over
 
     @staticmethod
     def of(
@@ -69,6 +80,8 @@ class Task:
         sigma: float | None,
         tip_radius: float | None,
         progress: Progress,
+        starts: int | None,
+        over: Over,
     ) -> "Task":
         """The task of planning on this fixture; see `tactfix.plan.plan`."""
         probe = probe_settings(fixture, existing, sigma, tip_radius)
@@ -81,7 +94,7 @@ class Task:
         objective = Objective(criterion, corners, min(sigmas.values()))
         made = None if existing is None else _made(fixture, existing)
         touches = touches_made(pool, None if made is None else made.contacts, fixture)
-        return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress)
+        return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress, starts, over)
 
     def single(self, count: int, fewest: int) -> Plan:
         """The plan of count contacts."""
@@ -116,31 +129,43 @@ class Task:
         smaller: the choice of the row before, where a table is made. share: what of the whole work this begins with
         and how much it is.
         """
-        starts, few = (_STARTS, _POLISHED) if smaller is None else (_STARTS_IN_TABLE, _POLISHED_IN_TABLE)
-        rng = np.random.Generator(np.random.PCG64([self.seed, count]))
-        choices: list[Choice] = []
-        for k in range(starts):
-            self.progress(share[0] + share[1] * k / (starts + 1), f"{count} contacts")
-            start = started(self.search, count, rng)
-            if smaller is not None and k == 0:
-                # Kept as it is, too: what was unique with one contact less still is, and this is surer.
-                start = extended(self.search, smaller)
-                choices.append(self.search.choice(start))
-            choices.append(exchanged(self.search, start))
+        begun = self._starts(count, smaller)
+        ended: list[Choice] = []
+        for choice in self.over(partial(exchanged, self.search), begun):
+            ended.append(choice)
+            self.progress(share[0] + share[1] * len(ended) / (len(begun) + 1), f"{count} contacts")
+        # What was unique with one contact less is kept as it was, with one more: it still is, and is surer.
+        choices = [*ended, *([] if smaller is None else [self.search.choice(begun[0])])]
         choices.sort(key=lambda choice: choice.score)
+        few = _POLISHED if smaller is None else _POLISHED_IN_TABLE
         choices[:few] = [polished(self.search, choice) for choice in choices[:few]]
         choices.sort(key=lambda choice: choice.score)
         plans: list[Plan] = []
         for k, choice in enumerate(choices):
-            done = starts + k / len(choices)
-            self.progress(share[0] + share[1] * done / (starts + 1), f"{count} contacts: unique?")
-            plans.append(self._plan(choice.touches))
+            done = len(begun) + k / len(choices)
+            self.progress(share[0] + share[1] * done / (len(begun) + 1), f"{count} contacts: unique?")
+            plans.append(self._plan(choice.touches, ended))
             if plans[-1].unique:
                 return choice, plans[-1]
         return choices[0], plans[0]
 
-    def _plan(self, touches: Touches) -> Plan:
-        """The plan that these touches make, with approaches turned where that makes it unique."""
+    def _starts(self, count: int, smaller: Choice | None) -> list[Touches]:
+        """Sets of count touches to begin with: random ones, but for the first that which has one more than smaller."""
+        usual = _STARTS if smaller is None else _STARTS_IN_TABLE
+        rng = np.random.Generator(np.random.PCG64([self.seed, count]))
+        begun = [started(self.search, count, rng) for _ in range(self.starts or usual)]
+        return begun if smaller is None else [extended(self.search, smaller), *begun[1:]]
+
+    def _agreeing(self, ended: Sequence[Choice]) -> int:
+        """How many of the ends of the search are about as good as the best of them."""
+        sigmas = np.array([self.search.objective.sigma_of(choice.score) for choice in ended])
+        return int((sigmas <= _AGREES * sigmas.min()).sum())
+
+    def _plan(self, touches: Touches, ended: Sequence[Choice]) -> Plan:
+        """The plan that these touches make, with approaches turned where that makes it unique.
+
+        ended: all that the search led to.
+        """
         pool = self.search.pool
         order = np.argsort(touches.which, kind="stable")
         touches = touches.take(order)
@@ -169,6 +194,8 @@ class Task:
             covariance=covariance,
             located=verdict.located,
             rivals=len(verdict.rivals),
+            starts=len(ended),
+            agreeing=self._agreeing(ended),
         )
 
     def _covariance(self, touches: Touches) -> Floats:

@@ -79,6 +79,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     at = ", ".join(f"{value:.4g}" for value in plan.worst_point)
     yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
     yield f"plan: {_verdict(plan)}"
+    yield f"plan: {plan.agreeing} of {plan.starts} starts of the search led to within one per cent of the best"
     for step in plan.steps:
         gain = "" if step.gain is None else f", {100 * step.gain:.0f} per cent less"
         unique = "unique" if step.unique else "not unique"

@@ -25,6 +25,8 @@ def plan_json(plan: Plan) -> Json:
         "unique": plan.unique,
         "located": plan.located,
         "rivals": plan.rivals,
+        "starts": plan.starts,
+        "agreeing": plan.agreeing,
         "worst_sigma": number(plan.worst_sigma),
         "worst_point": array(plan.worst_point),
         "covariance": array(plan.covariance),
