@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
-from tactfix.pose_equations import PoseEquations, evaluate
+from tactfix.pose_equations import PoseEquations, curvature, evaluate
 
 FIRST_LOOK = 14
 """Steps after which a descent is in sight of a zero or is given up: what creeps on through a valley from there reaches,
@@ -24,6 +24,10 @@ ARRIVED = 1e-26
 LAST_STEP = 1e-8
 SETTLED = 1e-14
 """Share of the cost that the last step to a minimum which is no zero gains: it is within about 1e-6 then."""
+PATIENCE = 5
+"""Steps of Gauss and Newton within the limit, in which most descents end, before Newton's take longer to work out."""
+MOST_BENT = 50
+"""Contacts beyond which the residuals' curvatures, which noise makes of either sign, no longer matter in the sum."""
 FEW = 200
 """Fewer systems than this LAPACK solves faster one by one than numpy all at once."""
 
@@ -65,6 +69,7 @@ class _State:
     ) -> None:
         self.rotations, self.offsets, self.residual = rotations, offsets, residual
         self.jacobian, self.cost, self.damping = jacobian, cost, damping
+        self.within = np.zeros(len(cost), dtype=np.intp)
 
     @staticmethod
     def at(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> "_State":
@@ -75,7 +80,7 @@ class _State:
     def advance(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> tuple[Bools, Bools]:
         """One step of each; which (N,) have arrived at a zero, and which are stuck above the limit."""
         with np.errstate(over="ignore", invalid="ignore"):
-            step = damped_step(self.residual, self.jacobian, self.damping)
+            step = self._step(equations, geometric, cost_limit)
             rotations, offsets = turned(step[:3], self.rotations), self.offsets + step[3:]
             residual, jacobian = evaluate(equations, rotations, offsets, geometric)
             cost = np.einsum("nN,nN->N", residual, residual)
@@ -94,6 +99,21 @@ class _State:
         small = np.abs(step).max(axis=0) < LAST_STEP
         return self._ends(gain, small, cost_limit)
 
+    def _step(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> Floats:
+        """The next step (6, N) of each: Gauss-Newton's, but Newton's where that does not end within the limit.
+
+        Where a motion is held weakly, noise bends the sum of squares by as much as the Jacobian does: Gauss-Newton
+        then steps to and fro across its minimum and hardly comes nearer.
+        """
+        step = damped_step(self.residual, self.jacobian, self.damping)
+        self.within = np.where(self.cost < cost_limit, self.within + 1, 0)
+        near = np.flatnonzero(self.within > PATIENCE)
+        if len(near) and np.isfinite(cost_limit) and len(equations) <= MOST_BENT:
+            residual, jacobian = self.residual[:, near], self.jacobian[..., near]
+            bend = curvature(equations, self.rotations[..., near], self.offsets[:, near], residual, geometric)
+            step[:, near] = damped_step(residual, jacobian, self.damping[near], bend)
+        return step
+
     def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:
         # A zero of exact contacts ends at rounding level, one of noisy contacts where the steps or their gains vanish.
         below = self.cost < cost_limit
@@ -109,7 +129,7 @@ class _State:
     def keep(self, which: Bools) -> bool:
         """Follow only those from here on; whether there are any."""
         if not which.all():
-            for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping"):
+            for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping", "within"):
                 setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., which]))
         return bool(len(self.cost))
 
@@ -139,12 +159,16 @@ def rotation_matrices(x: Floats, y: Floats, z: Floats, w: Floats) -> Floats:
     return np.array(rows).reshape(3, 3, -1)
 
 
-def damped_step(residual: Floats, jacobian: Floats, damping: Floats) -> Floats:
-    """The Levenberg-Marquardt steps (6, N), no longer than one radian or one fixture size."""
+def damped_step(residual: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float = 0.0) -> Floats:
+    """The Levenberg-Marquardt steps (6, N), no longer than one radian or one fixture size.
+
+    curvature (6, 6, N): what is added to the normal matrices for a Newton step.
+    """
     normal = np.einsum("inN,jnN->ijN", jacobian, jacobian)
     gradient = np.einsum("inN,nN->iN", jacobian, residual)
     diagonal = np.einsum("iiN->iN", normal)
     diagonal += damping * (diagonal + 1e-9)
+    normal += curvature
     step = -solve_positive(normal, gradient)
     return np.asarray(step / np.maximum(1.0, np.sqrt(np.einsum("aN,aN->N", step[:3], step[:3]))))
 

@@ -78,11 +78,9 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
 
     The six columns are a rotation about the fixture axes (acting after A, before b) and a translation along them.
     """
-    turned = np.einsum("abN,bn->anN", rotations, equations.points)
-    y = turned + (offsets[:, None, :] - equations.anchors[:, :, None])
-    gradient = np.einsum("abn,bnN->anN", equations.quadrics, y)
-    round_ = equations.radii > 0
+    turned, y, gradient = _placed(equations, rotations, offsets)
     residual = np.einsum("anN,anN->nN", gradient / 2 + equations.normals[:, :, None], y) + equations.constants[:, None]
+    round_ = equations.radii > 0
     if geometric and round_.any():
         # gradient = P y'/rho, so |P y'| = rho |gradient|; at the very centre any direction will do.
         length = np.sqrt((gradient**2).sum(axis=0))
@@ -92,12 +90,49 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
     gradient = gradient + equations.normals[:, :, None]
     residual *= equations.weights[:, None]
     gradient *= equations.weights[:, None]
-    jacobian = np.empty((6, *residual.shape))
-    jacobian[0] = turned[1] * gradient[2] - turned[2] * gradient[1]
-    jacobian[1] = turned[2] * gradient[0] - turned[0] * gradient[2]
-    jacobian[2] = turned[0] * gradient[1] - turned[1] * gradient[0]
-    jacobian[3:] = gradient
-    return residual, jacobian
+    return residual, np.concatenate([_cross(turned, gradient), gradient])
+
+
+def curvature(
+    equations: PoseEquations, rotations: Floats, offsets: Floats, residual: Floats, geometric: bool
+) -> Floats:
+    """The sum (6, 6, N) of residuals (n, N) times their second derivatives: what Gauss-Newton leaves out.
+
+    A turn by v moves y by v x u + v x (v x u) / 2 to second order, u = A x: with gradient g and Hessian H of the
+    residual in y the second derivatives are [u] H [u]^T + (g u^T + u g^T) / 2 - g.u I for the turn, [u] H for turn and
+    shift, and H for the shift, [u] the matrix of u x.
+    """
+    turned, _, gradient = _placed(equations, rotations, offsets)
+    pull = residual * equations.weights[:, None]
+    bends = equations.quadrics[..., None]
+    if geometric:
+        # Of |P y'|: (P - e e^T) / |P y'| with e along P y'.
+        length = np.sqrt((gradient**2).sum(axis=0))
+        gradient = gradient / np.where(length > 0, length, 1.0)
+        across = bends * equations.radii[:, None] - gradient[:, None] * gradient
+        bends = across / np.where(length > 0, equations.radii[:, None] * length, 1.0)
+    bends = pull * bends
+    mixed = _cross(turned[:, None], bends)
+    moment = np.einsum("anN,bnN->abN", pull * (gradient + equations.normals[:, :, None]), turned)
+    second = np.empty((6, 6, residual.shape[1]))
+    second[:3, :3] = _cross(turned[:, None], np.swapaxes(mixed, 0, 1)).sum(axis=2)
+    second[:3, :3] += (moment + np.swapaxes(moment, 0, 1)) / 2 - np.eye(3)[..., None] * np.einsum("aaN->N", moment)
+    second[:3, 3:] = mixed.sum(axis=2)
+    second[3:, :3] = np.swapaxes(second[:3, 3:], 0, 1)
+    second[3:, 3:] = bends.sum(axis=2)
+    return second
+
+
+def _placed(equations: PoseEquations, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats, Floats]:
+    """Contacts turned (3, n, N), their y' = turned + b - p (3, n, N), and Q y' (3, n, N)."""
+    turned = np.einsum("abN,bn->anN", rotations, equations.points)
+    y = turned + (offsets[:, None, :] - equations.anchors[:, :, None])
+    return turned, y, np.einsum("abn,bnN->anN", equations.quadrics, y)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """a x b along the first axis."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:

@@ -97,9 +97,15 @@ def _are_all(equations: PoseEquations, zeros: Zeros) -> bool:
 
 
 def find_zeros_near(
-    equations: PoseEquations, cost_limit: float, rotations: Floats, turns: Sequence[Floats] = ()
+    equations: PoseEquations,
+    cost_limit: float,
+    rotations: Floats,
+    turns: Sequence[Floats] = (),
+    around_all: bool = False,
 ) -> Zeros:
     """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
+
+    around_all: around all of them, for rotations that are samples of more.
 
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.
@@ -108,7 +114,7 @@ def find_zeros_near(
     starts = np.repeat(rotations[:, :, None], SIDES.shape[1], axis=2).reshape(3, 3, -1)
     found = descend(equations, starts, offsets.reshape(3, -1), cost_limit, first_look=NEAR_LOOK)
     kept, counts = _distinct(_with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
-    return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all=False)
+    return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all)
 
 
 def _with_neighbours(

@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.feature_rotations import feature_rotations
+from tactfix.feature_rotations import TURNS, feature_rotations
 from tactfix.geometry.arrays import Floats, Ints, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
@@ -134,7 +134,8 @@ def _zeros(
     if len(searched) >= PLENTY:
         rotations = feature_rotations(surfaces, contacts, sigmas)
         if rotations is not None:
-            zeros = find_zeros_near(searched, cost_limit, rotations, turns)
+            # So many are samples of a turn that one direction leaves, not the only rotations there are.
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=rotations.shape[2] >= TURNS)
             if len(zeros.costs):
                 return zeros
     starts = _starts(surfaces, contacts, len(searched))

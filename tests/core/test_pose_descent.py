@@ -5,8 +5,9 @@ import pytest
 from core.problems import BALLS, touch_all
 from scipy.spatial.transform import Rotation
 
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.pose_descent import FEW, damped_step, descend, solve_positive, turned
-from tactfix.pose_equations import pose_equations
+from tactfix.pose_equations import curvature, evaluate, pose_equations
 
 
 @pytest.mark.parametrize("count", [1, FEW - 1, FEW, 3 * FEW])
@@ -71,3 +72,34 @@ def test_ends_are_zeros_and_what_is_left_above_the_limit_is_not_among_them():
     assert np.array_equal(before[0], rotations)
     assert np.array_equal(before[1], offsets)
     assert len(descend(equations, rotations, offsets, np.inf)) == 60
+
+
+@pytest.mark.parametrize("geometric", [False, True])
+def test_curvature_is_what_the_gradient_changes_by_beyond_gauss_and_newton(geometric):
+    """Against differences of the gradient of half the sum of squares, at random poses of contacts on all kinds."""
+    rng = np.random.default_rng(7)
+    surfaces = [
+        Plane(rng.normal(size=3), rng.normal(size=3)),
+        Sphere(rng.normal(size=3), 0.7),
+        Cylinder(rng.normal(size=3), rng.normal(size=3), 0.4),
+    ]
+    equations = pose_equations(surfaces, [0, 0, 1, 1, 2, 2, 2], rng.normal(size=(7, 3)), rng.uniform(1, 2, 7), 0.05)
+    rotations = np.moveaxis(Rotation.random(4, random_state=1).as_matrix(), 0, -1)
+    offsets = rng.normal(size=(3, 4))
+
+    def gradient(step):
+        vectors = np.repeat(step[:3, None], 4, axis=1)
+        residual, jacobian = evaluate(equations, turned(vectors, rotations), offsets + step[3:, None], geometric)
+        # The turn's columns are about the pose reached; back at the start the map of vectors to turns is flat to first
+        # order, and its derivative there half a cross product.
+        slope = np.einsum("inN,nN->iN", jacobian, residual)
+        slope[:3] += np.cross(slope[:3].T, step[:3]).T / 2
+        return slope
+
+    residual, jacobian = evaluate(equations, rotations, offsets, geometric)
+    hessian = np.einsum("inN,jnN->ijN", jacobian, jacobian)
+    hessian += curvature(equations, rotations, offsets, residual, geometric)
+    for k in range(6):
+        step = 1e-5 * np.eye(6)[k]
+        change = (gradient(step) - gradient(-step)) / 2e-5
+        assert np.allclose(change, hessian[:, k], rtol=1e-6, atol=1e-6)
