@@ -26,8 +26,8 @@ SETTLED = 1e-14
 """Share of the cost that the last step to a minimum which is no zero gains: it is within about 1e-6 then."""
 PATIENCE = 5
 """Steps of Gauss and Newton within the limit, in which most descents end, before Newton's take longer to work out."""
-MOST_BENT = 50
-"""Contacts beyond which the residuals' curvatures, which noise makes of either sign, no longer matter in the sum."""
+MOST_BENT = 2000
+"""Contacts up to which Newton's steps are taken: the curvature of each fills nine numbers."""
 FEW = 200
 """Fewer systems than this LAPACK solves faster one by one than numpy all at once."""
 
@@ -43,7 +43,7 @@ def descend(
 ) -> Floats:
     """Levenberg-Marquardt from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
 
-    An end is rotation, offset, cost. With an infinite limit every descent counts, wherever most_steps bring it.
+    An end is rotation, offset, cost. A descent that is below the limit counts wherever most_steps bring it.
     """
     state = _State.at(equations, rotations, offsets, geometric)
     sight = max(IN_SIGHT, 100 * cost_limit)
@@ -56,9 +56,8 @@ def descend(
             ends.append(state.poses(ended))
         if not state.keep(~(ended | stuck)):
             break
-    if not np.isfinite(cost_limit):
-        ends.append(state.poses(np.ones(len(state.cost), dtype=bool)))
-    return np.concatenate([np.zeros((13, 0)), *ends], axis=1).T
+    ends.append(state.poses(~(state.cost > cost_limit)))
+    return np.concatenate(ends, axis=1).T
 
 
 class _State:
