@@ -4,11 +4,15 @@ A record holds one line of JSON for each block: its task and its result. It belo
 changes what is studied starts another.
 """
 
+import argparse
 import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, TypeVar
+
+from oracles.kinds import KINDS
+from oracles.pose_problems import LAYOUTS
 
 Task = tuple[Any, ...]
 Name = TypeVar("Name")
@@ -23,6 +27,20 @@ def numbered(first: int, count: int) -> list[tuple[int, int]]:
         blocks.append((first, size))
         first += size
     return blocks
+
+
+def options_of_series(description: str, kinds: Sequence[str]) -> argparse.ArgumentParser:
+    """The options of a study of numbered problems, with the kinds that it looks at unless told otherwise."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(kinds), metavar="KIND")
+    parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
+    parser.add_argument("--problems", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="number of the first problem")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--record", type=Path, help="file of finished blocks; those in it are not done again")
+    parser.add_argument("--replay", type=int, metavar="NUMBER", help="show this problem of the kind and layout alone")
+    return parser
 
 
 def by_row(

@@ -26,13 +26,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from oracles.kinds import KINDS, STUDIED
-from oracles.pose_problems import LAYOUTS, PoseProblem, distances
+from oracles.kinds import STUDIED
+from oracles.pose_problems import PoseProblem, distances
 from oracles.touched_problems import Touched, touched_number
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
-from studies.blocks import by_row, numbered
+from studies.blocks import by_row, numbered, options_of_series
 
 import tactfix
 
@@ -263,16 +263,8 @@ def replay(kind: str, more: int, layout: str, seed: int, number: int, folder: Pa
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(STUDIED), metavar="KIND")
+    parser = options_of_series(__doc__, STUDIED)
     parser.add_argument("--more", nargs="+", type=int, default=[0, 1, 2, 3], help="contacts beyond the six of the kind")
-    parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
-    parser.add_argument("--problems", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="number of the first problem")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--record", type=Path, help="file of finished blocks; those in it are not done again")
-    parser.add_argument("--replay", type=int, metavar="NUMBER", help="show this problem alone")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="with --replay: write its fixture and contact file")
     options = parser.parse_args()
     if options.replay is None:

@@ -22,15 +22,14 @@ import argparse
 import time
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from oracles.compiled_poses import COMPILED
-from oracles.kinds import KINDS, STUDIED
+from oracles.kinds import STUDIED
 from oracles.pose_oracle import ON_SURFACE, OracleAnswer, all_real_poses
-from oracles.pose_problems import LAYOUTS, PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
-from studies.blocks import by_row, numbered
+from oracles.pose_problems import PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
+from studies.blocks import by_row, numbered, options_of_series
 from studies.poses_of_package import poses_of_package
 
 # Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
@@ -195,16 +194,7 @@ def replay(kind: str, layout: str, seed: int, number: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(STUDIED), metavar="KIND")
-    parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
-    parser.add_argument("--problems", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="number of the first problem")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--record", type=Path, help="file of finished blocks; those in it are not done again")
-    parser.add_argument("--replay", type=int, metavar="NUMBER", help="show this problem of the kind and layout alone")
-    options = parser.parse_args()
+    options = options_of_series(__doc__, STUDIED).parse_args()
     if options.replay is None:
         run(options)
     else:

@@ -17,16 +17,15 @@ import argparse
 import time
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from oracles.kinds import KINDS
 from oracles.pose_oracle import NUMPY, Method, all_real_poses
-from oracles.pose_problems import LAYOUTS, oracle_features, stiffness
+from oracles.pose_problems import oracle_features, stiffness
 from oracles.touched_problems import Touched, touched_number
 from scipy.stats import chi2
-from studies.blocks import by_row, numbered
+from studies.blocks import by_row, numbered, options_of_series
 from studies.noisy_poses import Judge
 from studies.poses_of_package import poses_of_package
 
@@ -135,16 +134,7 @@ def total(results: list[dict[str, Any]]) -> Tally:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(KINDS), metavar="KIND")
-    parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
-    parser.add_argument("--problems", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="number of the first problem")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--record", type=Path, help="file of finished blocks; those in it are not done again")
-    parser.add_argument("--replay", type=int, metavar="NUMBER", help="judge this problem of the kind and layout alone")
-    options = parser.parse_args()
+    options = options_of_series(__doc__, KINDS).parse_args()
     if options.replay is None:
         run(options)
         return
