@@ -1,4 +1,8 @@
-"""Damped Newton descents from many trial poses at once, down to the zeros of the pose equations.
+"""Damped descents from many trial poses at once, down to the zeros of the pose equations.
+
+Gauss-Newton's steps as long as the residuals are larger than noise: no second derivatives, and no saddle stops them.
+Within noise they need not converge: where a motion is held so weakly that noise bends the sum of squares as much as the
+Jacobian does, they go to and fro across the minimum. There Newton's take over, so that the pose is not lost.
 
 Arrays have the trial poses last, as in `pose_equations`: every numpy call works on all of them.
 """
@@ -41,7 +45,7 @@ def descend(
     most_steps: int = MOST_STEPS,
     first_look: int = FIRST_LOOK,
 ) -> Floats:
-    """Levenberg-Marquardt from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
+    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
 
     An end is rotation, offset, cost. A descent that is below the limit counts wherever most_steps bring it.
     """

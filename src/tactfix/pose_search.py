@@ -1,9 +1,9 @@
-"""All zeros of the pose equations: damped Newton from coverings of the poses, repeated around what it finds.
+"""All zeros of the pose equations: damped descents from coverings of the poses, repeated around what it finds.
 
 Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
 a linear problem to within a few radii. A low-discrepancy covering of the rotations, each with a translation off that
-one by OFF_CENTRE, starts one damped Newton (Levenberg-Marquardt) descent each, so a zero is lost only if its basin
-falls through the covering. Basins differ: with two or three cylinders and few contacts the smallest hold one start in a
+one by OFF_CENTRE, starts one damped descent each (`pose_descent`), so a zero is lost only if its basin falls through
+the covering. Basins differ: with two or three cylinders and few contacts the smallest hold one start in a
 thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
 as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the
 equations, close to others: every zero found is a centre for new starts at all scales from 0.05 to 1.2 (rad,

@@ -201,8 +201,8 @@ def assert_end(processes: list[Path]) -> None:
         time.sleep(0.05)
 
 
-MANY = 40
-"""Sets that take a second or so: enough for a signal to come before the last one."""
+MANY = 300
+"""Sets that take a second or two: enough for a signal to come before the last one."""
 
 
 @pytest.mark.parametrize(("stop", "jobs"), [("SIGKILL", 2), ("SIGINT", 2), ("SIGINT", 1), ("SIGTERM", 1)])

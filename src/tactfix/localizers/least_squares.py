@@ -20,6 +20,9 @@ _LAST_STEPS = 25
 """Undamped steps near a multiple root: one of order three comes nearer by a third at each."""
 
 _EPS = float(np.finfo(np.float64).eps)
+_ROUNDING = 4 * _EPS
+"""A step this short changes nothing in problems of unit size: exact contacts a thousand sizes from the origin, whose
+rounding is more than that of their residuals, would keep making such steps."""
 
 _SETTLED = 1e-17
 """A step that promises to lower the cost by less than this part of it moves a parameter by a few 1e-9 residuals; the
@@ -49,6 +52,7 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
         cost = np.where(better, new_cost, cost)
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
         keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
+        keep &= np.abs(change).max(axis=-1) > _ROUNDING
         if not keep.all():
             found[active] = states
             active, damping, states = active[keep], damping[keep], states[keep]
