@@ -114,7 +114,11 @@ class _State:
         if len(near) and np.isfinite(cost_limit) and len(equations) <= MOST_BENT:
             residual, jacobian = self.residual[:, near], self.jacobian[..., near]
             bend = curvature(equations, self.rotations[..., near], self.offsets[:, near], residual, geometric)
-            step[:, near] = damped_step(residual, jacobian, self.damping[near], bend)
+            # Where the sum of squares is a saddle Gauss-Newton still leads down, Newton nowhere.
+            hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)
+            bowl = np.linalg.eigvalsh(hessian)[:, 0] > 0
+            newton = damped_step(residual[:, bowl], jacobian[..., bowl], self.damping[near[bowl]], bend[..., bowl])
+            step[:, near[bowl]] = newton
         return step
 
     def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from oracles.pose_oracle import all_real_poses
+from oracles.pose_problems import oracle_features
 from oracles.touched_problems import touched_number
 from studies import redundant_poses
+from studies.noisy_poses import Judge
 from studies.redundant_poses import Tally, examine
 
 # Two planes or a located ball fix how the fixture is turned; another ball or bar then may be at either of two places on
@@ -63,3 +66,14 @@ def test_a_missing_pose_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     tally = Tally()
     examine("this one", touched_number(*EITHER_END_OF_A_LINE[0]), tally)
     assert tally.counts["missed"] == tally.counts["with miss"] == 1
+
+
+def test_a_flat_valley_within_noise_gives_its_poses_and_no_others() -> None:
+    """Six contacts that hold a motion by a few ten-thousandths: descents once ended all along it, 600 of them."""
+    touched = touched_number("cylinder3+plane3", 0, "mixed", 3, 4)
+    problem, judge = touched.problem, Judge(touched)
+    answer = all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)
+    found = redundant_poses.poses_of_package(problem, touched.sigma)
+    assert len(found) <= answer.paths
+    for pose in answer.poses:
+        assert min(judge.distance(pose, other) for other in found) < 1
