@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import chi_square_limit
 from tactfix.refinement import SMALLEST_RATIO, sensitivity
 from tactfix.solution import Solution
@@ -74,7 +74,7 @@ class Doubts:
 
     def share_left(self, index: Sequence[int]) -> float:
         """The share of chi-square that would be left without these contacts."""
-        return 1 - self.gain(index) / max(float(self.scaled @ self.scaled), float(np.finfo(float).tiny))
+        return 1 - self.gain(index) / max(float(self.scaled @ self.scaled), TINY)
 
     def are_all(self, index: Sequence[int]) -> bool:
         """Whether all others would be explained, or nearly, without these contacts."""

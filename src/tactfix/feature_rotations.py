@@ -54,7 +54,8 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
 def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> dict[str, list[Surface]]:
     """Planes and spheres that their own contacts locate well, with every place they may have."""
     located: dict[str, list[Surface]] = {}
-    for name, index in contacts.by_feature.items():
+    for name in _worth_locating(surfaces, contacts):
+        index = contacts.by_feature[name]
         try:
             found = _candidates(surfaces[name], contacts.points[index], sigmas[index], contacts.tip_radius)
         except DegenerateContactsError:
@@ -66,6 +67,12 @@ def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
     # A direction takes two spheres: one alone would only double the combinations.
     spheres = [name for name in located if isinstance(surfaces[name], Sphere)]
     return {name: places for name, places in located.items() if spheres != [name]}
+
+
+def _worth_locating(surfaces: Mapping[str, Surface], contacts: Contacts) -> list[str]:
+    """Touched planes, and spheres where there are two: one alone gives no direction."""
+    planes, spheres = ([n for n in contacts.by_feature if isinstance(surfaces[n], kind)] for kind in (Plane, Sphere))
+    return [name for name in contacts.by_feature if name in planes or (name in spheres and len(spheres) > 1)]
 
 
 def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: float) -> tuple[SurfaceCandidate, ...]:

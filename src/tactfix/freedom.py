@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import TINY, Floats
 from tactfix.results import FreeMotion
 from tactfix.solution import Solution, at_base_origin
 
@@ -59,7 +59,7 @@ def tidied(twists: Floats) -> Floats:
     """A basis (k, 6) of the same motions, pure translations first with rotation exactly 0, then one per rotation."""
     rotations = twists[:, :3]
     u, values, _ = np.linalg.svd(rotations, full_matrices=True)
-    rank = int((values > 1e-7 * max(float(np.abs(twists).max()), np.finfo(float).tiny)).sum())
+    rank = int((values > 1e-7 * max(float(np.abs(twists).max()), TINY)).sum())
     mixed = u.T @ twists
     translations, turning = mixed[rank:], mixed[:rank]
     translations[:, :3] = 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Relation
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.charts import displaced, residual_jacobian
 from tactfix.geometry.surfaces import Sphere, Surface, residuals
 from tactfix.noise import chi_square_limit
@@ -82,7 +82,7 @@ class JointFit:
         triangle = np.linalg.qr(self.jacobian @ span, mode="r")
         _, values, motions = np.linalg.svd(triangle, full_matrices=True)
         known = np.zeros(len(motions), dtype=bool)
-        known[: len(values)] = values > RANK * max(values[0] if len(values) else 0.0, np.finfo(float).tiny)
+        known[: len(values)] = values > RANK * max(values[0] if len(values) else 0.0, TINY)
         factor = span @ motions[known].T / values[known[: len(values)]]
         return np.asarray(factor), np.asarray((span @ motions[~known].T).T)
 
@@ -117,7 +117,7 @@ def _improved(
     for _ in range(MOST_DAMPINGS):
         step, price = _step(fit, *target, damping)
         size = float(np.abs(step).max(initial=0.0))
-        step = step * min(1.0, 0.5 / max(size, np.finfo(float).tiny))
+        step = step * min(1.0, 0.5 / max(size, TINY))
         new, new_target = _linearized(problem, _displaced(fit, step))
         if _merit(new, price, stiffness) < _merit(fit, price, stiffness) or size < TRUSTED_STEP:
             return size, damping / 10 if damping > LEAST_DAMPING * stiffness**2 else 0.0, (new, new_target)
@@ -226,5 +226,5 @@ def _null_space(constraints: Floats, width: int) -> Floats:
     if not len(constraints):
         return np.eye(width)
     _, values, directions = np.linalg.svd(constraints, full_matrices=True)
-    rank = int((values > RANK * max(values[0], np.finfo(float).tiny)).sum())
+    rank = int((values > RANK * max(values[0], TINY)).sum())
     return np.asarray(directions[rank:].T)

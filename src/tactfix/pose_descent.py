@@ -11,7 +11,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import TINY, Bools, Floats
 from tactfix.pose_equations import PoseEquations, curvature, evaluate
 
 FIRST_LOOK = 14
@@ -192,7 +192,7 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
     x = rhs.copy()
     for j in range(m):
         column = matrices[j:, j]
-        pivot = np.sqrt(np.maximum(column[0], np.finfo(float).tiny))
+        pivot = np.sqrt(np.maximum(column[0], TINY))
         column /= pivot
         column[0] = pivot
         x[j] /= pivot

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints
 from tactfix.pose_balance import are_balanced
 from tactfix.pose_descent import FIRST_LOOK, MOST_STEPS, descend
 from tactfix.pose_equations import PoseEquations, centred_offsets, evaluate
@@ -194,7 +194,7 @@ def _held(equations: PoseEquations, rotations: Floats, offsets: Floats) -> Float
         return np.zeros(rotations.shape[-1])
     _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
     values = np.linalg.svd(np.moveaxis(jacobian, -1, 0), compute_uv=False)
-    return np.asarray(values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny))
+    return np.asarray(values[:, -1] / np.maximum(values[:, 0], TINY))
 
 
 def sampled(equations: PoseEquations, zeros: Zeros, most: int) -> Zeros:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Bools, Floats, lengths
+from tactfix.geometry.arrays import EPS, Bools, Floats, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, residuals
 from tactfix.touchable import extent_of, extreme_points, sample_touches, solid_interval, within_box
 
@@ -70,7 +70,7 @@ def path_blocked(
 def _least_distance(arms: Floats, steps: Floats, first: Floats, last: Floats) -> Floats:
     """min over u in [first, last] of |arm - u step| (n,), for arms and steps (n, 3); inf where the range is empty."""
     square = (steps**2).sum(axis=1)
-    moving = square > np.finfo(float).eps
+    moving = square > EPS
     nearest = np.where(moving, (arms * steps).sum(axis=1) / np.where(moving, square, 1.0), first)
     nearest = np.clip(nearest, first, np.maximum(first, last))
     distance = lengths(arms - nearest[:, None] * steps)
@@ -108,7 +108,7 @@ def _through_bar(
 
 def _between(along: Floats, rate: Floats, low: Floats, high: Floats, length: float) -> tuple[Floats, Floats]:
     """The range first <= u <= last of [0, length] in which low <= along - u rate <= high; empty where first > last."""
-    level = np.abs(rate) <= np.finfo(float).eps
+    level = np.abs(rate) <= EPS
     step = np.where(level, 1.0, rate)
     ends = np.sort(np.stack([(along - low) / step, (along - high) / step]), axis=0)
     outside = level & ((along < low) | (along > high))
@@ -122,7 +122,7 @@ def _between(along: Floats, rate: Floats, low: Floats, high: Floats, length: flo
 def _crossing(plane: Plane, points: Floats, approaches: Floats) -> tuple[Floats, Floats]:
     """u (n,) and point (n, 3) where the approach comes out of the plane's material; u is nan where it does not."""
     rate = approaches @ plane.normal
-    rises = rate > np.finfo(float).eps
+    rises = rate > EPS
     u = np.where(rises, residuals(plane, points, 0.0) / np.where(rises, rate, 1.0), np.nan)
     return u, np.asarray(points - u[:, None] * approaches)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from tactfix.fixture import Feature, Fixture
 from tactfix.frame import FrameError, frames
-from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.arrays import TINY, Floats, unit
 from tactfix.geometry.charts import displaced, rigid_displacements
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import inverse
@@ -88,7 +88,7 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
         if not len(missing) or np.abs(missing).max() < HOLDS:
             return surfaces
         step = -np.linalg.pinv(jacobian, rcond=1e-10) @ missing
-        step *= min(1.0, 0.5 / max(float(np.abs(step).max()), np.finfo(float).tiny))
+        step *= min(1.0, 0.5 / max(float(np.abs(step).max()), TINY))
         surfaces = {name: displaced(s, _unscaled(s, step[columns[name]], scale)) for name, s in surfaces.items()}
     return None
 

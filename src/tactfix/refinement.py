@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.arrays import TINY, Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
 
@@ -49,13 +49,13 @@ class Sensitivity:
         """Covariance (6, 6) of rotation (rad) and translation of the point at (3,); infinite where a motion is free."""
         values, motions = self.svd()
         with np.errstate(divide="ignore", over="ignore"):
-            spread = self.twists(motions / np.maximum(values, np.finfo(float).tiny)[:, None], at)
+            spread = self.twists(motions / np.maximum(values, TINY)[:, None], at)
             return np.asarray(spread.T @ spread)
 
     def free_motions(self, at: Floats) -> Floats:
         """Twists (k, 6) at the point at that no contact resists, judged by the ratio of singular values."""
         values, motions = self.svd()
-        return self.twists(motions[values <= SMALLEST_RATIO * max(values[0], np.finfo(float).tiny)], at)
+        return self.twists(motions[values <= SMALLEST_RATIO * max(values[0], TINY)], at)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

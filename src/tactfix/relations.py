@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.fixture import Fixture, Relation
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.charts import across, dimension, displaced, material_displacement
 from tactfix.geometry.nearest import (
     ALMOST_PARALLEL,
@@ -167,7 +167,7 @@ def _distance_gradients(one: Surface, other: Surface, parallel: bool) -> tuple[F
     else:
         near, far = nearest_points(one, other, parallel)
         gap = far - near
-        along = gap / max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
+        along = gap / max(float(np.linalg.norm(gap)), TINY)
     return -along @ material_displacement(one, near), along @ material_displacement(other, far)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.rigid import homogeneous, inverse
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.pose_descent import damped_step, turned
@@ -22,7 +22,7 @@ def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Spread:
     """The spread of a rigid fixture's pose; sigmas (n,) of the residuals."""
     origin = fit.base_from_fixture[:3, 3]
     values, motions = fit.sensitivity.svd()
-    known = values > SMALLEST_RATIO * max(values[0], np.finfo(float).tiny)
+    known = values > SMALLEST_RATIO * max(values[0], TINY)
     linear = fit.sensitivity.twists(motions[known] / values[known][:, None], origin).T
     if not known.all():
         return Spread(linear, fit.sensitivity.twists(motions[~known], origin).T, trusted=True)

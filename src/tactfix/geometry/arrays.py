@@ -10,6 +10,11 @@ Floats: TypeAlias = NDArray[np.float64]
 Bools: TypeAlias = NDArray[np.bool_]
 Ints: TypeAlias = NDArray[np.intp]
 
+EPS = float(np.finfo(np.float64).eps)
+"""The rounding of a number of size one."""
+TINY = float(np.finfo(np.float64).tiny)
+"""The least that a divisor may be: anything else over it is merely large."""
+
 
 def frozen(values: ArrayLike) -> Floats:
     """A read-only copy of values as doubles, for the fields of frozen dataclasses."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import TINY, Floats
 from tactfix.localizers.cylinder_refinement import CylinderProblem
 
 _SAME = 1e-6
@@ -20,12 +20,13 @@ _LARGEST_RADIUS = 1e5
 
 def distinct(states: Floats, cost: Floats) -> list[int]:
     """The indices of states (B, 7) that differ as surfaces, cheapest first."""
-    distance = _distances(states)
+    same = _distances(states) < _SAME
+    passed = ~np.isfinite(cost) | (np.abs(states[:, 6]) >= _LARGEST_RADIUS)
     kept: list[int] = []
-    for i in np.argsort(cost, kind="stable"):
-        sound = np.isfinite(cost[i]) and abs(states[i, 6]) < _LARGEST_RADIUS
-        if sound and not (distance[i, kept] < _SAME).any():
-            kept.append(int(i))
+    for i in np.argsort(cost, kind="stable").tolist():
+        if not passed[i]:
+            kept.append(i)
+            passed |= same[i]
     return kept
 
 
@@ -40,7 +41,7 @@ def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, round
     if not len(states) or problem.points.shape[-2] > _FEW:
         return distinct(states, cost)
     weakest = np.linalg.svd(problem.evaluate(states, index)[1], compute_uv=False)[:, -1]
-    scatter = np.minimum(2 * rounding / np.maximum(weakest, np.finfo(float).tiny), _NEAR / 2)
+    scatter = np.minimum(2 * rounding / np.maximum(weakest, TINY), _NEAR / 2)
     distance = _distances(states)
     kept: list[int] = []
     for i in distinct(states, cost):

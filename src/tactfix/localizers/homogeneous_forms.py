@@ -10,7 +10,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import TINY, Floats, Ints
 
 Complexes = NDArray[np.complex128]
 
@@ -37,11 +37,17 @@ def _product_index(variables: int, degree_a: int, degree_b: int) -> Ints:
 
 def product(a: Floats, degree_a: int, b: Floats, degree_b: int, variables: int = 3) -> Floats:
     """The form a * b of degree a + b, for stacks of coefficients (..., count)."""
+    outer = a[..., :, None] * b[..., None, :]
+    return np.asarray(outer.reshape(*outer.shape[:-2], -1) @ _gather(variables, degree_a, degree_b))
+
+
+@cache
+def _gather(variables: int, degree_a: int, degree_b: int) -> Floats:
+    """The matrix of ones and zeros that adds up the products of two monomials which are the same monomial."""
     index = _product_index(variables, degree_a, degree_b)
     gather = np.zeros((index.size, len(exponents(variables, degree_a + degree_b))))
     gather[np.arange(index.size), index.ravel()] = 1.0
-    outer = a[..., :, None] * b[..., None, :]
-    return np.asarray(outer.reshape(*outer.shape[:-2], index.size) @ gather)
+    return gather
 
 
 def quadratic(matrices: Floats) -> Floats:
@@ -56,7 +62,7 @@ def macaulay_rows(form: Floats, degree: int, total: int, variables: int = 3) -> 
     The form is scaled to unit length first, so that rows of different forms weigh alike.
     """
     index = _product_index(variables, total - degree, degree)
-    scale = np.maximum(np.linalg.norm(form, axis=-1, keepdims=True), np.finfo(float).tiny)
+    scale = np.maximum(np.linalg.norm(form, axis=-1, keepdims=True), TINY)
     rows = np.zeros((*form.shape[:-1], len(index), len(exponents(variables, total))))
     np.put_along_axis(
         rows, np.broadcast_to(index, (*form.shape[:-1], *index.shape)), (form / scale)[..., None, :], axis=-1
@@ -83,7 +89,7 @@ def common_zeros(rows: Floats, degree: int, count: int, variables: int = 3) -> t
     bottom, top = np.einsum("aj,...jmk->a...mk", _generic_forms(variables), shifted)
     multiplication = np.linalg.pinv(bottom) @ top
     _, vectors = np.linalg.eig(multiplication)
-    largest = np.maximum(singular[..., 0], np.finfo(float).tiny)
+    largest = np.maximum(singular[..., 0], TINY)
     return _points(np.asarray(null @ vectors), index), np.asarray(singular[..., rank - 1] / largest)
 
 

@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.geometry.arrays import EPS, TINY, Bools, Floats, Ints
 
 Evaluate: TypeAlias = Callable[[Floats, Ints], tuple[Floats, Floats]]
 """States (B, q) of the problems with these indices (B,) -> residuals (B, n) and Jacobians (B, n, p)."""
@@ -19,8 +19,7 @@ _NEARLY_A_ROOT = 1e-8
 _LAST_STEPS = 25
 """Undamped steps near a multiple root: one of order three comes nearer by a third at each."""
 
-_EPS = float(np.finfo(np.float64).eps)
-_ROUNDING = 4 * _EPS
+_ROUNDING = 4 * EPS
 """A step this short changes nothing in problems of unit size: exact contacts a thousand sizes from the origin, whose
 rounding is more than that of their residuals, would keep making such steps."""
 
@@ -39,13 +38,13 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
     damping = np.full(len(states), _FIRST_DAMPING)
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
-    for _ in range(iterations):
+    for _ in range(iterations if len(states) else 0):
         change, promised = _damped_step(residuals, jacobians, damping)
         trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
         new_cost = _square(new_residuals)
         # Near the minimum rounding of residuals hides a gain that the gradient still sees: such steps are taken too.
-        better = new_cost <= cost + 8 * _EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
+        better = new_cost <= cost + 8 * EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
         states = np.where(better[:, None], trial, states)
         residuals = np.where(better[:, None], new_residuals, residuals)
         jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
@@ -125,7 +124,7 @@ def _square(residuals: Floats) -> Floats:
 def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
     """Where the residuals (B, n) are no more than the rounding of their own computation."""
     size = np.maximum(1.0, np.abs(states).max(axis=-1))
-    return np.asarray(cost <= residuals.shape[-1] * (_EPS * size) ** 2)
+    return np.asarray(cost <= residuals.shape[-1] * (EPS * size) ** 2)
 
 
 def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple[Floats, Floats]:
@@ -135,7 +134,7 @@ def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple
     gradient = (transposed @ residuals[..., None])[..., 0]
     diagonal = np.einsum("...ii->...i", normal)
     # A floor for parameters that the contacts hardly see: the damped matrix is never singular.
-    floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + np.finfo(float).tiny
+    floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + TINY
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
     change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
@@ -149,6 +148,6 @@ def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -
     """
     u, singular, vh = np.linalg.svd(jacobians, full_matrices=False)
     along = np.einsum("bnk,bn->bk", u, residuals)
-    seen = singular > 8 * _EPS * singular[:, :1]
+    seen = singular > 8 * EPS * singular[:, :1]
     seen[:, -1] &= weakest
     return np.asarray(-np.einsum("bkp,bk->bp", vh, np.divide(along, singular, out=np.zeros_like(along), where=seen)))

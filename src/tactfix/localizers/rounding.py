@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import EPS, TINY, Floats
 
-ROUNDING = 4 * float(np.finfo(np.float64).eps)
+ROUNDING = 4 * EPS
 """Relative rounding of a coordinate that has gone through a few operations."""
 
 
@@ -15,4 +15,4 @@ def effective_sigmas(points: Floats, sigmas: Floats | float | None) -> Floats:
     """
     rounding = ROUNDING * float(np.max(np.abs(points)))
     given = np.broadcast_to(0.0 if sigmas is None else np.asarray(sigmas, dtype=float), (len(points),))
-    return np.asarray(np.hypot(given, max(rounding, np.finfo(float).tiny)))
+    return np.asarray(np.hypot(given, max(rounding, TINY)))

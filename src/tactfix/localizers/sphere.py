@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, lengths
+from tactfix.geometry.arrays import TINY, Floats, Ints, lengths
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
@@ -78,7 +78,7 @@ class SphereProblem:
         del index
         arms = self.points - states[:, None, :3]
         distance = lengths(arms)
-        slopes = arms * (-self.weights / np.maximum(distance, np.finfo(float).tiny))[..., None]
+        slopes = arms * (-self.weights / np.maximum(distance, TINY))[..., None]
         if not self.radius_known:
             slopes = np.concatenate([slopes, np.broadcast_to(-self.weights[:, None], (*distance.shape, 1))], axis=-1)
         return self.weights * (distance - states[:, 3:]), slopes

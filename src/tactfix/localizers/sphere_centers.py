@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import EPS, Bools, Floats
 from tactfix.localizers.stacks import stack_shape
 
 _CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
 
-_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+_ROUNDING = 8 * EPS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Floats, Ints, frozen, lengths, unit
+from tactfix.geometry.arrays import TINY, Floats, Ints, frozen, lengths, unit
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
@@ -199,7 +199,7 @@ def _distance_and_gradient(locus: Locus, centers: Floats) -> tuple[Floats, Float
         arms = centers - locus.point
         arms = arms - (arms @ locus.direction)[:, None] * locus.direction
     length = lengths(arms)
-    return length - locus.distance, arms / np.maximum(length, np.finfo(float).tiny)[:, None]
+    return length - locus.distance, arms / np.maximum(length, TINY)[:, None]
 
 
 def _candidates(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 
@@ -24,7 +24,7 @@ def leaves_nothing(surface: Surface, box: TouchBox, slack: float) -> bool:
 
 def _heights(plane: Plane, box: TouchBox) -> tuple[float, float]:
     """The lowest and highest signed distance of points of the box from the plane."""
-    along = np.abs(plane.normal) > np.finfo(float).eps
+    along = np.abs(plane.normal) > EPS
     ends = np.array([box.low - plane.point, box.high - plane.point])[:, along] * plane.normal[along]
     return float(ends.min(axis=0).sum()), float(ends.max(axis=0).sum())
 
@@ -64,7 +64,7 @@ def _outside(cylinder: Cylinder, box: TouchBox, s: Floats) -> Floats:
 def _farthest(cylinder: Cylinder, box: TouchBox) -> float:
     """The largest distance of a corner of the box from the axis; infinite where the box is open sideways."""
     open_ = ~(np.isfinite(box.low) & np.isfinite(box.high))
-    across = 1 - cylinder.direction**2 > np.finfo(float).eps
+    across = 1 - cylinder.direction**2 > EPS
     if (open_ & across).any():
         return float("inf")
     # What is still open lies along the axis and does not count.

@@ -11,7 +11,7 @@ from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import TINY, Floats, frozen
 from tactfix.geometry.rigid import skew
 
 Criterion: TypeAlias = Literal["worst", "d", "e"]
@@ -95,7 +95,7 @@ def _largest_eigenvalues(variances: Floats, change: Floats) -> Floats:
     a, b, c = a - mean, b - mean, c - mean
     spread = np.sqrt((a * a + b * b + c * c + 2 * (d * d + e * e + f * f)) / 6)
     determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)
-    cosine = np.clip(determinant / np.maximum(2 * spread**3, np.finfo(float).tiny), -1.0, 1.0)
+    cosine = np.clip(determinant / np.maximum(2 * spread**3, TINY), -1.0, 1.0)
     return np.asarray(mean + 2 * spread * np.cos(np.arccos(cosine) / 3))
 
 
@@ -113,6 +113,6 @@ def smallest_eigenvalues(information: Floats, rows: Floats) -> Floats:
         middle = (low + high) / 2
         gaps = eigenvalues - middle[:, None]
         # The sign of the secular function times the only negative gap: no division by a gap of zero.
-        above = gaps[:, 0] + z2[:, 0] + gaps[:, 0] * (z2[:, 1:] / np.maximum(gaps[:, 1:], np.finfo(float).tiny)).sum(1)
+        above = gaps[:, 0] + z2[:, 0] + gaps[:, 0] * (z2[:, 1:] / np.maximum(gaps[:, 1:], TINY)).sum(1)
         low, high = np.where(above > 0, middle, low), np.where(above > 0, high, middle)
     return np.asarray((low + high) / 2)
