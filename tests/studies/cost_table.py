@@ -1,13 +1,13 @@
 """How cost grows: time and memory of locate and batch against contacts, features and sets, as tables for the README.
 
-    OMP_NUM_THREADS=1 python tests/studies/cost_table.py [contacts|features|sets] [MOST]
+    OMP_NUM_THREADS=1 python tests/studies/cost_table.py [contacts|features|sets] [--most COUNT] [--patience SECONDS]
 
-MOST is the largest count that is measured. Each row is a process of its own, so that its memory is its own; memory is
-the largest resident set, of which tactfix and numpy take some 40 MB before there is any contact. Times are processor
-times: they hold on a busy machine too. The whole takes a few minutes; what would take longer is extrapolated, and says
-so.
+Each row is a process of its own, so that its memory is its own; memory is the largest resident set, of which tactfix
+and numpy take some 40 MB before there is any contact. Times are processor times: they hold on a busy machine too. The
+whole takes a few minutes; what would take longer is extrapolated, and says so, unless there is more patience.
 """
 
+import argparse
 import json
 import os
 import resource
@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.clock import ROOT, heading, table
 
 SIGMA, RADIUS = 0.01, 12.7
-PATIENCE = 100
+PATIENCE = 100.0
 """Seconds after which a table is not continued by measuring."""
 
 
@@ -96,18 +96,20 @@ def locate_row(directory: Path, balls: int, count: int) -> tuple[object, ...]:
     return f"{balls:,}", f"{count:,}", status, f"{reading:.3f}", f"{locating:.3f}", f"{read:.0f}", f"{memory:.0f}"
 
 
-def by_contacts(directory: Path, most: int) -> str:
-    return locate_table(directory, [(3, 10**k) for k in range(1, 7) if 10**k <= most])
+def by_contacts(directory: Path, most: int, patience: float, jobs: int) -> str:
+    del jobs
+    return locate_table(directory, [(3, 10**k) for k in range(1, 7) if 10**k <= most], patience)
 
 
-def by_features(directory: Path, most: int) -> str:
-    return locate_table(directory, [(n, 4 * n) for n in (1, 3, 10, 30, 100) if n <= most])
+def by_features(directory: Path, most: int, patience: float, jobs: int) -> str:
+    del jobs
+    return locate_table(directory, [(n, 4 * n) for n in (1, 3, 10, 30, 100) if n <= most], patience)
 
 
-def locate_table(directory: Path, cases: list[tuple[int, int]]) -> str:
+def locate_table(directory: Path, cases: list[tuple[int, int]], patience: float) -> str:
     spent, rows = 0.0, []
     for balls, count in cases:
-        if spent > PATIENCE:
+        if spent > patience:
             rows.append((f"{balls:,}", f"{count:,}", "not measured", *[""] * 4))
             continue
         rows.append(locate_row(directory, balls, count))
@@ -115,18 +117,18 @@ def locate_table(directory: Path, cases: list[tuple[int, int]]) -> str:
     return table(("balls", "contacts", "status", "read, s", "locate, s", "MB when read", "MB in all"), rows)
 
 
-def by_sets(directory: Path, most: int) -> str:
-    """Batches of sets of 12 contacts, in one process; what is beyond patience is extrapolated and says so."""
+def by_sets(directory: Path, most: int, patience: float, jobs: int) -> str:
+    """Batches of sets of 12 contacts; what is beyond patience is extrapolated and says so."""
     fixture, source = directory / "fixture.yaml", directory / "table.csv"
     fixture.write_text(fixture_text(3))
     different = [touches(3, 12, seed) for seed in range(100)]
     rows, each, base = [], 0.0, 0.0
     for sets in (10**k for k in range(7)):
-        if sets <= most and sets * each < PATIENCE:
+        if sets <= most and sets * each < patience:
             with source.open("w") as file:
                 file.write("set,feature,x,y,z,ax,ay,az\n")
                 file.writelines(f"{k},{row}\n" for k in range(sets) for row in different[k % 100])
-            took, memory = batched(fixture, source)
+            took, memory = batched(fixture, source, jobs)
             base = took if sets == 1 else base
             each = max(took - base, 1e-9) / sets
             rows.append((f"{sets:,}", f"{took:.1f}", f"{sets / took:.0f}", f"{memory:.0f}", "measured"))
@@ -136,9 +138,9 @@ def by_sets(directory: Path, most: int) -> str:
     return table(("sets of 12 contacts", "s", "sets a second", "memory, MB", ""), rows)
 
 
-def batched(fixture: Path, source: Path) -> tuple[float, float]:
-    """Processor time (s) and memory (MB) of a whole `tactfix batch --jobs 1`."""
-    command = [sys.executable, "-m", "tactfix", "batch", str(fixture), str(source), "-j", "1", "-q"]
+def batched(fixture: Path, source: Path, jobs: int) -> tuple[float, float]:
+    """Processor time (s) of a whole `tactfix batch`, its workers included, and memory (MB) of the largest process."""
+    command = [sys.executable, "-m", "tactfix", "batch", str(fixture), str(source), "-j", str(jobs), "-q"]
     with subprocess.Popen([*command, "-o", str(source.with_name("out.parquet"))], cwd=ROOT) as process:
         _, status, used = wait4(process)
     assert status == 0
@@ -155,17 +157,23 @@ def wait4(process: subprocess.Popen) -> tuple[int, int, resource.struct_rusage]:
 TABLES = {"contacts": (by_contacts, 1_000_000), "features": (by_features, 100), "sets": (by_sets, 1_000_000)}
 
 
-def main(chosen: str | None, most: int | None) -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("table", nargs="?", choices=TABLES, help="all of them where none is named")
+    parser.add_argument("--most", type=int, help="the largest count that is measured")
+    parser.add_argument("--patience", type=float, default=PATIENCE, metavar="SECONDS", help="for one row, about")
+    parser.add_argument("--jobs", type=int, default=1, help="processes of a batch")
+    options = parser.parse_args()
     for name, (measure, usual) in TABLES.items():
-        if chosen in (None, name):
+        if options.table in (None, name):
             with tempfile.TemporaryDirectory() as directory:
+                most = usual if options.most is None else options.most
                 print(heading(f"Cost by {name}"))
-                print("\n" + measure(Path(directory), usual if most is None else most) + "\n", flush=True)
+                print("\n" + measure(Path(directory), most, options.patience, options.jobs) + "\n", flush=True)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--measure"]:
         measure_locate(*sys.argv[2:])
     else:
-        words = dict(enumerate(sys.argv[1:]))
-        main(words.get(0), int(words[1]) if 1 in words else None)
+        main()
