@@ -15,6 +15,7 @@ from localizers.touched import (
     ring,
     turned_to,
 )
+from scipy.optimize import least_squares
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.cylinder import localize_cylinder
@@ -149,6 +150,27 @@ def test_contacts_that_no_cylinder_explains_still_give_the_least_squares_optimum
     (best,) = localize_cylinder(points, None, 1e-6)
     assert best.chi2 > 1e6
     assert best.rms == pytest.approx(np.sqrt(np.mean(_misses(best.surface, points) ** 2)), rel=1e-9)
+
+
+@pytest.mark.parametrize("radius", [None, 1.0])
+@pytest.mark.parametrize("seed", [13, 17, 19, 33, 45, 54])
+def test_every_answer_to_a_short_arc_with_much_noise_is_a_minimum(radius, seed):
+    """Residuals bend the sum of squares as much as the Jacobian does: no steps may creep, or wait on a saddle."""
+    rng = np.random.default_rng(seed)
+    n = 7 + seed % 6
+    angle, height = rng.uniform(0, 2 * np.pi / 3, n), rng.uniform(-0.5, 0.5, n)
+    points = np.column_stack([np.cos(angle), np.sin(angle), height]) + 0.03 * rng.standard_normal((n, 3))
+    for answer in (candidate.surface for candidate in localize_cylinder(points, radius, 0.03)):
+        across = np.linalg.svd(answer.direction[None])[2][1:]
+
+        def misses(p, answer=answer, across=across):
+            direction = answer.direction + p[2:4] @ across
+            distance = np.linalg.norm(np.cross(points - answer.point - p[:2] @ across, direction), axis=1)
+            return distance / np.linalg.norm(direction) - answer.radius - (p[4] if radius is None else 0.0)
+
+        here = np.zeros(5 if radius is None else 4)
+        best = least_squares(misses, here, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=5000)
+        assert (np.sum(misses(here) ** 2) - 2 * best.cost) / 0.03**2 < 1e-6
 
 
 def test_no_cylinder_is_an_empty_answer():

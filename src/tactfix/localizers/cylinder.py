@@ -71,7 +71,7 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
-    states = starting_states(points, weights, radius)
+    states = starting_states(points, weights, radius, contacts.sigma)
     dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
     if dof == 0:
         slack = contacts.sigma * np.sqrt(chi_square_limit(0)) / float(weights.min())

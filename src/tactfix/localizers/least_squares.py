@@ -1,4 +1,9 @@
-"""Many small nonlinear least-squares problems at once: Levenberg and Marquardt's method on stacks."""
+"""Many small nonlinear least-squares problems at once: Levenberg and Marquardt's method on stacks, Newton's at the end.
+
+Gauss and Newton's steps creep towards a minimum where residuals are large and bend the sum of squares as much as the
+Jacobian does: short arcs with much noise. What is under way after some steps takes Newton's, second derivatives by
+differences.
+"""
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -13,6 +18,10 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 """States (B, q) and parameter changes (B, p) -> new states (B, q)."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
+_PATIENCE = 15
+"""Steps in which most problems settle, before Newton's, which take as many evaluations as there are parameters."""
+_DIFFERENCE = 1e-6
+"""Change of a parameter, in problems of unit size, over which the Jacobians are differenced."""
 _NEARLY_A_ROOT = 1e-8
 """Sum of squared residuals, in problems of unit size, below which a multiple root may be near."""
 
@@ -38,8 +47,9 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
     damping = np.full(len(states), _FIRST_DAMPING)
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
-    for _ in range(iterations if len(states) else 0):
-        change, promised = _damped_step(residuals, jacobians, damping)
+    for number in range(iterations if len(states) else 0):
+        bend = _curvature(evaluate, step, states, active, residuals, jacobians) if number >= _PATIENCE else 0.0
+        change, promised = _damped_step(residuals, jacobians, damping, bend)
         trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
         new_cost = _square(new_residuals)
@@ -127,8 +137,34 @@ def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
     return np.asarray(cost <= residuals.shape[-1] * (EPS * size) ** 2)
 
 
-def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple[Floats, Floats]:
-    """The changes (B, p) that solve (J^T J + damping diag) change = -J^T r, and the gains (B,) that they promise."""
+def _curvature(
+    evaluate: Evaluate, step: Step, states: Floats, active: Ints, residuals: Floats, jacobians: Floats
+) -> Floats:
+    """What (B, p, p) to add to J^T J for Newton's steps: the residuals times their second derivatives.
+
+    Where the sum of squares is a saddle, Newton's step would lead to it; with the signs of the directions in which it
+    falls turned round the step leads away.
+    """
+    width = jacobians.shape[-1]
+    bend = np.empty((len(states), width, width))
+    for k in range(width):
+        change = np.zeros((len(states), width))
+        change[:, k] = _DIFFERENCE
+        _, ahead = evaluate(step(states, change), active)
+        bend[:, k] = np.einsum("bnp,bn->bp", ahead - jacobians, residuals) / _DIFFERENCE
+    normal = np.swapaxes(jacobians, -1, -2) @ jacobians
+    values, vectors = np.linalg.eigh(normal + (bend + np.swapaxes(bend, -1, -2)) / 2)
+    bowl = vectors * np.abs(values)[:, None] @ np.swapaxes(vectors, -1, -2)
+    return np.asarray(bowl - normal)
+
+
+def _damped_step(
+    residuals: Floats, jacobians: Floats, damping: Floats, curvature: Floats | float
+) -> tuple[Floats, Floats]:
+    """The changes (B, p) with (J^T J + damping diag + curvature) change = -J^T r, and the gains (B,) that they promise.
+
+    curvature (B, p, p), or 0 for Gauss and Newton's steps.
+    """
     transposed = np.swapaxes(jacobians, -1, -2)
     normal = transposed @ jacobians
     gradient = (transposed @ residuals[..., None])[..., 0]
@@ -137,6 +173,7 @@ def _damped_step(residuals: Floats, jacobians: Floats, damping: Floats) -> tuple
     floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + TINY
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
+    normal += curvature
     change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
     return np.asarray(change), np.asarray(-np.einsum("bp,bp->b", change, gradient))
 
