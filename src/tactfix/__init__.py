@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from tactfix.design_check import DesignReport, Wishes, design_check
     from tactfix.dialects.pose import Pose
     from tactfix.errors import FileError, TactfixError, UsageError
-    from tactfix.faults import Fault
     from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.pose_file import load_pose
     from tactfix.fit import fit
-    from tactfix.fit_result import FitResult
+    from tactfix.fitting.result import FitResult
     from tactfix.fixture import Fixture
     from tactfix.localizers.five_contact_cylinders import CylinderStack, cylinders_through_five
     from tactfix.localizers.sphere_centers import SphereCenters, sphere_centers
     from tactfix.locate import locate
+    from tactfix.mistakes.faults import Fault
     from tactfix.plan import plan
     from tactfix.planning.result import Plan
     from tactfix.results import LocateResult
@@ -79,9 +79,9 @@ _HOMES = {
     "Contacts": "tactfix.contacts",
     "CylinderStack": "tactfix.localizers.five_contact_cylinders",
     "DesignReport": "tactfix.design_check",
-    "Fault": "tactfix.faults",
+    "Fault": "tactfix.mistakes.faults",
     "FileError": "tactfix.errors",
-    "FitResult": "tactfix.fit_result",
+    "FitResult": "tactfix.fitting.result",
     "Fixture": "tactfix.fixture",
     "LocateResult": "tactfix.results",
     "Movement": "tactfix.compare",

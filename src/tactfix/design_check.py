@@ -36,12 +36,12 @@ from tactfix.design.symmetries import Symmetry
 from tactfix.design.touched import Locator
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
+from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.locate import locate
-from tactfix.realization import realize
+from tactfix.relations.realization import realize
 from tactfix.results import FreeMotion
-from tactfix.sameness import same_surface
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError, UsageError
-from tactfix.fit_result import FitCandidate, FitResult
-from tactfix.fit_trial import judged, surface_below_tip
+from tactfix.fitting.result import FitCandidate, FitResult
+from tactfix.fitting.trial import judged, surface_below_tip
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, FeatureType, Plane, Side, Sphere, Surface, offset_radius, residuals
 from tactfix.localizers.candidate import SurfaceCandidate

@@ -1,7 +1,7 @@
 """Where a fixture stands: contacts in, one pose or a clear word why there is none or more than one.
 
-contacts -> all solutions (`rigid`: all poses at once; `assembly`: feature by feature, with relations) -> what speaks
-against each (`candidates`) -> a status, and what to do next.
+contacts -> all solutions (`poses.rigid`: all at once; `relations.assembly`: feature by feature) -> what speaks
+against each (`verdicts`) -> a status, and what to do next.
 """
 
 from collections.abc import Sequence
@@ -9,19 +9,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.candidates import Verdict, judge
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.freedom import free_motions, is_worthless
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import rigid_displacements
+from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Surface, offset_radius
-from tactfix.hypotheses import residual_sigmas
+from tactfix.mistakes.hypotheses import residual_sigmas
 from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.poses.solution import Solution, Solutions
 from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
-from tactfix.sameness import same_surface
-from tactfix.solution import Solution, Solutions
+from tactfix.verdicts.candidates import Verdict, judge
+from tactfix.verdicts.freedom import free_motions, is_worthless
 
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
@@ -49,7 +49,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     status = _status(contacts, solutions, left)
     result = _result(fixture, contacts, solutions, verdicts, left, status)
     if left and not fixture.is_placed and status != "underdetermined":
-        from tactfix.relations import doubtful_distances
+        from tactfix.relations.equations import doubtful_distances
 
         result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
     if status == "located":
@@ -68,11 +68,11 @@ def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: boo
     """
     # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
     if fixture.is_placed:
-        from tactfix.rigid import rigid_solutions
+        from tactfix.poses.rigid import rigid_solutions
 
         surfaces = {name: f.surface for name, f in fixture.features.items() if f.surface is not None}
         return rigid_solutions(surfaces, contacts, sigmas, with_misses)
-    from tactfix.assembly import assembled_solutions
+    from tactfix.relations.assembly import assembled_solutions
 
     return assembled_solutions(fixture, contacts, sigmas, with_misses)
 
@@ -227,7 +227,7 @@ def _with_pose(result: LocateResult, fixture: Fixture, solution: Solution, scale
 def _with_next_contact(
     result: LocateResult, fixture: Fixture, contacts: Contacts, left: Sequence[Solution]
 ) -> LocateResult:
-    from tactfix.next_contact import next_contact
+    from tactfix.verdicts.next_contact import next_contact
 
     return replace(result, next_contact=next_contact(fixture, left, float(contacts.sigmas.max()), contacts.tip_radius))
 
@@ -251,7 +251,7 @@ def _with_free_motions(
 
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
-    from tactfix.suspicions import suspicions
+    from tactfix.mistakes.suspicions import suspicions
 
     def solve_again(corrected: Contacts) -> Solutions:
         return solve(fixture, corrected, residual_sigmas(fixture, corrected))

@@ -10,17 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.access import Access, access_of
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
-from tactfix.faults import Fault, growth, mistaken, touching_radius
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, frozen, perpendicular, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface, feet, outward_normals
+from tactfix.mistakes.faults import Fault, growth, mistaken, touching_radius
 from tactfix.probe_settings import probe_settings
-from tactfix.realization import realize
-from tactfix.touchable import extent_of, sample_touches
+from tactfix.reach.access import Access, access_of
+from tactfix.reach.touchable import extent_of, sample_touches
+from tactfix.relations.realization import realize
 from tactfix.units import factor
 
 # Half angle of the cone around the inward normal in which a random touch comes.

@@ -15,8 +15,8 @@ from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.plain_line import plain_values
 from tactfix.convert import LEVER_ARM_MM
 from tactfix.dialects import DIALECTS
-from tactfix.faults import FAULT_KINDS
 from tactfix.files.logs import LOG_FORMATS
+from tactfix.mistakes.faults import FAULT_KINDS
 
 SEEN: list[dict[str, object]] = []
 

@@ -18,8 +18,8 @@ from core.problems import (
     touch_all,
 )
 
-from tactfix.assembly import assembled_solutions
 from tactfix.frame import FrameError
+from tactfix.relations.assembly import assembled_solutions
 
 SIX_DOF_UPPER = 38.3
 """Chi-square that six degrees of freedom exceed once in a million (tables)."""

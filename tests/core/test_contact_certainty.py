@@ -5,8 +5,8 @@ import pytest
 from core.problems import PLATE, Patch, pose_of, touch_all
 from scipy.spatial.transform import Rotation
 
-from tactfix.contact_certainty import contact_certainty
 from tactfix.geometry.surfaces import Plane, Sphere, moved
+from tactfix.poses.contact_certainty import contact_certainty
 
 FOUR = {**PLATE, "bore": Patch("cylinder", (100, -50, 0), (0.6, 0, 0.8), 15.0, side="inner", length=10.0)}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from core.problems import PLATE, placed, touch_all
 
-from tactfix.doubts import Doubts
 from tactfix.locate import locate
+from tactfix.mistakes.doubts import Doubts
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 from core.problems import BALLS, CORNER, CYLINDER_SPHERE, PLATE, Patch, touch_all
 from scipy.spatial.transform import Rotation
 
-from tactfix.feature_rotations import TURNS, feature_rotations
+from tactfix.poses.feature_rotations import TURNS, feature_rotations
 
 FACE_BALLS = {"face": Patch("plane", (0, 0, 0), (0, 0, 1), length=100.0), **BALLS}
 

@@ -6,8 +6,8 @@ from oracles.pose_oracle import all_real_poses
 from oracles.pose_problems import oracle_features, problem_number
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.pose_balance import are_balanced
-from tactfix.pose_equations import pose_equations
+from tactfix.poses.balance import are_balanced
+from tactfix.poses.equations import pose_equations
 
 MAKE = {
     "plane": lambda f, unit: Plane(f.point / unit, f.direction),

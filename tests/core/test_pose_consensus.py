@@ -6,7 +6,7 @@ import numpy as np
 from core.problems import PLATE, placed, touch_all
 
 from tactfix.locate import locate
-from tactfix.pose_consensus import PART, PARTS, blind_part
+from tactfix.poses.consensus import PART, PARTS, blind_part
 
 
 def contacts_of(each, **patches):
@@ -30,7 +30,7 @@ def test_parts_are_others_each_time_also_where_there_are_more_features_than_cont
 
 
 def test_some_part_is_free_of_a_few_wrong_contacts():
-    """What `pose_consensus` promises of two among forty, wherever they are: but for once in a hundred times."""
+    """What `poses.consensus` promises of two among forty, wherever they are: but for once in a hundred times."""
     _, contacts = contacts_of(14)
     rng = np.random.default_rng(9)
     free = 0

@@ -6,8 +6,8 @@ from core.problems import BALLS, touch_all
 from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.pose_descent import FEW, damped_step, descend, solve_positive, turned
-from tactfix.pose_equations import curvature, evaluate, pose_equations
+from tactfix.poses.descent import FEW, damped_step, descend, solve_positive, turned
+from tactfix.poses.equations import curvature, evaluate, pose_equations
 
 
 @pytest.mark.parametrize("count", [1, FEW - 1, FEW, 3 * FEW])

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tactfix.locate import locate
-from tactfix.pose_polish import THINNED
+from tactfix.poses.polish import THINNED
 
 
 def touched(patches, each, seed=3):

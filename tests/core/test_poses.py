@@ -6,7 +6,7 @@ from core.problems import BALLS, CORNER, CYLINDER_SPHERE, PLATE, Patch, pose_err
 from core.test_surfaces import depth
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.poses import all_poses, spread_indices
+from tactfix.poses.all_poses import all_poses, spread_indices
 
 SKEW = {
     "one": Patch("cylinder", (0, 0, 0), (1, 0, 0), 8.0, length=20.0, middle=30.0),

@@ -17,7 +17,7 @@ from core.problems import (
     related,
 )
 
-from tactfix.realization import realize
+from tactfix.relations.realization import realize
 
 CORNER_RECIPE = recipe(("meet_of", "right", "back", "top"), ("x", "along", "right"), ("y", "along", "back"))
 SQUARE = [angle("right", "back", 90), angle("right", "top", 90), angle("back", "top", 90)]

@@ -7,7 +7,7 @@ from core.test_surfaces import depth
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from tactfix.refinement import contact_sigmas, covariance_at, fit_at, refine
+from tactfix.poses.refinement import contact_sigmas, covariance_at, fit_at, refine
 
 BUSH = {
     "face": Patch("plane", (100, 0, 0), (0, 0, 1), length=25.0),

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
-from tactfix.relations import columns_of, parallel_pairs, relation_jacobian, relation_residuals
+from tactfix.relations.equations import columns_of, parallel_pairs, relation_jacobian, relation_residuals
 
 UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 

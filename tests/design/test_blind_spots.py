@@ -10,9 +10,9 @@ from design.plans import QUICK
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import power_of
 from tactfix.design_check import design_check
-from tactfix.faults import Fault
 from tactfix.files.fixture_file import load_fixture
 from tactfix.locate import locate
+from tactfix.mistakes.faults import Fault
 from tactfix.simulate import simulate
 
 ROOT = Path(__file__).parents[2]

@@ -1,7 +1,7 @@
 """Every mistake of the list made on purpose and given to locate: what design-check says of it must then happen.
 
-The mistakes are made here anew, on contacts with noise: nothing of tactfix.faults or tactfix.design is used for them
-but the words of the report, which say how large each mistake is and which contacts or features it is made on.
+The mistakes are made here anew, on contacts with noise: nothing of `mistakes.faults` or `design` is used for them but
+the words of the report: how large each mistake is, and on which contacts or features it is made.
 """
 
 import re

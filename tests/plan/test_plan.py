@@ -14,8 +14,8 @@ from tactfix.errors import UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.locate import locate
 from tactfix.plan import plan
+from tactfix.reach.touchable import extreme_points
 from tactfix.simulate import simulate
-from tactfix.touchable import extreme_points
 
 CELLS = all_cells()
 

@@ -6,12 +6,12 @@ from plan.rival_search import poses_within, survives
 from reach.cells import all_cells
 from studies.plan_against_random import SHIPPED
 
-from tactfix.access import access_of
 from tactfix.contacts import Contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.plan import plan
 from tactfix.planning.uniqueness import judged, telling_approaches
-from tactfix.realization import realize
+from tactfix.reach.access import access_of
+from tactfix.relations.realization import realize
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import TipDoesNotFitError, UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.locate import locate
-from tactfix.reach import within_box
+from tactfix.reach.path import within_box
 from tactfix.simulate import CONE_DEG, random_pose, simulate, streams
 
 

@@ -16,8 +16,8 @@ from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.plan import plan
-from tactfix.realization import realize
-from tactfix.touchable import extreme_points
+from tactfix.reach.touchable import extreme_points
+from tactfix.relations.realization import realize
 
 SHIPPED = sorted((Path(__file__).parents[2] / "fixtures").glob("*.yaml"))
 RANDOM_PLANS = 10_000

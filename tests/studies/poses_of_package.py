@@ -5,7 +5,7 @@ from oracles.pose_problems import PoseProblem
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.poses import all_poses
+from tactfix.poses.all_poses import all_poses
 
 SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
 

@@ -45,7 +45,7 @@ FAULTS: Final = (
     "late-trigger",
     "thermal-growth",
 )
-"""tactfix.faults.FAULT_KINDS."""
+"""tactfix.mistakes.faults.FAULT_KINDS."""
 
 LEVER_ARM_MM: Final = 500.0
 """tactfix.convert.LEVER_ARM_MM."""

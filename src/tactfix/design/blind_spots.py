@@ -20,13 +20,13 @@ from tactfix.design.misplaced import Misplaced
 from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
 from tactfix.design.touched import Locator, Touched, most_telling, normals_of, shift_of
-from tactfix.faults import Fault, growth, mistaken
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import Plane, Surface
-from tactfix.impossible_contacts import least_chi_square
-from tactfix.motion_words import listed
+from tactfix.mistakes.faults import Fault, growth, mistaken
+from tactfix.mistakes.impossible_contacts import least_chi_square
 from tactfix.noise import SUSPICIOUS, chi_square_limit
-from tactfix.refinement import refine
+from tactfix.poses.refinement import refine
+from tactfix.verdicts.motion_words import listed
 
 Mistake: TypeAlias = Literal[
     "tip_radius",

@@ -11,13 +11,13 @@ import numpy as np
 from tactfix.accuracy import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
-from tactfix.freedom import tidied
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
-from tactfix.motion_words import twist_in_words
-from tactfix.refinement import Sensitivity, contact_residuals, sensitivity
+from tactfix.poses.refinement import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
+from tactfix.verdicts.freedom import tidied
+from tactfix.verdicts.motion_words import twist_in_words
 
 _HERE = np.eye(4)
 

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.access import Access, access_of
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import SIGMAS_OFF, Alternatives, BlindSpot, blind_spots, tip_blind_spots
 from tactfix.design.certainty import Certainty, certainty, free_of
@@ -26,13 +25,14 @@ from tactfix.design.plan_findings import (
 from tactfix.design.symmetries import symmetries
 from tactfix.design.touched import Locator, Touched
 from tactfix.fixture import Fixture
-from tactfix.freedom import WORTHLESS_ANGLE
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Plane, Surface
-from tactfix.refinement import contact_sigmas
-from tactfix.touchable import extreme_points
+from tactfix.poses.refinement import contact_sigmas
+from tactfix.reach.access import Access, access_of
+from tactfix.reach.touchable import extreme_points
 from tactfix.units import factor
+from tactfix.verdicts.freedom import WORTHLESS_ANGLE
 
 # The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003

@@ -12,8 +12,8 @@ from tactfix.design.symmetries import Symmetry
 from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Surface
-from tactfix.motion_words import listed
 from tactfix.results import FreeMotion
+from tactfix.verdicts.motion_words import listed
 
 Severity: TypeAlias = Literal["ok", "warning", "error"]
 

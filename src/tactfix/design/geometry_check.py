@@ -19,11 +19,11 @@ from tactfix.design.touch_regions import reach_of
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_angle
+from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Plane, Surface
-from tactfix.motion_words import free_motions
 from tactfix.results import FreeMotion
-from tactfix.sameness import same_surface
+from tactfix.verdicts.motion_words import free_motions
 
 # A position that is special to within this many sigma is as weak as one that is exactly so.
 _NEAR_SIGMAS: Final = 10.0

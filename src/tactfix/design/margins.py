@@ -14,7 +14,7 @@ from tactfix.contacts import Contacts
 from tactfix.design.touched import Locator, Touched, most_telling, shift_of
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import inverse, rotation_angle
-from tactfix.refinement import contact_residuals
+from tactfix.poses.refinement import contact_residuals
 from tactfix.results import Candidate
 
 Loss: TypeAlias = Literal["free", "ambiguous"]

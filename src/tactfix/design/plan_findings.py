@@ -14,10 +14,10 @@ from tactfix.design.layout import Source
 from tactfix.design.margins import Margins, Rival
 from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
-from tactfix.freedom import WORTHLESS_ANGLE
 from tactfix.geometry.rigid import rotation_angle
-from tactfix.motion_words import listed, vector
 from tactfix.results import FreeMotion
+from tactfix.verdicts.freedom import WORTHLESS_ANGLE
+from tactfix.verdicts.motion_words import listed, vector
 
 # The nearest wrong pose should lie this many sigma behind the right one.
 ENOUGH_BEHIND: Final = 10.0

@@ -14,10 +14,10 @@ from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.motions import Fixed, common_motions
 from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, middle_of, size_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.results import FreeMotion
-from tactfix.sameness import same_surface
 
 # A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
 _CLEAR = 0.1

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.access import access_of
 from tactfix.accuracy import point_covariance, worst_sigma
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
@@ -22,6 +21,7 @@ from tactfix.planning.pool import Touches, joined, pool_of
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.probe_settings import probe_settings
+from tactfix.reach.access import access_of
 from tactfix.simulate import nominal_surfaces
 
 # A rigid body has six degrees of freedom.

@@ -15,7 +15,7 @@ from tactfix.design.findings import Severity
 from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import LayoutStudy, RealPoses
 from tactfix.design_check import DesignReport
-from tactfix.motion_words import vector
+from tactfix.verdicts.motion_words import vector
 
 _COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
 _MOST_SYMMETRIES: Final = 8

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.design_check import DesignReport
-from tactfix.realization import realize
+from tactfix.relations.realization import realize
 from tactfix.report.html_page import Record, render
 from tactfix.report.html_scene import fixture_figure
 

@@ -13,9 +13,9 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Surface, moved, outward_normals
+from tactfix.reach.touchable import extent_of
 from tactfix.report.html_shapes import ellipsoid_grid, patch
 from tactfix.results import Candidate, ContactResidual, LocateResult
-from tactfix.touchable import extent_of
 
 Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]

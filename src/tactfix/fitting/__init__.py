@@ -1,0 +1,1 @@
+"""One feature alone, fitted to contacts, and what comes of it."""

@@ -1,0 +1,259 @@
+"""Every pose of a rigid fixture at which each contact lies on its feature, within noise.
+
+Contacts and fixture are centred and scaled, and a well spread part of the contacts is searched: from the rotations
+that features located alone leave where contacts are plenty (`feature_rotations`), else from all rotations
+(`search`). Every pose found is refined on all contacts by geometric least squares. Nothing is chosen here.
+
+Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three
+spheres 3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two
+cylinders 3+3: 288, 2+4: 192; six spheres: 40.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, Ints, cross
+from tactfix.geometry.nearest import foot
+from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
+from tactfix.geometry.scale import middle_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.noise import chi_square_limit
+from tactfix.poses.consensus import PART, agreed_poses
+from tactfix.poses.equations import PoseEquations, pose_equations
+from tactfix.poses.feature_rotations import TURNS, feature_rotations
+from tactfix.poses.polish import best_poses
+from tactfix.poses.refinement import PoseFit, fit_at
+from tactfix.poses.search import (
+    Zeros,
+    find_zeros,
+    find_zeros_near,
+    nearest_misses,
+    sampled,
+    together,
+)
+from tactfix.poses.starts import covering_rotations
+
+SEARCHED = 18
+"""Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
+
+
+PLENTY = 9
+"""Contacts from which on the features located alone are relied on for where to start."""
+
+FAR_OFF = 100.0
+"""Times the limit on the cost, beyond which a miss is not polished only to be dropped: the cost is that of the distance
+up to a few per cent unless contacts are off by a large part of a radius."""
+
+CLOSER_LOOK = 3
+"""Coverings of the rotations that are tried where the first one led to no pose."""
+
+EXACT = 1e-9
+"""Rounding of unit vectors: a symmetry is used only where it is exact."""
+
+SAMPLES = 8
+"""Poses of a continuum that are kept, and beside it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseSearch:
+    """All poses found, best chi-square first; complete and continuum as in `search.Zeros`.
+
+    limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses,
+    kept where nothing is below it.
+    """
+
+    fits: tuple[PoseFit, ...]
+    limit: float
+    complete: bool
+    continuum: bool
+
+    @property
+    def poses(self) -> Floats:
+        """base_from_fixture (k, 4, 4) of every pose that explains the contacts."""
+        kept = [fit.base_from_fixture for fit in self.fits if fit.chi2 <= self.limit]
+        return np.array(kept).reshape(-1, 4, 4)
+
+
+def all_poses(
+    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+) -> PoseSearch:
+    """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
+
+    Where there is none the nearest miss, or nothing without with_misses.
+
+    With fewer than six contacts, or six that leave a motion free, the fits are samples of a continuum.
+    Raises TipDoesNotFitError when the tip is larger than a touched bore.
+    """
+    index = spread_indices(contacts, SEARCHED)
+    scaled = _Scaled.of(surfaces, contacts.subset(index))
+    smallest = float(sigmas.min())
+    equations = scaled.equations(surfaces, contacts, smallest / sigmas)
+    searched = equations.subset(index)
+    unit = (smallest / scaled.length) ** 2
+    turns = scaled.half_turns(surfaces, contacts)
+    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(len(index), unit), turns)
+    limit = chi_square_limit(len(contacts) - 6)
+    least = zeros.costs.min(initial=np.inf) / zero_limit(len(index), unit)
+    if zeros.continuum:
+        zeros = sampled(searched, zeros, SAMPLES)
+    elif least > FAR_OFF and not with_misses:
+        return PoseSearch((), limit, zeros.complete, continuum=False)
+    elif least > 1 and len(contacts) > SEARCHED:
+        starts = _starts(surfaces, contacts, PART)
+        part_limit = zero_limit(PART, unit)
+        zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
+    zeros = best_poses(equations, contacts, zeros, unit)
+    fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
+    fits.sort(key=lambda fit: fit.chi2)
+    kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
+    return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
+
+
+def zero_limit(count: int, unit: float) -> float:
+    """The cost up to which a zero of so many contacts may explain them; unit: that of a chi-square of one.
+
+    The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size of the
+    fixture it is all rounding.
+    """
+    return float(2 * chi_square_limit(count - 6) * unit + 1e-22)
+
+
+def _zeros(
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    searched: PoseEquations,
+    cost_limit: float,
+    turns: Sequence[Floats],
+) -> Zeros:
+    """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
+    if len(searched) >= PLENTY:
+        rotations = feature_rotations(surfaces, contacts, sigmas)
+        if rotations is not None:
+            # So many are samples of a turn that one direction leaves, not the only rotations there are.
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=rotations.shape[2] >= TURNS)
+            if len(zeros.costs):
+                return zeros
+    starts = _starts(surfaces, contacts, len(searched))
+    zeros = find_zeros(searched, cost_limit, starts, turns)
+    if len(zeros.costs):
+        return zeros
+    misses = nearest_misses(searched, covering_rotations(starts), turns)
+    if misses.costs.min(initial=np.inf) <= cost_limit:
+        return misses
+    # Before contacts are called inconsistent they deserve a closer look.
+    zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
+    return zeros if len(zeros.costs) else replace(misses, complete=True)
+
+
+STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
+"""Starting rotations by the roundest surface touched, for up to 3 contacts beyond six, up to 5, and more.
+
+The rarest zero of 24 random and symmetric layouts was met so often by 1200 starts from the centre: planes 131 times;
+spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; cylinders 1, 5, 1, 34, 115 times for 0, 2, 3, 6,
+12. What is met that seldom lies close to others, and is found from them."""
+
+TWO_CYLINDERS = 2000
+"""The same for up to 3 contacts beyond six on more than one cylinder: of 720 problems with six one had two poses, far
+from all others, each met by one start in 1600."""
+
+
+def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
+    """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few."""
+    touched = [type(surfaces[name]) for name in contacts.by_feature]
+    roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)
+    beyond = searched - 6
+    if beyond <= 3 and touched.count(Cylinder) > 1:
+        return TWO_CYLINDERS
+    return STARTS[roundest][0 if beyond <= 3 else 1 if beyond <= 5 else 2]
+
+
+def spread_indices(contacts: Contacts, most: int) -> list[int]:
+    """At most `most` contacts, well spread over each feature and fairly shared between the features, in file order."""
+    if len(contacts) <= most:
+        return list(range(len(contacts)))
+    queues = [_farthest_first(contacts.points, index, most) for index in contacts.by_feature.values()]
+    chosen: list[int] = []
+    for turn in range(most):
+        chosen += [queue[turn] for queue in queues if turn < len(queue)]
+    return sorted(chosen[:most])
+
+
+def _farthest_first(points: Floats, index: Ints, most: int) -> list[int]:
+    """Indices in an order in which each point lies farthest from those before it."""
+    own = points[index]
+    distance = ((own - own.mean(axis=0)) ** 2).sum(axis=1)
+    order: list[int] = []
+    for _ in range(min(most, len(index))):
+        order.append(int(np.argmax(distance)))
+        gap = ((own - own[order[-1]]) ** 2).sum(axis=1)
+        distance = gap if len(order) == 1 else np.minimum(distance, gap)
+    return [int(index[i]) for i in order]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scaled:
+    """The centred and scaled frames of the search: origins (3,) in base and fixture, one length for both."""
+
+    base_origin: Floats
+    fixture_origin: Floats
+    length: float
+
+    @staticmethod
+    def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "_Scaled":
+        touched = [surfaces[name] for name in contacts.by_feature]
+        middle = middle_of(touched)
+        base_origin = contacts.points.mean(axis=0)
+        spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
+        reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
+        return _Scaled(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
+
+    def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
+        names = list(contacts.by_feature)
+        scaled = [self._scale(surfaces[name]) for name in names]
+        index: Sequence[int] = [names.index(name) for name in contacts.features]
+        points = (contacts.points - self.base_origin) / self.length
+        return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+
+    def half_turns(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> list[Floats]:
+        """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
+
+        The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
+        surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
+        those vectors, or square to two of them.
+        """
+        touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
+        kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
+        kept += [s.normal for s in touched if isinstance(s, Plane)]
+        axes = [s.direction for s in touched if isinstance(s, Cylinder)]
+        candidates = [v for v in [*kept, *axes, *(cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
+        found: list[Floats] = []
+        for candidate in candidates:
+            turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
+            fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
+            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT for s in axes)
+            if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
+                found.append(turn)
+        return found
+
+    def _scale(self, surface: Surface) -> Surface:
+        """The surface in the search's frame, its point moved to where the fixture's middle projects."""
+        point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
+        if isinstance(surface, Plane):
+            return Plane(point, surface.normal)
+        if isinstance(surface, Sphere):
+            return Sphere(point, surface.radius / self.length, surface.side)
+        return Cylinder(point, surface.direction, surface.radius / self.length, surface.side)
+
+    def base_from_fixture(self, zeros: Zeros) -> Floats:
+        """Poses (k, 4, 4) in the user's frames and unit."""
+        rotations = orthonormalized(np.moveaxis(zeros.rotations, -1, 0))
+        fixture_from_base = homogeneous(rotations, zeros.offsets.T * self.length)
+        poses = inverse(fixture_from_base)
+        shift = poses[:, :3, :3] @ self.fixture_origin
+        poses[:, :3, 3] += self.base_origin - shift
+        return poses

@@ -1,0 +1,35 @@
+"""How six contacts tell that one of their poses is missing: the signs of the Jacobian's determinant cancel.
+
+The six residuals map poses, rotations times translations, to six numbers. Where no translation is free for all contacts
+together the map is proper: a fixture far away is far from some contact. The poses that take a given value then have
+determinants of the Jacobian of both signs whose sum does not depend on the value: the degree of the map (Milnor,
+Topology from the Differentiable Viewpoint, section 5). A contact cannot be nearer to an axis or centre than zero, so
+some values are taken nowhere, and the degree is 0. Planes have it too: with other offsets no mirror image fits. As many
+poses have one sign as the other, and where the signs of those found do not cancel, some are missing. Two missing ones
+of opposite signs go unnoticed.
+"""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.poses.equations import PoseEquations, evaluate
+
+EXACT = 1e-20
+"""Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
+FIRM = 1e-4
+"""Ratio of singular values below which two poses may have met in one: its sign may be either, or none."""
+
+
+def are_balanced(equations: PoseEquations, rotations: Floats, offsets: Floats, costs: Floats) -> bool:
+    """Whether these poses (3, 3, k), (3, k), costs (k,), may be all; true where it cannot be told.
+
+    A pose that is no exact zero, or nearly a double one, may have either sign.
+    """
+    if len(equations) != 6:
+        return True
+    _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
+    matrices = np.moveaxis(jacobian, -1, 0)
+    values = np.linalg.svd(matrices, compute_uv=False)
+    sure = (values[:, -1] > FIRM * values[:, 0]) & (costs < EXACT)
+    signs = np.linalg.slogdet(matrices)[0][sure]
+    return bool(abs(signs.sum()) <= np.count_nonzero(~sure))

@@ -1,0 +1,65 @@
+"""Poses that most of many contacts agree on, where none explains them all.
+
+The search looks at a few contacts, those far from the others of their feature first, and a contact with a wrong label
+is just that: with one among them no pose explains the few, and the least of their residuals is nowhere near the truth.
+Parts chosen blindly are free of a few wrong contacts, most of them, and a pose that explains a part without any is next
+to the one that explains all but the wrong ones. These then stand out by their residuals.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.surfaces import Surface
+from tactfix.poses.equations import PoseEquations
+from tactfix.poses.feature_rotations import feature_rotations
+from tactfix.poses.search import Zeros, find_zeros, find_zeros_near
+
+PART = 12
+"""Contacts in a part: with two wrong ones among forty every other part is free of them, ..."""
+PARTS = 6
+"""... and so is one of six, but for once in a hundred times."""
+
+
+def agreed_poses(
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    equations: PoseEquations,
+    cost_limit: float,
+    starts: int,
+    turns: Sequence[Floats],
+) -> Iterator[Zeros]:
+    """The zeros of blindly chosen parts of the contacts that have some; as in `search.find_zeros`.
+
+    surfaces in the fixture frame, sigmas (n,) of the residuals, equations: scaled, of all contacts.
+    """
+    for number in range(PARTS):
+        index = blind_part(contacts, PART, number)
+        part, searched = contacts.subset(index), equations.subset(index.tolist())
+        rotations = feature_rotations(surfaces, part, sigmas[index])
+        if rotations is None:
+            zeros = find_zeros(searched, cost_limit, starts, turns)
+        else:
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns)
+        if len(zeros.costs) and not zeros.continuum:
+            yield zeros
+
+
+def blind_part(contacts: Contacts, count: int, number: int) -> Ints:
+    """Indices of so many contacts, fairly shared between the features and chosen blindly, others for each number."""
+    shuffled = [_shuffled(index, number)[:count] for index in contacts.by_feature.values()]
+    # Of more features than contacts in a part, other features.
+    first = number * count % len(shuffled)
+    shuffled = shuffled[first:] + shuffled[:first]
+    longest = max(len(index) for index in shuffled)
+    by_turns = [int(index[turn]) for turn in range(longest) for index in shuffled if turn < len(index)]
+    return np.sort(np.array(by_turns[:count], dtype=np.intp))
+
+
+def _shuffled(index: Ints, number: int) -> Ints:
+    # Blind enough, and without numpy.random, whose import takes longer than the search.
+    key = (np.arange(1, len(index) + 1) + 7919 * number) ** 2 * 40503 % 65537
+    return np.asarray(index[np.argsort(key, kind="stable")])

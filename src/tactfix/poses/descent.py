@@ -1,0 +1,204 @@
+"""Damped descents from many trial poses at once, down to the zeros of the pose equations.
+
+Gauss-Newton's steps as long as the residuals are larger than noise: no second derivatives, and no saddle stops them.
+Within noise they need not converge: where a motion is held so weakly that noise bends the sum of squares as much as the
+Jacobian does, they go to and fro across the minimum. There Newton's take over, so that the pose is not lost.
+
+Arrays have the trial poses last, as in `equations`: every numpy call works on all of them.
+"""
+
+from contextlib import suppress
+
+import numpy as np
+
+from tactfix.geometry.arrays import TINY, Bools, Floats
+from tactfix.poses.equations import PoseEquations, curvature, evaluate
+
+FIRST_LOOK = 14
+"""Steps after which a descent is in sight of a zero or is given up: what creeps on through a valley from there reaches,
+if anything, a zero that others have met."""
+IN_SIGHT = 1e-3
+"""Cost of a descent in sight of a zero: contacts off by about a hundredth of the fixture's size."""
+SECOND_LOOK = 60
+"""Steps after which one that is not there is given up: towards a multiple zero each step only halves the distance."""
+MOST_STEPS = 300
+"""For minima that are no zeros, but within the limit; they may be flat."""
+ARRIVED = 1e-26
+"""Cost of exact contacts at a zero, by rounding."""
+LAST_STEP = 1e-8
+SETTLED = 1e-14
+"""Share of the cost that the last step to a minimum which is no zero gains: it is within about 1e-6 then."""
+PATIENCE = 5
+"""Steps of Gauss and Newton within the limit, in which most descents end, before Newton's take longer to work out."""
+MOST_BENT = 2000
+"""Contacts up to which Newton's steps are taken: the curvature of each fills nine numbers."""
+FEW = 200
+"""Fewer systems than this LAPACK solves faster one by one than numpy all at once."""
+
+
+def descend(
+    equations: PoseEquations,
+    rotations: Floats,
+    offsets: Floats,
+    cost_limit: float,
+    geometric: bool = False,
+    most_steps: int = MOST_STEPS,
+    first_look: int = FIRST_LOOK,
+) -> Floats:
+    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
+
+    An end is rotation, offset, cost. A descent that is below the limit counts wherever most_steps bring it.
+    """
+    state = _State.at(equations, rotations, offsets, geometric)
+    sight = max(IN_SIGHT, 100 * cost_limit)
+    ends = []
+    for step_number in range(most_steps):
+        ended, stuck = state.advance(equations, geometric, cost_limit)
+        if step_number >= first_look:
+            stuck |= state.cost > (sight if step_number < SECOND_LOOK else cost_limit)
+        if ended.any():
+            ends.append(state.poses(ended))
+        if not state.keep(~(ended | stuck)):
+            break
+    ends.append(state.poses(~(state.cost > cost_limit)))
+    return np.concatenate(ends, axis=1).T
+
+
+class _State:
+    """The descents that are still under way; their last axis is the descent."""
+
+    def __init__(
+        self, rotations: Floats, offsets: Floats, residual: Floats, jacobian: Floats, cost: Floats, damping: Floats
+    ) -> None:
+        self.rotations, self.offsets, self.residual = rotations, offsets, residual
+        self.jacobian, self.cost, self.damping = jacobian, cost, damping
+        self.within = np.zeros(len(cost), dtype=np.intp)
+
+    @staticmethod
+    def at(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> "_State":
+        residual, jacobian = evaluate(equations, rotations, offsets, geometric)
+        cost = np.einsum("nN,nN->N", residual, residual)
+        return _State(rotations.copy(), offsets.copy(), residual, jacobian, cost, np.full(len(cost), 1e-2))
+
+    def advance(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> tuple[Bools, Bools]:
+        """One step of each; which (N,) have arrived at a zero, and which are stuck above the limit."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = self._step(equations, geometric, cost_limit)
+            rotations, offsets = turned(step[:3], self.rotations), self.offsets + step[3:]
+            residual, jacobian = evaluate(equations, rotations, offsets, geometric)
+            cost = np.einsum("nN,nN->N", residual, residual)
+        # A start in a singular place may step to infinity: nan is never better.
+        better = cost < self.cost
+        gain = np.where(better, self.cost - cost, self.cost)
+        self.damping = np.where(better, self.damping * 0.2, self.damping * 5)
+        for old, new in (
+            (self.rotations, rotations),
+            (self.offsets, offsets),
+            (self.residual, residual),
+            (self.jacobian, jacobian),
+            (self.cost, cost),
+        ):
+            np.copyto(old, new, where=better)
+        small = np.abs(step).max(axis=0) < LAST_STEP
+        return self._ends(gain, small, cost_limit)
+
+    def _step(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> Floats:
+        """The next step (6, N) of each: Gauss-Newton's, but Newton's where that does not end within the limit.
+
+        Where a motion is held weakly, noise bends the sum of squares by as much as the Jacobian does: Gauss-Newton
+        then steps to and fro across its minimum and hardly comes nearer.
+        """
+        step = damped_step(self.residual, self.jacobian, self.damping)
+        self.within = np.where(self.cost < cost_limit, self.within + 1, 0)
+        near = np.flatnonzero(self.within > PATIENCE)
+        if len(near) and np.isfinite(cost_limit) and len(equations) <= MOST_BENT:
+            residual, jacobian = self.residual[:, near], self.jacobian[..., near]
+            bend = curvature(equations, self.rotations[..., near], self.offsets[:, near], residual, geometric)
+            # Where the sum of squares is a saddle Gauss-Newton still leads down, Newton nowhere.
+            hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)
+            bowl = np.linalg.eigvalsh(hessian)[:, 0] > 0
+            newton = damped_step(residual[:, bowl], jacobian[..., bowl], self.damping[near[bowl]], bend[..., bowl])
+            step[:, near[bowl]] = newton
+        return step
+
+    def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:
+        # A zero of exact contacts ends at rounding level, one of noisy contacts where the steps or their gains vanish.
+        below = self.cost < cost_limit
+        ended = (self.cost < ARRIVED) | (below & (small | (self.damping > 1e4) | (gain < SETTLED * self.cost)))
+        stuck = ~below & ((self.damping > 1e4) | (gain < 1e-4 * self.cost))
+        return ended, stuck
+
+    def poses(self, which: Bools) -> Floats:
+        """Rotation, offset and cost (13, k) of those."""
+        rotations = self.rotations[..., which].reshape(9, -1)
+        return np.concatenate([rotations, self.offsets[:, which], self.cost[None, which]])
+
+    def keep(self, which: Bools) -> bool:
+        """Follow only those from here on; whether there are any."""
+        if not which.all():
+            for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping", "within"):
+                setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., which]))
+        return bool(len(self.cost))
+
+
+def turned(vectors: Floats, rotations: Floats) -> Floats:
+    """Rotations (3, 3, N) turned by about the rotation vectors (3, N): Cayley's map, a rotation for any length."""
+    half = vectors / 2
+    square = np.einsum("aN,aN->N", half, half)
+    # (1 - h.h) I + 2 (h h^T + [h]x), over 1 + h.h
+    turn = half[:, None] * half
+    turn[0, 1] -= half[2]
+    turn[1, 0] += half[2]
+    turn[0, 2] += half[1]
+    turn[2, 0] -= half[1]
+    turn[1, 2] -= half[0]
+    turn[2, 1] += half[0]
+    np.einsum("iiN->iN", turn)[...] += (1 - square) / 2
+    turn *= 2 / (1 + square)
+    return np.asarray(np.einsum("ijN,jkN->ikN", turn, rotations))
+
+
+def rotation_matrices(x: Floats, y: Floats, z: Floats, w: Floats) -> Floats:
+    """Rotation matrices (3, 3, N) of unit quaternions, scalar w."""
+    xx, yy, zz, xy, xz, yz, wx, wy, wz = x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z
+    rows = [1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)]
+    rows += [2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx), 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)]
+    return np.array(rows).reshape(3, 3, -1)
+
+
+def damped_step(residual: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float = 0.0) -> Floats:
+    """The Levenberg-Marquardt steps (6, N), no longer than one radian or one fixture size.
+
+    curvature (6, 6, N): what is added to the normal matrices for a Newton step.
+    """
+    normal = np.einsum("inN,jnN->ijN", jacobian, jacobian)
+    gradient = np.einsum("inN,nN->iN", jacobian, residual)
+    diagonal = np.einsum("iiN->iN", normal)
+    diagonal += damping * (diagonal + 1e-9)
+    normal += curvature
+    step = -solve_positive(normal, gradient)
+    return np.asarray(step / np.maximum(1.0, np.sqrt(np.einsum("aN,aN->N", step[:3], step[:3]))))
+
+
+def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
+    """x (m, N) with matrices x = rhs for positive definite matrices (m, m, N), rhs (m, N): Cholesky, all N at once.
+
+    The matrices are overwritten. The loops run over the m rows, for many systems faster than LAPACK one by one.
+    """
+    m, count = rhs.shape
+    if count < FEW:
+        with suppress(np.linalg.LinAlgError):
+            return np.asarray(np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0].T)
+    x = rhs.copy()
+    for j in range(m):
+        column = matrices[j:, j]
+        pivot = np.sqrt(np.maximum(column[0], TINY))
+        column /= pivot
+        column[0] = pivot
+        x[j] /= pivot
+        for k in range(j + 1, m):
+            matrices[k:, k] -= column[k - j :] * column[k - j]
+        x[j + 1 :] -= column[1:] * x[j]
+    for j in reversed(range(m)):
+        x[j] = (x[j] - np.einsum("kN,kN->N", matrices[j + 1 :, j], x[j + 1 :])) / matrices[j, j]
+    return x

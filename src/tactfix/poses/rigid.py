@@ -1,0 +1,56 @@
+"""Solutions for a rigid fixture: every pose of `all_poses`, with its uncertainty."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import axial
+from tactfix.geometry.surfaces import Surface
+from tactfix.poses.all_poses import all_poses
+from tactfix.poses.refinement import PoseFit
+from tactfix.poses.rigid_spread import rigid_spread
+from tactfix.poses.solution import Solution, Solutions, solution_from
+
+UNRESOLVED = 0.5
+"""Two poses whose residuals differ by less than this many sigma in all are one: no contact at hand tells them apart."""
+
+
+def rigid_solutions(
+    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+) -> Solutions:
+    """Every pose of a rigid fixture that explains the contacts; surfaces in its frame, sigmas (n,) of the residuals.
+
+    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    """
+    search = all_poses(surfaces, contacts, sigmas, with_misses)
+    found = [_solution(fit, contacts, sigmas) for fit in distinct(search.fits)]
+    return Solutions(tuple(found), len(contacts) - 6, search.limit, search.complete, search.continuum)
+
+
+def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
+    """The fits, best first, without those that noise cannot tell from a better one close by."""
+    kept: list[PoseFit] = []
+    for fit in sorted(fits, key=lambda fit: fit.chi2):
+        if not any(_unresolved(other, fit) for other in kept):
+            kept.append(fit)
+    return kept
+
+
+def _unresolved(one: PoseFit, other: PoseFit) -> bool:
+    """Whether the small motion from one pose to the other changes no residual by a noticeable part of its sigma."""
+    turn = other.base_from_fixture[:3, :3] @ one.base_from_fixture[:3, :3].T
+    if np.trace(turn) < 2.99:
+        return False
+    centre = one.sensitivity.centre
+    one_origin, other_origin = one.base_from_fixture[:3, 3], other.base_from_fixture[:3, 3]
+    shift = other_origin + turn @ (centre - one_origin) - centre
+    change = one.sensitivity.jacobian @ np.concatenate([axial(turn) * one.sensitivity.scale, shift])
+    return bool(np.linalg.norm(change) < UNRESOLVED)
+
+
+def _solution(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Solution:
+    """The fit with its uncertainty spelled out."""
+    spread = rigid_spread(fit, contacts, sigmas)
+    return solution_from(fit.base_from_fixture, fit.surfaces, contacts, fit.residuals, fit.normals, fit.chi2, spread)
