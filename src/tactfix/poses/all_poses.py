@@ -11,35 +11,25 @@ cylinders 3+3: 288, 2+4: 192; six spheres: 40.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, Ints, cross
-from tactfix.geometry.nearest import foot
-from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
-from tactfix.geometry.scale import middle_of
+from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.consensus import PART, agreed_poses
-from tactfix.poses.equations import PoseEquations, pose_equations
+from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import TURNS, feature_rotations
 from tactfix.poses.polish import best_poses
 from tactfix.poses.refinement import PoseFit, fit_at
-from tactfix.poses.search import (
-    Zeros,
-    find_zeros,
-    find_zeros_near,
-    nearest_misses,
-    sampled,
-    together,
-)
+from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
+from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.starts import covering_rotations
+from tactfix.poses.zeros import Zeros, sampled, together
 
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
-
 
 PLENTY = 9
 """Contacts from which on the features located alone are relied on for where to start."""
@@ -51,16 +41,13 @@ up to a few per cent unless contacts are off by a large part of a radius."""
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
 
-EXACT = 1e-9
-"""Rounding of unit vectors: a symmetry is used only where it is exact."""
-
 SAMPLES = 8
 """Poses of a continuum that are kept, and beside it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSearch:
-    """All poses found, best chi-square first; complete and continuum as in `search.Zeros`.
+    """All poses found, best chi-square first; complete and continuum as in `zeros.Zeros`.
 
     limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses,
     kept where nothing is below it.
@@ -89,12 +76,12 @@ def all_poses(
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
     """
     index = spread_indices(contacts, SEARCHED)
-    scaled = _Scaled.of(surfaces, contacts.subset(index))
+    frame = SearchFrame.of(surfaces, contacts.subset(index))
     smallest = float(sigmas.min())
-    equations = scaled.equations(surfaces, contacts, smallest / sigmas)
+    equations = frame.equations(surfaces, contacts, smallest / sigmas)
     searched = equations.subset(index)
-    unit = (smallest / scaled.length) ** 2
-    turns = scaled.half_turns(surfaces, contacts)
+    unit = (smallest / frame.length) ** 2
+    turns = frame.half_turns(surfaces, contacts)
     zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(len(index), unit), turns)
     limit = chi_square_limit(len(contacts) - 6)
     least = zeros.costs.min(initial=np.inf) / zero_limit(len(index), unit)
@@ -107,7 +94,7 @@ def all_poses(
         part_limit = zero_limit(PART, unit)
         zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
     zeros = best_poses(equations, contacts, zeros, unit)
-    fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in scaled.base_from_fixture(zeros)]
+    fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in frame.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
     return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
@@ -193,67 +180,3 @@ def _farthest_first(points: Floats, index: Ints, most: int) -> list[int]:
         gap = ((own - own[order[-1]]) ** 2).sum(axis=1)
         distance = gap if len(order) == 1 else np.minimum(distance, gap)
     return [int(index[i]) for i in order]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Scaled:
-    """The centred and scaled frames of the search: origins (3,) in base and fixture, one length for both."""
-
-    base_origin: Floats
-    fixture_origin: Floats
-    length: float
-
-    @staticmethod
-    def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "_Scaled":
-        touched = [surfaces[name] for name in contacts.by_feature]
-        middle = middle_of(touched)
-        base_origin = contacts.points.mean(axis=0)
-        spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
-        reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
-        return _Scaled(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
-
-    def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
-        names = list(contacts.by_feature)
-        scaled = [self._scale(surfaces[name]) for name in names]
-        index: Sequence[int] = [names.index(name) for name in contacts.features]
-        points = (contacts.points - self.base_origin) / self.length
-        return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
-
-    def half_turns(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> list[Floats]:
-        """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
-
-        The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
-        surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
-        those vectors, or square to two of them.
-        """
-        touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
-        kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
-        kept += [s.normal for s in touched if isinstance(s, Plane)]
-        axes = [s.direction for s in touched if isinstance(s, Cylinder)]
-        candidates = [v for v in [*kept, *axes, *(cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
-        found: list[Floats] = []
-        for candidate in candidates:
-            turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
-            fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
-            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT for s in axes)
-            if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
-                found.append(turn)
-        return found
-
-    def _scale(self, surface: Surface) -> Surface:
-        """The surface in the search's frame, its point moved to where the fixture's middle projects."""
-        point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
-        if isinstance(surface, Plane):
-            return Plane(point, surface.normal)
-        if isinstance(surface, Sphere):
-            return Sphere(point, surface.radius / self.length, surface.side)
-        return Cylinder(point, surface.direction, surface.radius / self.length, surface.side)
-
-    def base_from_fixture(self, zeros: Zeros) -> Floats:
-        """Poses (k, 4, 4) in the user's frames and unit."""
-        rotations = orthonormalized(np.moveaxis(zeros.rotations, -1, 0))
-        fixture_from_base = homogeneous(rotations, zeros.offsets.T * self.length)
-        poses = inverse(fixture_from_base)
-        shift = poses[:, :3, :3] @ self.fixture_origin
-        poses[:, :3, 3] += self.base_origin - shift
-        return poses

@@ -15,7 +15,8 @@ from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import feature_rotations
-from tactfix.poses.search import Zeros, find_zeros, find_zeros_near
+from tactfix.poses.search import find_zeros, find_zeros_near
+from tactfix.poses.zeros import Zeros
 
 PART = 12
 """Contacts in a part: with two wrong ones among forty every other part is free of them, ..."""

@@ -10,7 +10,8 @@ from tactfix.contacts import Contacts
 from tactfix.noise import chi_square_limit
 from tactfix.poses.consensus import blind_part
 from tactfix.poses.equations import PoseEquations
-from tactfix.poses.search import Zeros, polish, together
+from tactfix.poses.search import polish
+from tactfix.poses.zeros import Zeros, together
 
 THINNED = 1000
 """Contacts that decide what is followed on all of them."""

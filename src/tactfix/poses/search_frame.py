@@ -1,0 +1,85 @@
+"""The frames in which poses are searched: centred on the contacts and on the fixture, and of size one."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.nearest import foot
+from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
+from tactfix.geometry.scale import middle_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.poses.equations import PoseEquations, pose_equations
+from tactfix.poses.zeros import Zeros
+
+EXACT = 1e-9
+"""Rounding of unit vectors: a symmetry is used only where it is exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchFrame:
+    """The centred and scaled frames of the search: origins (3,) in base and fixture, one length for both."""
+
+    base_origin: Floats
+    fixture_origin: Floats
+    length: float
+
+    @staticmethod
+    def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "SearchFrame":
+        """Those of contacts and the surfaces that they touch, in the fixture frame."""
+        touched = [surfaces[name] for name in contacts.by_feature]
+        middle = middle_of(touched)
+        base_origin = contacts.points.mean(axis=0)
+        spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
+        reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
+        return SearchFrame(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
+
+    def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
+        """The equations of the contacts, scaled; weights (n,) of their residuals."""
+        names = list(contacts.by_feature)
+        scaled = [self._scale(surfaces[name]) for name in names]
+        index: Sequence[int] = [names.index(name) for name in contacts.features]
+        points = (contacts.points - self.base_origin) / self.length
+        return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+
+    def half_turns(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> list[Floats]:
+        """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
+
+        The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
+        surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
+        those vectors, or square to two of them.
+        """
+        touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
+        kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
+        kept += [s.normal for s in touched if isinstance(s, Plane)]
+        axes = [s.direction for s in touched if isinstance(s, Cylinder)]
+        candidates = [v for v in [*kept, *axes, *(cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
+        found: list[Floats] = []
+        for candidate in candidates:
+            turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
+            fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
+            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT for s in axes)
+            if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
+                found.append(turn)
+        return found
+
+    def _scale(self, surface: Surface) -> Surface:
+        """The surface in the search's frame, its point moved to where the fixture's middle projects."""
+        point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
+        if isinstance(surface, Plane):
+            return Plane(point, surface.normal)
+        if isinstance(surface, Sphere):
+            return Sphere(point, surface.radius / self.length, surface.side)
+        return Cylinder(point, surface.direction, surface.radius / self.length, surface.side)
+
+    def base_from_fixture(self, zeros: Zeros) -> Floats:
+        """Poses (k, 4, 4) in the user's frames and unit."""
+        rotations = orthonormalized(np.moveaxis(zeros.rotations, -1, 0))
+        fixture_from_base = homogeneous(rotations, zeros.offsets.T * self.length)
+        poses = inverse(fixture_from_base)
+        shift = poses[:, :3, :3] @ self.fixture_origin
+        poses[:, :3, 3] += self.base_origin - shift
+        return poses
