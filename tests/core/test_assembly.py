@@ -18,6 +18,7 @@ from core.problems import (
     touch_all,
 )
 
+import tactfix
 from tactfix.frame import FrameError
 from tactfix.relations.assembly import assembled_solutions
 
@@ -63,6 +64,61 @@ def test_ball_whose_two_places_all_but_coincide_is_not_lost(seed, sigma):
             solution.surfaces["ball"].center - solution.surfaces["bar"].point, solution.surfaces["bar"].direction
         )
         assert np.linalg.norm(gap) == pytest.approx(3.0, abs=1e-8)
+
+
+TANGENT = """tactfix: 1
+name: bar and ball
+units: mm
+features:
+  bar: {type: cylinder, radius: 10.0PLACE_BAR}
+  ball: {type: sphere, radius: 12.0PLACE_BALL}
+"""
+BY_RELATIONS = """distances: [{between: [bar, ball], value: 40.0}]
+frame: {origin: {foot_of: ball, on: bar}, y: {along: bar}, x: {from: bar, to: ball}}
+"""
+
+
+def bar_and_ball(tmp_path, by_relations):
+    """The same bar and ball, once as one rigid body."""
+    at_bar, at_ball = ", point: [0.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0]", ", center: [40.0, 0.0, 0.0]"
+    places = ("", "") if by_relations else (at_bar, at_ball)
+    file = tmp_path / f"{by_relations}.yaml"
+    text = TANGENT.replace("PLACE_BAR", places[0]).replace("PLACE_BALL", places[1])
+    file.write_text(text + BY_RELATIONS * by_relations)
+    return tactfix.load_fixture(file)
+
+
+@pytest.mark.parametrize("seed", [5, 7, 8, 32, 42, 53, 57, 59])
+def test_a_ball_next_to_a_double_root_has_all_the_places_of_a_rigid_fixture(tmp_path, seed):
+    """Its two contacts lie nearly along the way to the bar, and noise has made one place of two, or none."""
+    rng = np.random.default_rng(seed)
+    around, height = rng.uniform(0, 2 * np.pi, 5), rng.uniform(-30, 30, 5)
+    on_bar = np.column_stack([np.cos(around), np.zeros(5), np.sin(around)])
+    turn, off = rng.uniform(0, 2 * np.pi), 10 ** rng.uniform(-4, -1)
+    sideways = 0.8 * np.array([0, np.cos(turn), np.sin(turn)])
+    on_ball = [np.array([along, 0, 0]) + sideways + off * rng.normal(size=3) for along in (0.6, -0.6)]
+    normals = np.vstack([on_bar, *(n / np.linalg.norm(n) for n in on_ball)])
+    middles = np.vstack([np.column_stack([np.zeros(5), height, np.zeros(5)]), np.repeat([[40.0, 0, 0]], 2, axis=0)])
+    radii = np.repeat([10.0, 12.0], [5, 2]) + 0.01 * rng.normal(size=7)
+    names = ["bar"] * 5 + ["ball"] * 2
+    contacts = tactfix.contacts_from_arrays(names, middles + radii[:, None] * normals, sigma=0.01, tip_radius=0.0)
+    one, other = (
+        tactfix.locate(bar_and_ball(tmp_path, by_relations), contacts, explain=False) for by_relations in (True, False)
+    )
+    assert (one.status, len(one.candidates)) == (other.status, len(other.candidates))
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-4, 0.02])
+def test_a_ball_touched_twice_at_one_place_leaves_a_motion_free(apart):
+    """Of its two contacts one says nothing: no ground to call the others inconsistent, or to raise."""
+    fixture = related(BALLS, ball_distances(), BALLS_RECIPE)
+    rng = np.random.default_rng(3)
+    truth = touch_all(BALLS, {"a": 3, "b": 2, "c": 1}, rng, sigma=0.002)
+    contacts = truth.contacts(rng)
+    points = contacts.points.copy()
+    points[4] = points[3] + [apart, 0, 0]
+    again = tactfix.contacts_from_arrays(list(contacts.features), points, sigma=0.002, tip_radius=contacts.tip_radius)
+    assert tactfix.locate(fixture, again).status == "underdetermined"
 
 
 PINS = {

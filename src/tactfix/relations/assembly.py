@@ -3,8 +3,8 @@
 Each feature is located from its own contacts; a sphere with too few of them from its known distances to features that
 already are (eqs. 48-51). Every combination of candidates is a start for the joint least squares over all contacts and
 relations (`joint`), and those whose chi-square stays within its limit are solutions, once per choice of axis signs that
-the frame recipe leaves open. Where that way does not reach a feature, but the relations make the fixture rigid, its
-shapes (`realization`) are searched as rigid bodies instead.
+the frame recipe leaves open. Where that way does not reach a feature, or knows one so badly that others may be lost
+beside it, but the relations make the fixture rigid, its shapes (`realization`) are searched as rigid bodies instead.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,14 +55,14 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     located = combinations(fixture, contacts, sigmas, MOST_COMBINATIONS + 1)
-    if located is None or (len(located) > FEW_COMBINATIONS and realize(fixture)):
+    if located is None or ((located.weak or len(located.surfaces) > FEW_COMBINATIONS) and realize(fixture)):
         return _unlocated(fixture, contacts, sigmas, problem, with_misses)
-    starts = [_anchored(surfaces, contacts) for surfaces in located[:MOST_COMBINATIONS]]
+    starts = [_anchored(surfaces, contacts) for surfaces in located.surfaces[:MOST_COMBINATIONS]]
     fits = [joint_fit(problem, surfaces) for surfaces in starts]
     solutions = _solutions(fixture, problem, _distinct(fits, problem), continuum=False)
     return replace(
         solutions,
-        complete=len(located) <= MOST_COMBINATIONS,
+        complete=len(located.surfaces) <= MOST_COMBINATIONS,
         fallen=tuple(_fallen(fixture, problem, starts, fits, solutions)),
     )
 

@@ -4,6 +4,7 @@ A sphere with too few contacts of its own is placed by its known distances to fe
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice, product
 
 from tactfix.contacts import Contacts
@@ -11,39 +12,63 @@ from tactfix.errors import DegenerateContactsError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
-from tactfix.relations.features_alone import surfaces_alone, surfaces_by_distance
+from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.relations.features_alone import candidates_alone, candidates_by_distance, is_weak
 
 
-def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int) -> list[Mapping[str, Surface]] | None:
-    """Every combination of candidate surfaces in base, at most so many; None where a feature cannot be located so.
+@dataclass(frozen=True, slots=True, eq=False)
+class Combinations:
+    """Combinations of the features' surfaces in base.
+
+    weak: some surface is known so badly that others placed by it, or beside it, may be missing.
+    """
+
+    surfaces: Sequence[Mapping[str, Surface]]
+    weak: bool
+
+
+def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int) -> Combinations | None:
+    """Every combination of candidate surfaces, at most so many; None where a feature cannot be located so.
 
     sigmas (n,) of the residuals. A feature whose contacts no surface explains leaves no combination.
     """
-    alone: dict[str, Sequence[Surface]] = {}
+    alone: dict[str, Sequence[SurfaceCandidate]] = {}
     for name, feature in fixture.features.items():
         if name not in contacts.by_feature:
             continue
         try:
-            alone[name] = surfaces_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
+            alone[name] = candidates_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
         except DegenerateContactsError:
             continue
+    weak = any(is_weak(candidate) for candidates in alone.values() for candidate in candidates)
     choices = islice(product(*alone.values()), most)
-    found: list[Mapping[str, Surface]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
+    found: list[dict[str, SurfaceCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
     missing = [name for name in fixture.features if name not in alone]
     while missing and found:
         reached = next((n for n in missing if _is_reached(fixture, contacts, n, found[0])), None)
         if reached is None:
             return None
         missing.remove(reached)
-        found = [
-            {**known, reached: surface}
-            for known in found
-            for surface in surfaces_by_distance(fixture, fixture.features[reached], contacts.on(reached), known)
-        ]
-    return None if missing else found[:most]
+        try:
+            found = [more for known in found for more in _with_one_more(fixture, contacts, reached, known)]
+        except DegenerateContactsError:
+            return None
+        weak |= any(is_weak(known[reached]) for known in found)
+    if missing:
+        return None
+    surfaces = [{name: candidate.surface for name, candidate in known.items()} for known in found[:most]]
+    return Combinations(surfaces, weak)
 
 
-def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, Surface]) -> bool:
+def _with_one_more(
+    fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, SurfaceCandidate]
+) -> list[dict[str, SurfaceCandidate]]:
+    """A combination with each place of one more sphere; raises DegenerateContactsError where it may be anywhere."""
+    placed = candidates_by_distance(fixture, fixture.features[name], contacts.on(name), known)
+    return [{**known, name: candidate} for candidate in placed]
+
+
+def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, SurfaceCandidate]) -> bool:
     """Whether a sphere has three contacts and distances to known features together."""
     if fixture.features[name].type != "sphere":
         return False

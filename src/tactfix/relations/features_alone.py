@@ -9,6 +9,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Feature, Fixture, Relation
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, offset_radius
+from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
@@ -21,45 +22,56 @@ from tactfix.localizers.sphere_distances import (
 )
 
 LOOSE = 100.0
-"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right."""
+"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right, ..."""
+WEAK = LOOSE / 5
+"""... so that noise must not move it by more than so many times its own size."""
 
 
-def surfaces_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> list[Surface]:
-    """Every surface of a feature that explains its contacts; sigmas (n,) of the residuals.
+def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> list[SurfaceCandidate]:
+    """Every surface of a feature that explains its contacts, of the feature's own size; sigmas (n,) of the residuals.
 
     Raises DegenerateContactsError where the contacts are too few or lie so that they leave infinitely many, and
     TipDoesNotFitError.
     """
     tip_radius = contacts.tip_radius
     if feature.type == "plane":
-        return [found.surface for found in localize_plane(contacts.points, sigmas, tip_radius)]
+        return list(localize_plane(contacts.points, sigmas, tip_radius))
     radius = offset_radius(feature.name, feature.radius or 0.0, feature.side, tip_radius)
     localize = localize_sphere if feature.type == "sphere" else localize_cylinder
-    return [_true(feature, found.surface) for found in localize(contacts.points, radius, sigmas)]
+    return [_true(feature, found) for found in localize(contacts.points, radius, sigmas)]
 
 
-def surfaces_by_distance(
-    fixture: Fixture, feature: Feature, contacts: Contacts, known: Mapping[str, Surface]
-) -> list[Surface]:
-    """Every place of a sphere that explains its contacts and its distances to known surfaces (eqs. 48-51)."""
+def candidates_by_distance(
+    fixture: Fixture, feature: Feature, contacts: Contacts, known: Mapping[str, SurfaceCandidate]
+) -> list[SurfaceCandidate]:
+    """Every place of a sphere that explains its contacts and its distances to known surfaces (eqs. 48-51).
+
+    Raises DegenerateContactsError where they leave infinitely many.
+    """
     radius = offset_radius(feature.name, feature.radius or 0.0, feature.side, contacts.tip_radius)
     sigmas = np.hypot(contacts.sigmas, feature.sigma)
     distances = tuple(
-        _distance(relation, surface, float(sigmas.max(initial=0.0)))
+        _distance(relation, candidate.surface, float(sigmas.max(initial=0.0)))
         for relation in fixture.relations
         if relation.kind == "distance" and feature.name in relation.between
-        for name, surface in known.items()
+        for name, candidate in known.items()
         if name in relation.between and name != feature.name
     )
     found = localize_sphere_at_distances(contacts.points, radius, distances, sigmas)
-    return [_true(feature, candidate.surface) for candidate in found]
+    return [_true(feature, candidate) for candidate in found]
 
 
-def _true(feature: Feature, surface: Surface) -> Surface:
-    """The surface of the feature itself, from that on which the tip's centre lies."""
+def is_weak(candidate: SurfaceCandidate) -> bool:
+    """Whether noise may have moved a surface farther than its neighbours allow for, or merged it with another."""
+    return candidate.poorly_determined or candidate.condition > WEAK
+
+
+def _true(feature: Feature, candidate: SurfaceCandidate) -> SurfaceCandidate:
+    """With the surface of the feature itself, instead of that on which the tip's centre lies."""
+    surface = candidate.surface
     if isinstance(surface, Plane):
-        return surface
-    return replace(surface, radius=feature.radius or 0.0, side=feature.side)
+        return candidate
+    return replace(candidate, surface=replace(surface, radius=feature.radius or 0.0, side=feature.side))
 
 
 def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
