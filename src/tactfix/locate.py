@@ -35,7 +35,8 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
 
     contacts are in base and in the fixture's units. With scale_sigma the covariance is scaled by chi2 / dof where there
     are degrees of freedom, instead of trusting sigma. With explain=False an inconsistent result comes without the
-    nearest miss and the search for what would make it consistent.
+    nearest miss and the search for what would make it consistent, and an underdetermined one of a fixture by relations
+    may come without the motions left free.
 
     Returns a LocateResult whose status is "located" exactly when one pose is left.
     Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
@@ -64,7 +65,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
 def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
     """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
 
-    Where there is none the nearest miss, unless without with_misses.
+    Where there is none the nearest miss, or samples of what relations leave free, unless without with_misses.
     """
     # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
     if fixture.is_placed:

@@ -41,6 +41,8 @@ LOOSE = 3.0
 UNSEEN = 0.05
 """Surfaces nearer to each other than this share of sigma are one: where axes are only almost parallel, their spacing
 depends a little on where it is taken, and so does the fit on where it started."""
+SAMPLES = 8
+"""Configurations that show what contacts and relations leave free."""
 KEPT = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
 DIFFERENCE = 1e-7
@@ -51,7 +53,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     """Every pose of a fixture by relations that explains contacts and relations; sigmas (n,) of the residuals.
 
     Where none does, the best one alone, its chi2 above the limit. Where contacts and relations leave something free,
-    samples, marked as a continuum.
+    samples, marked as a continuum. Without with_misses neither the one nor the others.
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     located = combinations(fixture, contacts, sigmas, MOST_COMBINATIONS + 1)
@@ -137,7 +139,7 @@ def _unlocated(
 
     shapes = realize(fixture)
     if not shapes:
-        return _samples(fixture, contacts, problem)
+        return _samples(fixture, contacts, problem, SAMPLES if with_misses else 0)
     loose = np.hypot(sigmas, LOOSE * _slack(fixture, problem.scale))
     parts = [rigid_solutions(shape, contacts, loose, with_misses) for shape in shapes]
     if all(r.sigma == 0 for r in fixture.relations) or any(part.continuum or part.dof < 0 for part in parts):
@@ -171,15 +173,15 @@ def _same_places(one: Solution, other: Solution) -> bool:
     return all(same_surface(s, other.surfaces[n], 1e-9, 1e-9) for n, s in one.surfaces.items())
 
 
-def _samples(fixture: Fixture, contacts: Contacts, problem: JointProblem) -> Solutions:
-    """A few configurations that contacts and relations allow, from random starts."""
+def _samples(fixture: Fixture, contacts: Contacts, problem: JointProblem, most: int) -> Solutions:
+    """At most so many configurations that contacts and relations allow, from three times as many random starts."""
     rng = np.random.default_rng(20261122)
     starts = [
         {n: _moved_to(random_surface(f, problem.scale, rng), contacts.centre) for n, f in fixture.features.items()}
-        for _ in range(24)
+        for _ in range(3 * most)
     ]
     fits = _distinct([joint_fit(problem, start) for start in starts], problem)
-    return _solutions(fixture, problem, fits[:8], continuum=True)
+    return _solutions(fixture, problem, fits[:most], continuum=True)
 
 
 def _moved_to(surface: Surface, middle: Floats) -> Surface:
