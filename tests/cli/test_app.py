@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -101,7 +102,16 @@ def test_locating_imports_only_what_it_uses() -> None:
     assert {"numpy", "yaml"} <= modules
     # What explains mistakes, asks for a line anew, or is another command's, is not there when all is well.
     assert modules.isdisjoint({"pydantic", "rich", "scipy", "typer", "subprocess", "numpy.random", "numpy.ma"})
-    others = ("cli.application", "models.refusals", "suspicions", "next_contact", "dialects", "planning", "rigid")
+    others = (
+        "cli.application",
+        "dialects",
+        "mistakes.suspicions",
+        "models.refusals",
+        "planning",
+        "poses.rigid",
+        "verdicts.next_contact",
+    )
+    assert all(find_spec(f"tactfix.{name}") for name in others), "a module that is no more cannot be imported"
     assert modules.isdisjoint(f"tactfix.{name}" for name in others)
 
 

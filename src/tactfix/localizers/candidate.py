@@ -11,7 +11,8 @@ class SurfaceCandidate:
 
     chi2: sum of squared residuals over sigma; without sigmas over the rounding of the coordinates. rms: of the
     residuals, in the contacts' unit. condition: how much the worst known parameter moves, in units of the contacts'
-    extent (angles in rad), when the contacts move by one unit of that extent; infinite at a double root.
+    extent (angles in rad), when the contacts, and the distances where there are any, move by one unit of that extent;
+    infinite at a double root.
     poorly_determined: the surface is a double root, or so close to one that noise of size sigma can merge it with its
     neighbour or make both complex.
     """

@@ -216,7 +216,8 @@ def _candidates(
             kept.append(int(i))
     if not kept:
         return ()
-    condition, poor = determination(problem.evaluate, problem.step, states[kept], sigma)
+    _, poor = determination(problem.evaluate, problem.step, states[kept], sigma)
+    condition = _condition(problem, states[kept])
     lengths = residuals[kept, :contacts] / problem.weights[:contacts] * radius
     return tuple(
         SurfaceCandidate(
@@ -228,3 +229,13 @@ def _candidates(
         )
         for i, length, c, p in zip(kept, lengths, condition, poor, strict=True)
     )
+
+
+def _condition(problem: CenterProblem, centers: Floats) -> Floats:
+    """How much farther than its loci the worst direction of each centre (B, 3) moves: (B,), whatever their sigmas.
+
+    A loose distance must not pass for a badly laid one.
+    """
+    gradients = np.stack([_distance_and_gradient(locus, centers)[1] for locus in problem.loci], axis=-2)
+    smallest = np.linalg.svd(gradients, compute_uv=False)[:, -1]
+    return np.asarray(1.0 / np.maximum(smallest, TINY))
