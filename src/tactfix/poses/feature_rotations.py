@@ -1,12 +1,12 @@
 """Rotations that features located alone leave a rigid fixture: the paper's way, as the start for all contacts at once.
 
 A plane located by its own contacts gives a direction, its normal, on either side; each two spheres give another, from
-centre to centre. Two directions that are not parallel fix the rotation, one leaves a turn about it. A pose that
-explains all contacts explains those of each feature, so it is as near to one of these rotations as the features are
-known.
+centre to centre, and so do, across its axis, a sphere and a cylinder that stands on a located plane, or two of these.
+Two directions that are not parallel fix the rotation, one leaves a turn about it. A pose that explains all contacts
+explains those of each feature, so it is as near to one of these rotations as the features are known.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -15,10 +15,11 @@ from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Bools, Floats, cross, perpendicular, unit
 from tactfix.geometry.rigid import rotation_from_vector
-from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, offset_radius
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
+from tactfix.poses.upright_cylinders import upright_cylinders
 
 SURE = 0.02
 """Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation; ..."""
@@ -42,8 +43,9 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
     choices = list(product(*located.values()))
     if len(choices) > MOST:
         return None
-    pairs = _sphere_pairs(surfaces, located)
-    fixture = _directions([surfaces[name] for name in located], pairs)
+    places = [surfaces[name] for name in located]
+    pairs = _pairs(places)
+    fixture = _directions(places, pairs)
     if not len(fixture):
         return None
     base = np.array([_directions(choice, pairs) for choice in choices])
@@ -52,8 +54,9 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
 
 
 def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> dict[str, list[Surface]]:
-    """Planes and spheres that their own contacts locate well, with every place they may have."""
+    """Planes, spheres and cylinders on a plane that their own contacts locate well, with every place they may have."""
     located: dict[str, list[Surface]] = {}
+    upright: dict[str, list[Surface]] = {}
     for name in _worth_locating(surfaces, contacts):
         index = contacts.by_feature[name]
         try:
@@ -61,18 +64,27 @@ def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
         except DegenerateContactsError:
             continue
         extent = float(np.linalg.norm(np.ptp(contacts.points[index], axis=0)))
-        sure = all(c.condition * sigmas[index].max() < SURE * extent and not c.poorly_determined for c in found)
-        if found and sure:
-            located[name] = [candidate.surface for candidate in found]
-    # A direction takes two spheres: one alone would only double the combinations.
-    spheres = [name for name in located if isinstance(surfaces[name], Sphere)]
-    return {name: places for name, places in located.items() if spheres != [name]}
+        off = max((c.condition * float(sigmas[index].max()) for c in found), default=np.inf)
+        if off >= SURE * extent or any(c.poorly_determined for c in found):
+            continue
+        located[name] = [candidate.surface for candidate in found]
+        if isinstance(plane := surfaces[name], Plane) and isinstance(place := found[0].surface, Plane):
+            standing = upright_cylinders(surfaces, contacts, sigmas, plane, place.normal, off / extent)
+            upright |= {pin: [axis] for pin, (axis, share) in standing.items() if share < SURE}
+    located |= upright
+    # Such a direction takes two: one alone would only double the combinations.
+    centred = [name for name in located if not isinstance(surfaces[name], Plane)]
+    return {name: places for name, places in located.items() if centred != [name]}
 
 
 def _worth_locating(surfaces: Mapping[str, Surface], contacts: Contacts) -> list[str]:
-    """Touched planes, and spheres where there are two: one alone gives no direction."""
-    planes, spheres = ([n for n in contacts.by_feature if isinstance(surfaces[n], kind)] for kind in (Plane, Sphere))
-    return [name for name in contacts.by_feature if name in planes or (name in spheres and len(spheres) > 1)]
+    """Touched planes, and spheres where there is another, or a cylinder on a plane: one alone gives no direction."""
+    planes = [name for name in contacts.by_feature if isinstance(surfaces[name], Plane)]
+    spheres = [name for name in contacts.by_feature if isinstance(surfaces[name], Sphere)]
+    has_cylinders = len(contacts.by_feature) > len(planes) + len(spheres)
+    if len(spheres) == 1 and not (planes and has_cylinders):
+        spheres = []
+    return [name for name in contacts.by_feature if name in planes or name in spheres]
 
 
 def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: float) -> tuple[SurfaceCandidate, ...]:
@@ -83,21 +95,33 @@ def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: fl
     return ()
 
 
-def _sphere_pairs(surfaces: Mapping[str, Surface], located: Collection[str]) -> list[tuple[int, int]]:
-    """The first located sphere and each other that lies clear of it, by number."""
-    spheres = [(number, s) for number, name in enumerate(located) if isinstance(s := surfaces[name], Sphere)]
-    return [
-        (spheres[0][0], number)
-        for number, sphere in spheres[1:]
-        if np.linalg.norm(sphere.center - spheres[0][1].center) > sphere.radius + spheres[0][1].radius
-    ]
+def _pairs(places: Sequence[Surface]) -> list[tuple[int, int]]:
+    """The first sphere, or else the first cylinder, and each other that lies clear of it, by number."""
+    spheres = [number for number, place in enumerate(places) if isinstance(place, Sphere)]
+    centred = spheres + [number for number, place in enumerate(places) if isinstance(place, Cylinder)]
+    return [(centred[0], other) for other in centred[1:] if _are_clear(places[centred[0]], places[other])]
+
+
+def _are_clear(one: Surface, other: Surface) -> bool:
+    """Whether two spheres or cylinders lie so far apart that the way between them has a direction."""
+    radii = sum(place.radius for place in (one, other) if not isinstance(place, Plane))
+    return float(np.linalg.norm(_way(one, other))) > radii
+
+
+def _way(one: Surface, other: Surface) -> Floats:
+    """From centre to centre (3,), or across the axis where one of them has an axis."""
+    start, end = (place.center if isinstance(place, Sphere) else place.point for place in (one, other))
+    way = end - start
+    for place in (one, other):
+        if isinstance(place, Cylinder):
+            way = way - (way @ place.direction) * place.direction
+    return np.asarray(way)
 
 
 def _directions(places: Sequence[Surface], pairs: Sequence[tuple[int, int]]) -> Floats:
-    """Unit vectors (d, 3): the normals of the planes, then the ways between the centres of pairs of spheres."""
-    points = [place.center if isinstance(place, Sphere) else place.point for place in places]
+    """Unit vectors (d, 3): the normals of the planes, then the ways between pairs of spheres and cylinders."""
     normals = [place.normal for place in places if isinstance(place, Plane)]
-    return unit(np.array([*normals, *(points[to] - points[first] for first, to in pairs)]).reshape(-1, 3))
+    return unit(np.array([*normals, *(_way(places[one], places[other]) for one, other in pairs)]).reshape(-1, 3))
 
 
 def _agree(fixture: Floats, base: Floats) -> Bools:
