@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import EPS, Floats, Ints
 from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.localizers.cylinder_refinement import basis_across, circle_states
 from tactfix.localizers.homogeneous_forms import Complexes
@@ -31,6 +31,9 @@ best circles. Of 7,972 that noise explained six were missed with the long stride
 
 _GAP = 1e-4
 """Below this gap the zeros may form a curve, or be more than counted."""
+
+_OBLIQUE = np.array([0.48, 0.6, 0.64])
+"""A direction to which no imaginary part is square, but by chance."""
 
 _NUDGE = 1e-5
 """Moves such contacts, in units of their extent: the zeros of the moved ones are isolated and near the true ones."""
@@ -83,18 +86,19 @@ def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], s
     zeros is called with subsets and their numbers. Where the zeros are crowded, those of a nudged copy come on top.
     """
     found, gap = zeros(subsets, np.arange(len(subsets)))
-    parts, owners = [found.real], [np.arange(len(subsets))]
+    parts, owners = [found], [np.arange(len(subsets))]
     crowded = np.flatnonzero(gap < _GAP)
     if crowded.size:
         nudges = np.random.default_rng(5).normal(scale=_NUDGE, size=subsets[crowded].shape)
-        parts.append(zeros(subsets[crowded] + nudges, crowded)[0].real)
+        parts.append(zeros(subsets[crowded] + nudges, crowded)[0])
         owners.append(crowded)
-    real = np.concatenate(parts)
-    owner = np.repeat(np.concatenate(owners), real.shape[1])
-    real = real.reshape(-1, 3)
-    length = np.linalg.norm(real, axis=-1)
-    usable = length > 0
-    return real[usable] / length[usable, None], owner[usable]
+    every = np.concatenate(parts)
+    owner = np.repeat(np.concatenate(owners), every.shape[1])
+    every = every.reshape(-1, 3)
+    # The two of a complex pair have the same real part: one of them will do.
+    length = np.linalg.norm(every.real, axis=-1)
+    usable = (length > 0) & (every.imag @ _OBLIQUE >= -EPS)
+    return every.real[usable] / length[usable, None], owner[usable]
 
 
 def _minimal_subsets(points: Floats, size: int) -> Ints:

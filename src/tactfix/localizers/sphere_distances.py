@@ -1,13 +1,14 @@
 """Spheres from fewer contacts than they need, and known distances of the centre from what is located already."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations, islice
 from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import TINY, Floats, Ints, frozen, lengths, unit
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, frozen, lengths, unit
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
@@ -107,12 +108,12 @@ def localize_sphere_at_distances(
         noise += [sigma] * len(found)
     _refuse_too_few(loci)
     # Weights up to one for the refinement, whose tolerances are those of unit size; 1/sigma to judge what it found.
-    search = CenterProblem(tuple(loci), min(noise) / np.array(noise))
+    search = CenterProblem.of(loci, min(noise) / np.array(noise))
     starts = _starts(loci, len(points))
     if len(loci) == _UNKNOWNS:
         starts = _in_sight_of_a_root(search, starts, min(noise) / scale)
     states = refined(search.evaluate, search.step, starts)
-    problem = CenterProblem(search.loci, float(np.mean(deviations)) / np.array(noise))
+    problem = replace(search, weights=float(np.mean(deviations)) / np.array(noise))
     return _candidates(problem, states, float(np.mean(deviations)) / scale, origin, scale, len(points))
 
 
@@ -171,35 +172,59 @@ def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CenterProblem:
-    """Loci and their weights (m,); a state is the centre (3,); residuals are weight * (distance - known distance)."""
+    """m loci as arrays, and their weights (m,); a state is the centre (3,).
 
-    loci: tuple[Locus, ...]
+    places (m, 3): their centres, points or feet of the origin; axes (m, 3): directions of axes, normals of planes, zero
+    for spheres; distances (m,) from centre or axis, zero for planes; flat (m,): which are planes. Residuals are
+    weight * (distance - known distance).
+    """
+
+    places: Floats
+    axes: Floats
+    distances: Floats
+    flat: Bools
     weights: Floats
+
+    @staticmethod
+    def of(loci: Sequence[Locus], weights: Floats) -> "CenterProblem":
+        """The problem of these loci."""
+        places, axes, distances = zip(*map(_as_numbers, loci), strict=True)
+        flat = np.array([isinstance(locus, PlaneLocus) for locus in loci])
+        return CenterProblem(np.array(places), np.array(axes), np.array(distances), flat, weights)
 
     def evaluate(self, states: Floats, index: Ints) -> tuple[Floats, Floats]:
         """Residuals (B, m) and Jacobians (B, m, 3) of centres (B, 3)."""
         del index
-        pairs = [_distance_and_gradient(locus, states) for locus in self.loci]
-        residuals = np.stack([residual for residual, _ in pairs], axis=-1)
-        gradients = np.stack([gradient for _, gradient in pairs], axis=-2)
-        return residuals * self.weights, gradients * self.weights[:, None]
+        misses, gradients = self.misses(states)
+        return misses * self.weights, gradients * self.weights[:, None]
+
+    def misses(self, centers: Floats) -> tuple[Floats, Floats]:
+        """By how much centres (B, 3) miss each locus (B, m), and the directions (B, m, 3) in which that grows."""
+        arms = centers[:, None] - self.places
+        along = np.einsum("bmi,mi->bm", arms, self.axes)
+        arms -= along[..., None] * self.axes
+        length = lengths(arms)
+        gradients = arms / np.maximum(length, TINY)[..., None]
+        misses = length - self.distances
+        if self.flat.any():
+            misses = np.where(self.flat, along, misses)
+            gradients = np.where(self.flat[:, None], self.axes, gradients)
+        return misses, gradients
 
     def step(self, states: Floats, change: Floats) -> Floats:
         """The centres after a change (B, 3)."""
         return states + change
 
 
-def _distance_and_gradient(locus: Locus, centers: Floats) -> tuple[Floats, Floats]:
-    """By how much centres (B, 3) miss a locus (B,), and the direction (B, 3) in which that grows."""
-    if isinstance(locus, PlaneLocus):
-        return centers @ locus.normal - locus.offset, np.broadcast_to(locus.normal, centers.shape)
-    if isinstance(locus, SphereLocus):
-        arms = centers - locus.center
-    else:
-        arms = centers - locus.point
-        arms = arms - (arms @ locus.direction)[:, None] * locus.direction
-    length = lengths(arms)
-    return length - locus.distance, arms / np.maximum(length, TINY)[:, None]
+def _as_numbers(locus: Locus) -> tuple[Floats, Floats, float]:
+    """Place (3,), axis (3,) and distance of a locus, as `CenterProblem` has them."""
+    match locus:
+        case PlaneLocus():
+            return locus.offset * locus.normal, locus.normal, 0.0
+        case SphereLocus():
+            return locus.center, np.zeros(3), locus.distance
+        case CylinderLocus():
+            return locus.point, locus.direction, locus.distance
 
 
 def _candidates(
@@ -208,7 +233,7 @@ def _candidates(
     """The distinct centres that noise can explain, best first; the best one of a redundant set in any case."""
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
-    dof = len(problem.loci) - _UNKNOWNS
+    dof = len(problem.weights) - _UNKNOWNS
     kept: list[int] = []
     for i in np.argsort(chi2, kind="stable"):
         explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
@@ -236,6 +261,5 @@ def _condition(problem: CenterProblem, centers: Floats) -> Floats:
 
     A loose distance must not pass for a badly laid one.
     """
-    gradients = np.stack([_distance_and_gradient(locus, centers)[1] for locus in problem.loci], axis=-2)
-    smallest = np.linalg.svd(gradients, compute_uv=False)[:, -1]
+    smallest = np.linalg.svd(problem.misses(centers)[1], compute_uv=False)[:, -1]
     return np.asarray(1.0 / np.maximum(smallest, TINY))
