@@ -11,7 +11,7 @@ import numpy as np
 
 from tactfix.errors import TactfixError
 from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule
-from tactfix.geometry.arrays import Floats, cross, unit
+from tactfix.geometry.arrays import Floats, cross, dot, lengths, unit
 from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -47,31 +47,29 @@ def sign_choices(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[t
 
 
 def frame(recipe: FrameRecipe, surfaces: Mapping[str, Surface], signs: tuple[float, float]) -> Floats:
-    """The frame (4, 4) for one choice of signs; raises FrameError like `frames`."""
+    """The frame (4, 4) for one choice of signs, (k, 4, 4) for stacks of surfaces; raises FrameError like `frames`."""
     first = signs[0] * _direction(recipe.first[1], surfaces)
     second = signs[1] * _direction(recipe.second[1], surfaces)
     return homogeneous(_rotation(recipe, first, second), _origin(recipe.origin, surfaces))
 
 
 def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
-    """The rotation matrix (3, 3) with the first axis exact and the second square to it."""
+    """The rotation matrix (..., 3, 3) with the first axis exact and the second square to it."""
     names = "xyz"
     i, j = names.index(recipe.first[0]), names.index(recipe.second[0])
-    across = second - (second @ first) * first
-    if np.linalg.norm(across) < SQUARE:
+    across = second - dot(second, first) * first
+    if lengths(across).min() < SQUARE:
         raise FrameError(
             f"frame: {recipe.first[0]} and {recipe.second[0]} are parallel; choose another feature for one"
         )
-    axes = np.zeros((3, 3))
-    axes[i], axes[j] = first, unit(across)
-    k = 3 - i - j
+    axes = {i: first, j: unit(across)}
     # x, y, z in cyclic order are right-handed: the third axis is i x j, or j x i against the cycle.
-    axes[k] = cross(axes[i], axes[j]) if (j - i) % 3 == 1 else cross(axes[j], axes[i])
-    return np.asarray(axes.T)
+    axes[3 - i - j] = cross(axes[i], axes[j]) if (j - i) % 3 == 1 else cross(axes[j], axes[i])
+    return np.stack([axes[0], axes[1], axes[2]], axis=-1)
 
 
 def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
-    """The unit direction (3,) of an axis rule; of a cylinder with the sign that its direction happens to have."""
+    """The unit direction (..., 3) of an axis rule; of a cylinder with the sign that its direction happens to have."""
     sign = -1.0 if rule.opposite else 1.0
     one = surfaces[rule.features[0]]
     if rule.kind == "along":
@@ -82,13 +80,13 @@ def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
     a, b = nearest_points(one, other)
     gap = b - a
     scale = max(s.radius for s in (one, other) if not isinstance(s, Plane))
-    if np.linalg.norm(gap) < SQUARE * scale:
+    if lengths(gap).min() < SQUARE * scale:
         raise FrameError(f"frame: {' and '.join(rule.features)} coincide, so that no axis leads from one to the other")
     return np.asarray(sign * unit(gap))
 
 
 def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
-    """The origin (3,)."""
+    """The origin (..., 3)."""
     chosen = [surfaces[name] for name in rule.features]
     match rule.kind, chosen:
         case "center_of", [Sphere() as sphere]:
@@ -96,7 +94,7 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
         case "foot_of", [Sphere() as sphere, surface]:
             return foot(surface, sphere.center)
         case "foot_of", [Cylinder() as one, Cylinder() as axis]:
-            if np.linalg.norm(cross(one.direction, axis.direction)) < ALMOST_PARALLEL:
+            if lengths(cross(one.direction, axis.direction)).min() < ALMOST_PARALLEL:
                 names = " and ".join(rule.features)
                 raise FrameError(
                     f"frame: {names} are parallel and have no foot; use meet_of with a plane for the origin"
@@ -105,15 +103,16 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
         case "meet_of", [Cylinder() as axis, Plane() as plane]:
             return _meet(axis, plane, rule)
         case "meet_of", [Plane() as a, Plane() as b, Plane() as c]:
-            normals = np.array([a.normal, b.normal, c.normal])
-            if abs(np.linalg.det(normals)) < SQUARE:
+            normals = np.stack([a.normal, b.normal, c.normal], axis=-2)
+            if np.abs(np.linalg.det(normals)).min() < SQUARE:
                 raise FrameError(f"frame: the planes {', '.join(rule.features)} do not meet in one point")
-            return np.asarray(a.point + np.linalg.solve(normals, [(p.point - a.point) @ p.normal for p in (a, b, c)]))
+            heights = np.stack([dot(p.point - a.point, p.normal) for p in (a, b, c)], axis=-1)
+            return np.asarray(a.point + np.linalg.solve(normals, heights.reshape(*normals.shape[:-1], 1))[..., 0])
     raise FrameError(f"frame: no origin {rule.kind} for {', '.join(rule.features)}")
 
 
 def _meet(axis: Cylinder, plane: Plane, rule: OriginRule) -> Floats:
-    rate = float(axis.direction @ plane.normal)
-    if abs(rate) < SQUARE:
+    rate = dot(axis.direction, plane.normal)
+    if np.abs(rate).min() < SQUARE:
         raise FrameError(f"frame: {rule.features[0]} is parallel to {rule.features[1]} and does not meet it")
-    return np.asarray(axis.point + (((plane.point - axis.point) @ plane.normal) / rate) * axis.direction)
+    return np.asarray(axis.point + dot(plane.point - axis.point, plane.normal) / rate * axis.direction)

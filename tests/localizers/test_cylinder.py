@@ -127,6 +127,53 @@ def test_order_of_contacts_does_not_matter():
         assert sorted(c.surface.radius for c in shuffled) == pytest.approx(reference, abs=1e-9)
 
 
+@pytest.mark.parametrize("radius", [1.0, None])
+@pytest.mark.parametrize("apart", [0.0, 2e-6])
+def test_several_touches_of_one_place_do_not_matter(radius, apart):
+    """Four of them, on a line to the last digit, may be all that a search for starts looks at."""
+    points = on_cylinder(np.random.default_rng(3), 8, 1.0)
+    again = points[:1] + apart * np.outer([0.3, -0.4, 1.0, 0.7], [0.0, 0.0, 1.0])
+    for order in range(12):
+        mixed = np.random.default_rng(order).permutation(np.concatenate([points, again]))
+        best = localize_cylinder(mixed, radius, 1e-5)[0]
+        assert axis_error(best.surface, np.zeros(3), np.array([0.0, 0, 1]), 1.0) < 1e-4
+
+
+def test_contacts_in_one_place_and_a_few_others_are_answered():
+    """Of seven contacts four lie within two microns of one place."""
+    points = [
+        [0.2067603, -3.51430086, 3.07242884],
+        [0.91386669, -4.85324607, 4.77953254],
+        [1.91386703, -4.85324607, 3.77953523],
+        [0.91386669, -4.85324607, 4.77953592],
+        [0.20675955, -4.85324607, 4.48664237],
+        [0.91386669, -4.85324607, 4.77953588],
+        [0.91386669, -4.85324607, 4.77953166],
+    ]
+    found = localize_cylinder(np.array(points), 1.0, 1.6e-6)
+    assert found
+    for candidate in found:
+        assert np.abs(_misses(candidate.surface, np.array(points))).max() < 1e-5
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_glance_that_calls_its_cylinders_all_is_right(seed, monkeypatch):
+    """Contacts that one minimal subset explains are answered without the rest of the search: with it nothing is new."""
+    rng = np.random.default_rng(seed)
+    sigma = 10 ** rng.uniform(-5, -2.5)
+    points = on_cylinder(rng, 5 + seed % 4, length=10 ** rng.uniform(-0.3, 0.6))
+    if seed % 2:
+        layers = zip(rng.integers(0, 8, 6 + seed % 3), rng.choice([-0.5, 0.0, 0.5], 6 + seed % 3), strict=True)
+        points = np.vstack([ring(45 * angle, z) for angle, z in layers])
+    points = points + sigma * rng.normal(size=points.shape)
+    found = localize_cylinder(points, 1.0, sigma)
+    monkeypatch.setattr("tactfix.localizers.cylinder._FIRM", 0.0)
+    every = localize_cylinder(points, 1.0, sigma)
+    assert len(found) == len(every)
+    for one, other in zip(found, every, strict=True):
+        assert one.chi2 == pytest.approx(other.chi2, abs=1e-6)
+
+
 def test_weights_follow_sigma():
     rng = np.random.default_rng(9)
     points = on_cylinder(rng, 12)

@@ -14,7 +14,8 @@ from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Surface, offset_radius, outward_normals
-from tactfix.localizers.cylinder import CONTACTS_FREE_RADIUS, CONTACTS_KNOWN_RADIUS, localize_cylinder
+from tactfix.localizers.cylinder import localize_cylinder
+from tactfix.localizers.cylinder_search import CONTACTS_FREE_RADIUS, CONTACTS_KNOWN_RADIUS
 
 
 @dataclass(frozen=True, slots=True)

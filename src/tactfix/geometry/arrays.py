@@ -34,6 +34,11 @@ def unit(vectors: ArrayLike) -> Floats:
     return np.asarray(array / lengths(array)[..., None])
 
 
+def dot(a: Floats, b: Floats) -> Floats:
+    """a . b of vectors (..., 3) as (..., 1), which may multiply vectors; of two single vectors a number."""
+    return np.asarray(a @ b if a.ndim == b.ndim == 1 else np.einsum("...i,...i->...", a, b)[..., None])
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     """a x b of vectors (..., 3), to the bit what np.cross gives.
 
@@ -49,10 +54,13 @@ def cross(a: Floats, b: Floats) -> Floats:
     return product
 
 
+_AXES = np.eye(3)
+
+
 def perpendicular(direction: Floats) -> Floats:
     """One unit vector (..., 3) square to the unit vector direction (..., 3); no coordinate axis is preferred for long.
 
     The axis least aligned with direction is crossed with it, so the result is well conditioned for every direction.
     """
-    least = np.eye(3)[np.argmin(np.abs(direction), axis=-1)]
+    least = _AXES[np.argmin(np.abs(direction), axis=-1)]
     return unit(cross(direction, least))

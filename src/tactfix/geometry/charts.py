@@ -26,17 +26,17 @@ def across(surface: Plane | Cylinder) -> Floats:
 
 
 def displaced(surface: Surface, step: Floats) -> Surface:
-    """The surface after a displacement step (dimension,)."""
+    """The surface after a displacement step (dimension,), or the stack of it after steps (k, dimension)."""
     match surface:
         case Sphere():
             return replace(surface, center=surface.center + step)
         case Plane():
-            normal = unit(surface.normal + step[:2] @ across(surface))
-            return Plane(surface.point + step[2] * surface.normal, normal)
+            normal = unit(surface.normal + step[..., :2] @ across(surface))
+            return Plane(surface.point + step[..., 2:] * surface.normal, normal)
         case Cylinder():
             basis = across(surface)
-            direction = unit(surface.direction + step[:2] @ basis)
-            return replace(surface, point=surface.point + step[2:] @ basis, direction=direction)
+            direction = unit(surface.direction + step[..., :2] @ basis)
+            return replace(surface, point=surface.point + step[..., 2:] @ basis, direction=direction)
 
 
 def residual_jacobian(surface: Surface, points: Floats) -> Floats:

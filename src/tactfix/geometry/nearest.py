@@ -1,8 +1,11 @@
-"""Nearest points of planes, axes and centres, and what distances and angles between features mean."""
+"""Nearest points of planes, axes and centres, and what distances and angles between features mean.
+
+Where vectors are (..., 3) a surface may be a stack: many positions of it, as `charts.displaced` makes.
+"""
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.arrays import Floats, cross, dot
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 PARALLEL = 1e-9
@@ -14,18 +17,18 @@ particular, and what is known of them is their spacing where they are touched.""
 
 
 def foot(surface: Surface, point: Floats) -> Floats:
-    """The point (3,) of a plane, an axis or a centre that is nearest to a point (3,)."""
+    """The point (..., 3) of a plane, an axis or a centre that is nearest to a point (..., 3)."""
     match surface:
         case Plane():
-            return np.asarray(point - ((point - surface.point) @ surface.normal) * surface.normal)
+            return np.asarray(point - dot(point - surface.point, surface.normal) * surface.normal)
         case Sphere():
             return surface.center
         case Cylinder():
-            return np.asarray(surface.point + ((point - surface.point) @ surface.direction) * surface.direction)
+            return np.asarray(surface.point + dot(point - surface.point, surface.direction) * surface.direction)
 
 
 def nearest_points(one: Surface, other: Surface, parallel: bool = False) -> tuple[Floats, Floats]:
-    """The point (3,) of one that is nearest to other and the reverse: feet of the common perpendicular.
+    """The point (..., 3) of one that is nearest to other and the reverse: feet of the common perpendicular.
 
     Of axes that are parallel, or known to be so whatever they look like, of planes, and where an axis meets a plane,
     the pair next to the given point of the first or of the axis.
@@ -44,19 +47,19 @@ def nearest_points(one: Surface, other: Surface, parallel: bool = False) -> tupl
 
 
 def other_point(surface: Surface) -> Floats:
-    """The given point (3,) of a plane or axis, or the centre."""
+    """The given point (..., 3) of a plane or axis, or the centre."""
     return surface.center if isinstance(surface, Sphere) else surface.point
 
 
 def _between_axes(one: Cylinder, other: Cylinder, parallel: bool) -> tuple[Floats, Floats]:
     """Feet of the common perpendicular of two axes; of parallel ones those at the given point of the first."""
     normal = cross(one.direction, other.direction)
-    square = float(normal @ normal)
-    if parallel or square < ALMOST_PARALLEL**2:
+    square = dot(normal, normal)
+    if parallel or square.max() < ALMOST_PARALLEL**2:
         return one.point, foot(other, one.point)
     gap = other.point - one.point
-    along_one = float(cross(gap, other.direction) @ normal) / square
-    along_other = float(cross(gap, one.direction) @ normal) / square
+    along_one = dot(cross(gap, other.direction), normal) / square
+    along_other = dot(cross(gap, one.direction), normal) / square
     return one.point + along_one * one.direction, other.point + along_other * other.direction
 
 

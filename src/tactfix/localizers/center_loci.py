@@ -138,7 +138,8 @@ def _trigonometric_zeros(angles: Floats, values: Floats) -> Floats:
     """
     start = angles[np.argmax(np.abs(values))] + np.pi
     basis = _degree_two(angles - start)
-    a0, a1, b1, a2, b2 = np.linalg.lstsq(basis, values, rcond=None)[0]
+    # The angles are evenly spread: the columns of the basis are square to each other.
+    a0, a1, b1, a2, b2 = values @ basis / (basis**2).sum(axis=0)
     quartic = [a0 - a1 + a2, 2 * b1 - 4 * b2, 2 * a0 - 6 * a2, 2 * b1 + 4 * b2, a0 + a1 + a2]
     return np.asarray(start + 2 * np.angle(1.0 + 1j * np.roots(quartic).real))
 

@@ -6,14 +6,17 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, signed_axis
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
-from tactfix.localizers.cylinder_search import spread_subset, starting_states
+from tactfix.localizers.cylinder_search import (
+    CONTACTS_FREE_RADIUS,
+    CONTACTS_KNOWN_RADIUS,
+    spread_subset,
+    starting_states,
+)
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
 from tactfix.localizers.determination import determination
 from tactfix.localizers.distinct_cylinders import distinct, distinct_roots
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
-
-CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
 
 _SAMPLE = 24
 """Contacts that the search looks at; the rest only refine what it found."""
@@ -23,6 +26,13 @@ _FIRST_LOOK = 10
 
 _HOPELESS = 1e3
 """A start so many times above the limit of chi-square is given up then, ..."""
+
+_GLANCE = 6
+"""Steps after which the zeros of one minimal subset show whether they are all there is."""
+
+_FIRM = 3e-3
+"""A cylinder is held firmly where one sigma moves it by less than this part of the contacts' extent. Of 63 cylinders
+that one minimal subset lost in 6,000 tidy and random problems all lay beside others held worse than four times that."""
 
 _BEST, _RIVAL = 3, 4.0
 """... but for the best few: the least-squares optimum is one of those whose chi-square is within a factor by then."""
@@ -71,14 +81,38 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
-    states = starting_states(points, weights, radius, contacts.sigma)
+    lots = starting_states(points, weights, radius, contacts.sigma)
     dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
     if dof == 0:
         slack = contacts.sigma * np.sqrt(chi_square_limit(0)) / float(weights.min())
-        return refined_roots(sample, states, slack)[0]
-    states = sample.refined(states, _FIRST_LOOK)
-    chi2 = np.sum(sample.evaluate(states, np.arange(len(states)))[0] ** 2, axis=1) / contacts.sigma**2
-    return _problem(contacts, radius).refined(states[_worth_following(distinct(states, chi2), chi2, dof)])
+        return refined_roots(sample, next(lots), slack)[0]
+    first = next(lots)
+    states, chi2, order = _first_look(sample, first, contacts.sigma, _GLANCE)
+    if not _are_all(sample, states[order], chi2[order], dof, contacts.sigma):
+        every = np.concatenate([first, next(lots)])
+        states, chi2, order = _first_look(sample, every, contacts.sigma, _FIRST_LOOK)
+    return _problem(contacts, radius).refined(states[_worth_following(order, chi2, dof)])
+
+
+def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: int) -> tuple[Floats, Floats, list[int]]:
+    """The states (B, 7) after a few steps, their chi-squares (B,), and which differ, best first."""
+    states = problem.refined(states, steps)
+    residuals, _ = problem.evaluate(states, np.arange(len(states)))
+    chi2 = np.sum(residuals**2, axis=1) / sigma**2
+    return states, chi2, distinct(states, chi2)
+
+
+def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, sigma: float) -> bool:
+    """Whether distinct states (B, 7), best first, must be all that explain the contacts: those that do are held firmly.
+
+    A minimal subset loses a cylinder only beside others that its contacts hardly tell from it, and those show.
+    """
+    limit = chi_square_limit(dof)
+    explaining = states[chi2 <= limit]
+    if not len(explaining) or ((chi2 > limit) & (chi2 <= _HOPELESS * limit)).any():
+        return False
+    condition, poor = determination(problem.evaluate, problem.step, explaining, sigma)
+    return not poor.any() and float(condition.max()) * sigma < _FIRM
 
 
 def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:

@@ -49,7 +49,7 @@ def _pseudo_inverse(u: Floats, singular: Floats, vh: Floats) -> Floats:
 
 def _contracted(feet: Floats) -> Floats:
     """The cubic sum_j s_j F_j(s) (..., 10) of three quadratic forms (..., 3, 6)."""
-    return np.asarray(np.sum([product(np.eye(3)[j], 1, feet[..., j, :], 2) for j in range(3)], axis=0))
+    return np.asarray(product(np.eye(3), 1, feet, 2).sum(axis=-2))
 
 
 def direction_zeros(points: Floats) -> tuple[Complexes, Floats]:

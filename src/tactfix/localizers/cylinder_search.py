@@ -5,7 +5,7 @@ a minimal subset lead to it: real zeros directly, a pair that noise made complex
 explains the contacts, a covering of all directions, with the best circle for each, leads to the least-squares optimum.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import numpy as np
@@ -15,6 +15,8 @@ from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.localizers.cylinder_refinement import basis_across, circle_states
 from tactfix.localizers.homogeneous_forms import Complexes
 from tactfix.localizers.tangent_lines import tangent_zeros
+
+CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
 
 _SUBSETS = 2
 """Minimal subsets whose zeros are sought: one of far-apart contacts, the rest chosen blindly in case that is tidy."""
@@ -39,21 +41,35 @@ _NUDGE = 1e-5
 """Moves such contacts, in units of their extent: the zeros of the moved ones are isolated and near the true ones."""
 
 
-def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Floats:
-    """States (B, 7) from which every cylinder that explains the contacts is reached by `CylinderProblem.refined`.
+def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Iterator[Floats]:
+    """Two lots of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the contacts.
 
-    points (n, 3) of unit size about their mean, n >= 5, or n >= 4 with radius; weights (n,); sigma: of the contacts.
+    The zeros of one minimal subset lead to all that are held firmly. What else there may be takes the second lot, none
+    for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n >= 4
+    with radius; weights (n,); sigma: of the contacts.
     """
-    if radius is None:
-        subsets = points[_minimal_subsets(points, 5)]
-        states = circle_states(real_directions(lambda x, _: direction_zeros(x), subsets)[0], points, weights)
-    else:
-        subsets = points[_minimal_subsets(points, 4)]
-        states = tangent_states(subsets, np.full(subsets.shape[:-1], radius))
-    if len(points) > subsets.shape[1]:
+    size = CONTACTS_KNOWN_RADIUS if radius is not None else CONTACTS_FREE_RADIUS
+    first, *others = _minimal_subsets(points, size)
+    yield _usable(_states_through(points[first], points, weights, radius))
+    if len(points) > size:
         stride = _SHORT_STRIDE if sigma > _MUCH_NOISE else _STRIDE
-        states = np.concatenate([states, _covering_states(points, weights, radius, stride)])
-    return states[np.isfinite(states).all(axis=1)]
+        more = [_states_through(points[subset], points, weights, radius) for subset in others]
+        yield _usable(np.concatenate([*more, _covering_states(points, weights, radius, stride)]))
+
+
+def _usable(states: Floats) -> Floats:
+    return np.asarray(states[np.isfinite(states).all(axis=1)])
+
+
+def _states_through(subset: Floats, points: Floats, weights: Floats, radius: float | None) -> Floats:
+    """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; none where it is on a line."""
+    spread = np.linalg.svd(subset - subset.mean(axis=0), compute_uv=False)
+    if spread[1] <= EPS * spread[0]:
+        return np.zeros((0, 7))
+    if radius is None:
+        directions, _ = real_directions(lambda x, _: direction_zeros(x), subset[None])
+        return circle_states(directions, points, weights)
+    return tangent_states(subset[None], np.full((1, len(subset)), radius))
 
 
 def tangent_states(centers: Floats, radii: Floats) -> Floats:
@@ -101,16 +117,15 @@ def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], s
     return every.real[usable] / length[usable, None], owner[usable]
 
 
-def _minimal_subsets(points: Floats, size: int) -> Ints:
-    """Indices (k, size): contacts far from each other, and blind choices."""
+def _minimal_subsets(points: Floats, size: int) -> list[Ints]:
+    """Indices (size,) of contacts far from each other, the first ones, then blind choices that differ."""
+    first = np.arange(size)
     if len(points) == size:
-        return np.arange(size)[None]
+        return [first]
     index = np.arange(1, len(points) + 1)
     # Blind enough, and without numpy.random, whose import takes longer than all of the search.
     blind = [np.sort(np.argsort(index**2 * (40503 + k) % 65537, kind="stable")[:size]) for k in range(1, _SUBSETS)]
-    chosen = [np.sort(spread_subset(points, size)), *blind]
-    # What np.unique gives, which would import numpy.ma.
-    return np.array(sorted(set(map(tuple, chosen))))
+    return [first, *(subset for subset in blind if (subset != first).any())]
 
 
 def spread_subset(points: Floats, size: int) -> Ints:

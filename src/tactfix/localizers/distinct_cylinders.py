@@ -38,7 +38,7 @@ def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, round
     only close, that is next to nothing. rounding: of a residual, in the problem's unit; problem: one set of contacts.
     """
     index = np.arange(len(states))
-    if not len(states) or problem.points.shape[-2] > _FEW:
+    if len(states) < 2 or problem.points.shape[-2] > _FEW:
         return distinct(states, cost)
     weakest = np.linalg.svd(problem.evaluate(states, index)[1], compute_uv=False)[:, -1]
     scatter = np.minimum(2 * rounding / np.maximum(weakest, TINY), _NEAR / 2)

@@ -52,8 +52,15 @@ def _gather(variables: int, degree_a: int, degree_b: int) -> Floats:
 
 def quadratic(matrices: Floats) -> Floats:
     """The form s^T Q s of symmetric matrices Q (..., k, k)."""
-    rows, columns = np.triu_indices(matrices.shape[-1])
-    return np.asarray(matrices[..., rows, columns] * np.where(rows == columns, 1.0, 2.0))
+    rows, columns, factors = _upper_triangle(matrices.shape[-1])
+    return np.asarray(matrices[..., rows, columns] * factors)
+
+
+@cache
+def _upper_triangle(size: int) -> tuple[Ints, Ints, Floats]:
+    """Rows and columns of the entries on and above the diagonal, and how often each stands in the matrix."""
+    rows, columns = np.triu_indices(size)
+    return rows, columns, np.where(rows == columns, 1.0, 2.0)
 
 
 def macaulay_rows(form: Floats, degree: int, total: int, variables: int = 3) -> Floats:

@@ -55,10 +55,13 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
         new_cost = _square(new_residuals)
         # Near the minimum rounding of residuals hides a gain that the gradient still sees: such steps are taken too.
         better = new_cost <= cost + 8 * EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
-        states = np.where(better[:, None], trial, states)
-        residuals = np.where(better[:, None], new_residuals, residuals)
-        jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
-        cost = np.where(better, new_cost, cost)
+        if better.all():
+            states, residuals, jacobians, cost = trial, new_residuals, new_jacobians, new_cost
+        else:
+            states = np.where(better[:, None], trial, states)
+            residuals = np.where(better[:, None], new_residuals, residuals)
+            jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
+            cost = np.where(better, new_cost, cost)
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
         keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
         keep &= np.abs(change).max(axis=-1) > _ROUNDING
@@ -69,7 +72,8 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
             if not len(active):
                 break
     found[active] = states
-    return _finished(evaluate, step, found)
+    is_square = jacobians.shape[-1] == jacobians.shape[-2]
+    return _finished(evaluate, step, found) if is_square else found
 
 
 def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floats:
@@ -100,8 +104,6 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
     """
     active: Ints = np.arange(len(states))
     residuals, jacobians = evaluate(states, active)
-    if jacobians.shape[-1] != jacobians.shape[-2]:
-        return states
     cost = _square(residuals)
     for _ in range(_LAST_STEPS):
         keep = ~_exact(states[active], residuals, cost) & (cost < _NEARLY_A_ROOT)

@@ -36,9 +36,8 @@ def tangent_zeros(centers: Floats, radii: Floats) -> tuple[Complexes, Floats]:
     normal, least = spread
     square = quadratic(np.eye(3))
     in_plane, g, power = constants
-    a = np.sum([product(np.eye(3)[j], 1, in_plane[..., j, :], 2) for j in range(3)], axis=0)
-    in_plane_square = np.sum([product(in_plane[..., j, :], 2, in_plane[..., j, :], 2) for j in range(3)], axis=0)
-    e = in_plane_square - product(power, 2, square, 2)
+    a = product(np.eye(3), 1, in_plane, 2).sum(axis=-2)
+    e = product(in_plane, 2, in_plane, 2).sum(axis=-2) - product(power, 2, square, 2)
     h = least[..., None]
     forms = (
         (h * a + product(normal, 1, g, 2), 3),

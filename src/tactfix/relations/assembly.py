@@ -210,26 +210,19 @@ def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit]
     return Solutions(tuple(found), dof, limit, complete=True, continuum=continuum)
 
 
-def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> Iterator[Solution]:
-    """One solution per frame that the recipe allows."""
-    poses = frames(recipe_of(fixture), fit.surfaces)
+def _framed(fixture: Fixture, problem: JointProblem, fit: JointFit) -> list[Solution]:
+    """One solution per frame that the recipe allows; turning an axis round turns the frame, not how it moves."""
+    pose, *others = frames(recipe_of(fixture), fit.surfaces)
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    spread = JointSpread(problem, recipe_of(fixture), fit, _frame_jacobian(recipe_of(fixture), fit))
-    for pose in poses:
-        yield solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread.at(pose))
+    spread = JointSpread(problem, recipe_of(fixture), fit, _frame_jacobian(recipe_of(fixture), fit)).at(pose)
+    solution = solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread)
+    return [solution, *(replace(solution, base_from_fixture=other) for other in others)]
 
 
 def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
-    """How the frame moves (6, width), rotation and origin, with each displacement, by differences.
-
-    The same for every choice of signs: turning an axis round turns the frame, not how it moves.
-    """
-    signs = sign_choices(recipe, fit.surfaces)[0]
-    moved = []
-    for name, surface in fit.surfaces.items():
-        span = fit.columns[name]
-        for k in range(span.start, span.stop):
-            step = np.zeros(span.stop - span.start)
-            step[k - span.start] = DIFFERENCE * fit.lengths[k]
-            moved.append(frame(recipe, {**fit.surfaces, name: displaced(surface, step)}, signs))
-    return motions_between(frame(recipe, fit.surfaces, signs), np.array(moved)) / DIFFERENCE
+    """How the frame moves (6, width), rotation and origin, with each displacement, by differences."""
+    steps = DIFFERENCE * np.diag(fit.lengths)
+    steps = np.vstack([np.zeros(len(steps)), steps])
+    moved = {name: displaced(surface, steps[:, fit.columns[name]]) for name, surface in fit.surfaces.items()}
+    still, *others = frame(recipe, moved, sign_choices(recipe, fit.surfaces)[0])
+    return motions_between(still, np.array(others)) / DIFFERENCE
