@@ -13,6 +13,7 @@ import numpy as np
 from tactfix.geometry.arrays import EPS, Floats, Ints
 from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.localizers.cylinder_refinement import basis_across, circle_states
+from tactfix.localizers.degeneracy import RATIO
 from tactfix.localizers.homogeneous_forms import Complexes
 from tactfix.localizers.tangent_lines import tangent_zeros
 
@@ -64,7 +65,7 @@ def _usable(states: Floats) -> Floats:
 def _states_through(subset: Floats, points: Floats, weights: Floats, radius: float | None) -> Floats:
     """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; none where it is on a line."""
     spread = np.linalg.svd(subset - subset.mean(axis=0), compute_uv=False)
-    if spread[1] <= EPS * spread[0]:
+    if spread[1] <= RATIO * spread[0]:
         return np.zeros((0, 7))
     if radius is None:
         directions, _ = real_directions(lambda x, _: direction_zeros(x), subset[None])
