@@ -243,6 +243,28 @@ def test_too_few_contacts_never_locate(counts):
     assert result.free_motions
 
 
+@pytest.mark.parametrize("feature", ["bar", "ball"])
+@pytest.mark.parametrize("by_relations", [False, True])
+def test_one_place_touched_eight_times_does_not_locate(feature, by_relations):
+    """Its contacts have no extent, and of the ball alone the fixture has none: neither is a length to search in."""
+    fixture = placed(CYLINDER_SPHERE)
+    if by_relations:
+        fixture = related(CYLINDER_SPHERE, [distance("bar", "ball", 3.0)], CYLINDER_SPHERE_RECIPE)
+    rng = np.random.default_rng(4)
+    once = touch_all(CYLINDER_SPHERE, {feature: 1}, rng, sigma=0.0)
+    contacts = once.contacts(rng)
+    again = replace(
+        contacts,
+        features=(feature,) * 8,
+        points=np.repeat(contacts.points, 8, axis=0),
+        approaches=np.repeat(contacts.approaches, 8, axis=0),
+        sigmas=np.full(8, 2e-6),
+        rows=tuple(range(1, 9)),
+        ids=(None,) * 8,
+    )
+    assert locate(fixture, again).status == "underdetermined"
+
+
 def test_many_contacts_that_leave_a_motion_free_do_not_locate():
     """Ten on each of three faces of a prism: it slides along its edges."""
     prism = {

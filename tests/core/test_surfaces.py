@@ -69,6 +69,16 @@ def test_normal_is_the_gradient_of_the_depth_and_the_foot_lies_on_the_surface(ki
         assert np.linalg.norm(point - below) == pytest.approx(abs(depth(surface, point)), abs=1e-12)
 
 
+@pytest.mark.parametrize(("kind", "side"), KINDS[1:])
+def test_a_point_on_the_axis_or_centre_has_a_normal_too(kind, side):
+    surface = any_surface(kind, np.random.default_rng(3), side)
+    at = surface.center if kind == "sphere" else surface.point
+    normals = outward_normals(surface, np.array([at, at + np.array([1.0, 2.0, 3.0])]))
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0)
+    if kind == "cylinder":
+        np.testing.assert_allclose(normals @ surface.direction, 0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize(("kind", "side"), KINDS)
 def test_a_motion_moves_everything_alike(kind, side):
     rng = np.random.default_rng(2)

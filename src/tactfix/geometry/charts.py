@@ -10,7 +10,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
 from tactfix.geometry.nearest import direction_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, radial
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, radial_directions
 
 
 def dimension(surface: Surface) -> int:
@@ -44,13 +44,13 @@ def residual_jacobian(surface: Surface, points: Floats) -> Floats:
     match surface:
         case Sphere():
             sign = 1.0 if surface.side == "outer" else -1.0
-            return np.asarray(-sign * unit(radial(surface, points)))
+            return np.asarray(-sign * radial_directions(surface, points))
         case Plane():
             arms = points - surface.point
             return np.column_stack([arms @ across(surface).T, -np.ones(len(points))])
         case Cylinder():
             sign = 1.0 if surface.side == "outer" else -1.0
-            outward = unit(radial(surface, points)) @ across(surface).T
+            outward = radial_directions(surface, points) @ across(surface).T
             height = (points - surface.point) @ surface.direction
             return np.asarray(-sign * np.hstack([height[:, None] * outward, outward]))
 

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.geometry.arrays import Floats, frozen, lengths, unit
+from tactfix.geometry.arrays import Floats, frozen, lengths, perpendicular, unit
 
 Side: TypeAlias = Literal["outer", "inner"]
 FeatureType: TypeAlias = Literal["plane", "sphere", "cylinder"]
@@ -101,12 +101,22 @@ def radial(surface: Sphere | Cylinder, points: Floats) -> Floats:
     return np.asarray(arm - (arm @ surface.direction)[..., None] * surface.direction)
 
 
+def radial_directions(surface: Sphere | Cylinder, points: Floats) -> Floats:
+    """Unit vectors (..., 3) from the centre, or square from the axis, to points (..., 3); any such on it."""
+    arms = radial(surface, points)
+    size = lengths(arms)[..., None]
+    if not size.all():
+        anywhere = np.eye(3)[0] if isinstance(surface, Sphere) else perpendicular(surface.direction)
+        arms, size = np.where(size > 0, arms, anywhere), np.where(size > 0, size, 1.0)
+    return np.asarray(arms / size)
+
+
 def outward_normals(surface: Surface, points: Floats) -> Floats:
     """Unit outward normals (..., 3) of the surface below points (..., 3)."""
     if isinstance(surface, Plane):
         return np.full(points.shape, surface.normal)
     sign = 1.0 if surface.side == "outer" else -1.0
-    return sign * unit(radial(surface, points))
+    return sign * radial_directions(surface, points)
 
 
 def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:

@@ -15,6 +15,11 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.zeros import Zeros
 
+ONE_PLACE = 1e-3
+"""Share of a radius below which contacts are all at one place, as far as a search can tell."""
+ROUNDING = 1e-12
+"""Share of the coordinates that rounding may make of nothing, with some to spare."""
+
 EXACT = 1e-9
 """Rounding of unit vectors: a symmetry is used only where it is exact."""
 
@@ -35,7 +40,7 @@ class SearchFrame:
         base_origin = contacts.points.mean(axis=0)
         spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
         reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
-        return SearchFrame(base_origin, middle, float(np.sqrt(max(spread, reach))) or 1.0)
+        return SearchFrame(base_origin, middle, _length(float(np.sqrt(max(spread, reach))), touched, contacts))
 
     def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
         """The equations of the contacts, scaled; weights (n,) of their residuals."""
@@ -83,3 +88,10 @@ class SearchFrame:
         shift = poses[:, :3, :3] @ self.fixture_origin
         poses[:, :3, 3] += self.base_origin - shift
         return poses
+
+
+def _length(size: float, touched: Sequence[Surface], contacts: Contacts) -> float:
+    """What scales the search: size, but where all touches are one place a radius, or one, instead of its rounding."""
+    largest = max((surface.radius for surface in touched if not isinstance(surface, Plane)), default=0.0)
+    rounding = ROUNDING * float(np.abs(contacts.points).max())
+    return size if size > max(ONE_PLACE * largest, rounding) else largest or max(rounding, 1.0)
