@@ -7,7 +7,9 @@ and one way to refuse them.
 import csv
 import io
 import math
-from collections.abc import Iterator, Sequence
+from array import array
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -30,21 +32,28 @@ _NO_NAME: Final = "the set column is empty; name the set of each contact"
 
 @dataclass(frozen=True, slots=True)
 class CsvTable:
-    """Lines of a table by set, in the order in which the sets appear; lines count from 1."""
+    """Numbers of a table's lines by set, in the order in which the sets appear; lines count from 1.
+
+    head: numbers and texts of the lines above the contacts. separator and column: where the name of the set stands.
+    """
 
     head: tuple[tuple[int, str], ...]
-    sets: dict[str, list[tuple[int, str]]]
+    lines: Sequence[str]
+    separator: str
+    column: int
+    sets: Mapping[str, "array[int]"]
 
     def __len__(self) -> int:
         return len(self.sets)
 
     def __iter__(self) -> Iterator[ContactSet]:
-        for name, rows in self.sets.items():
+        for name, numbers in self.sets.items():
             if not name:
-                yield ContactSet(name, unreadable=f"line {rows[0][0]}: {_NO_NAME}")
+                yield ContactSet(name, unreadable=f"line {numbers[0]}: {_NO_NAME}")
                 continue
-            numbers, texts = zip(*self.head, *rows, strict=True)
-            yield ContactSet(name, "\n".join(texts).encode(), lines=numbers)
+            rows = [(number, _without(self.lines[number - 1], self.separator, self.column)[1]) for number in numbers]
+            places, texts = zip(*self.head, *rows, strict=True)
+            yield ContactSet(name, "\n".join(texts).encode(), lines=places)
 
 
 def is_table(text: str) -> bool:
@@ -66,19 +75,19 @@ def csv_table(name: str, text: str) -> CsvTable:
     head = [(number, line) for number, line in enumerate(lines[:header], 1) if line.strip()]
     head.append((header + 1, _without(lines[header], separator, column)[1]))
     read_header([line for _, line in head], problems, feature_needed=True)
-    sets: dict[str, list[tuple[int, str]]] = {}
+    # Whole numbers of eight bytes: a table may have tens of millions of lines.
+    sets: defaultdict[str, array[int]] = defaultdict(lambda: array("Q"))
     for number, line in enumerate(lines[header + 1 :], header + 2):
         if line.lstrip().startswith("#"):
             if key_of(line.strip()):
                 problems.append(Problem("a setting stands below the header row", "move it above", line=number))
         elif line.strip(separator + " \t"):
-            set_name, rest = _without(line, separator, column)
-            sets.setdefault(set_name, []).append((number, rest))
+            sets[_without(line, separator, column)[0]].append(number)
     if not sets:
         problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
     if problems:
         raise FileError(name, problems)
-    return CsvTable(tuple(head), sets)
+    return CsvTable(tuple(head), lines, separator, column, sets)
 
 
 def _place_of_set(lines: Sequence[str]) -> tuple[int, str, int] | None:
