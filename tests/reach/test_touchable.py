@@ -112,6 +112,14 @@ def test_planes_without_boxes_have_the_size_they_are_given():
     assert 7.0 <= radius <= 7.0 * np.sqrt(3) + 1e-9
 
 
+def test_planes_that_meet_in_a_point_to_rounding_have_it_too():
+    meet = np.array([700.1, -300.3, 1e4 / 3])
+    normals = np.array([[1, 0.2, 0.3], [-0.1, 1, 0], [0.3, 0.1, 1]])
+    planes = {f"p{k}": Plane(meet + np.cross(n, [30.0, 10.0, -70.0]), n) for k, n in enumerate(normals)}
+    _, radius = extent_of(planes, {}, least=100.0)
+    assert 100 < radius < 300
+
+
 def test_the_face_of_a_plane_in_a_cube():
     corners = face(Plane([0, 0, 0], [1, 1, 1]), box((-1, 1), (-1, 1), (-1, 1)))
     assert len(corners) == 6

@@ -15,6 +15,8 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, outward_
 
 # Boxes are typed by people: a plane at z = 0 in a box z: [0, 0] must not be lost to rounding.
 _EDGE = 1e-9
+# Share of the coordinates, or of the least size, that rounding makes of nothing.
+_ROUNDING = 1e-9
 # Steps of the additive recurrence that spreads points evenly over the unit square (Roberts' R2, plastic number).
 _PLASTIC = 1.32471795724474602596
 _STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
@@ -124,7 +126,9 @@ def bounds_of(
     radius = float(np.linalg.norm(high - low)) / 2
     if not bounded:
         radius = max([radius, *(s.radius for s in surfaces.values() if not isinstance(s, Plane))])
-    radius = radius or least
+    # Planes that meet in one point, as far as rounding lets them, have no size.
+    rounding = _ROUNDING * max(float(np.abs([low, high]).max()), least)
+    radius = radius if radius > rounding else least
     return _hull([_bounds(surface, closed_box(surface, box, centre, radius)) for surface, box in boxed])
 
 
