@@ -152,6 +152,42 @@ def test_two_pins_that_noise_has_made_not_quite_parallel(relations):
         assert min(np.linalg.norm(error[3:]) for error in errors) < 1.0
 
 
+UPRIGHT = {
+    "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=60.0),
+    "pin": Patch("cylinder", (80, 0, 0), (0, 0, 1), 8.0, length=40.0, middle=30.0),
+    "post": Patch("cylinder", (-30, 40, 0), (0, 0, 1), 12.0, length=40.0, middle=30.0),
+    "ball": Patch("sphere", (10, -70, 30), radius=15.0),
+}
+
+
+@pytest.mark.parametrize("sigma", [1e-4, 0.005, 0.05])
+@pytest.mark.parametrize("said_twice", [False, True])
+def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twice):
+    """Three features parallel pair by pair: two of the angles give the third, but only where they hold exactly."""
+    spaced = [
+        ("pin", "post", np.hypot(110, 40)),
+        ("ball", "pin", np.hypot(70, 70)),
+        ("ball", "post", np.hypot(40, 110)),
+    ]
+    relations = [distance(*pair) for pair in spaced] + [distance("ball", "plate", 30.0)]
+    relations += [angle("pin", "plate", 0.0), angle("post", "plate", 0.0)]
+    relations += [angle("pin", "post", 0.0)] if said_twice else []
+    frame = recipe(("center_of", "ball"), ("z", "along", "plate"), ("x", "from_to", "ball", "pin"))
+    fixture = related(UPRIGHT, relations, frame)
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        truth = touch_all(UPRIGHT, {"plate": 4, "pin": 6, "post": 6, "ball": 4}, rng, sigma=sigma)
+        contacts = truth.contacts(rng)
+        solutions = assembled_solutions(fixture, contacts, contacts.sigmas)
+        assert solutions.dof == 14
+        # Seen from the side of the ball the plate's normal may point either way: that is the other solution there is.
+        assert min(s.chi2 for s in solutions.found) < 50
+        at_ball = min(
+            np.linalg.norm(s.surfaces["ball"].center - truth.pose[:3] @ [10, -70, 30, 1]) for s in solutions.found
+        )
+        assert at_ball < 10 * sigma
+
+
 def test_a_relation_that_is_less_sure_than_the_contacts_loses_no_pose():
     """The bar needs the ball, so the fixture is searched as one body, though the distance is off by a tenth."""
     fixture = related(

@@ -6,6 +6,7 @@ sigma 0 hold exactly. Each step solves  min |r + J d|^2  subject to  c + C d = 0
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -26,6 +27,9 @@ MOST_DAMPINGS = 16
 LEAST_DAMPING = 1e-12
 """The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
 RANK = 1e-9
+REDUNDANT, MOST_REDUNDANT = 10.0, 1e-2
+"""Times what is missing to the relations: relations that say the same, such as three axes parallel pair by pair, differ
+by so much of their directions as long as they do not hold, and must not be taken for as many different ones."""
 TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
 HOPELESS = 100.0
@@ -48,7 +52,7 @@ class JointProblem:
     wanted: Floats | float = 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class JointFit:
     """Surfaces of least chi-square, and the linear model there.
 
@@ -69,15 +73,29 @@ class JointFit:
 
     @property
     def dof(self) -> int:
-        """Observations and constraints beyond the unknowns."""
-        return len(self.jacobian) + len(self.constraints) - int(self.jacobian.shape[1])
+        """Observations beyond the unknowns that the constraints leave."""
+        return len(self.jacobian) - int(self.span.shape[1])
+
+    @property
+    def resolution(self) -> float:
+        """Share of the largest singular value of the constraints below which they say nothing new."""
+        return min(max(RANK, REDUNDANT * self.missing), MOST_REDUNDANT)
+
+    @cached_property
+    def span(self) -> Floats:
+        """An orthonormal basis (width, k) of the displacements that keep the exact relations."""
+        if not len(self.constraints):
+            return np.eye(self.jacobian.shape[1])
+        _, values, directions = np.linalg.svd(self.constraints, full_matrices=True)
+        rank = int((values > self.resolution * max(values[0], TINY)).sum())
+        return np.asarray(directions[rank:].T)
 
     def spread(self) -> tuple[Floats, Floats]:
         """A factor S (width, m) of the covariance S S^T of all displacements, and what is free (k, width).
 
         In scaled units; free displacements are left out of S.
         """
-        span = _null_space(self.constraints, self.jacobian.shape[1])
+        span = self.span
         # The triangle has the singular values of all rows, however many contacts there are.
         triangle = np.linalg.qr(self.jacobian @ span, mode="r")
         _, values, motions = np.linalg.svd(triangle, full_matrices=True)
@@ -130,7 +148,7 @@ def _restored(problem: JointProblem, fit: JointFit, target: Linear) -> JointFit:
     for _ in range(3):
         if fit.missing < 1e-13:
             break
-        onto = np.linalg.lstsq(fit.constraints, -target[1], rcond=RANK)[0]
+        onto = np.linalg.lstsq(fit.constraints, -target[1], rcond=fit.resolution)[0]
         fit, target = _linearized(problem, _displaced(fit, onto * min(1.0, 0.5 / np.abs(onto).max())))
     return fit
 
@@ -207,8 +225,8 @@ def _step(fit: JointFit, residual: Floats, missing: Floats, damping: float) -> t
     That cost is the sum of the Lagrange multipliers: the chi-square that is lost per unit of what is missing.
     """
     width = fit.jacobian.shape[1]
-    onto = np.linalg.lstsq(fit.constraints, -missing, rcond=RANK)[0] if len(missing) else np.zeros(width)
-    span = _null_space(fit.constraints, width)
+    onto = np.linalg.lstsq(fit.constraints, -missing, rcond=fit.resolution)[0] if len(missing) else np.zeros(width)
+    span = fit.span
     rows, right = fit.jacobian @ span, -(residual + fit.jacobian @ onto)
     if damping > 0:
         free = rows.shape[1]
@@ -218,13 +236,4 @@ def _step(fit: JointFit, residual: Floats, missing: Floats, damping: float) -> t
     if not len(missing):
         return step, 0.0
     pull = 2 * fit.jacobian.T @ (residual + fit.jacobian @ step)
-    return step, 2 * float(np.abs(np.linalg.lstsq(fit.constraints.T, pull, rcond=RANK)[0]).sum())
-
-
-def _null_space(constraints: Floats, width: int) -> Floats:
-    """An orthonormal basis (width, k) of the displacements that keep the exact relations."""
-    if not len(constraints):
-        return np.eye(width)
-    _, values, directions = np.linalg.svd(constraints, full_matrices=True)
-    rank = int((values > RANK * max(values[0], TINY)).sum())
-    return np.asarray(directions[rank:].T)
+    return step, 2 * float(np.abs(np.linalg.lstsq(fit.constraints.T, pull, rcond=fit.resolution)[0]).sum())
