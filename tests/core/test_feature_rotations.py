@@ -86,3 +86,14 @@ def test_a_pin_touched_on_a_short_arc_is_not_relied_on():
     surfaces = {name: patch.surface() for name, patch in PLATE.items()}
     rotations = feature_rotations(surfaces, replace(contacts, points=points), np.full(len(points), 0.01))
     assert rotations.shape[2] == 2 * TURNS
+
+
+def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():
+    """Touched within a square centimetre the plate may lean by 10 mrad, and a pin of 400 mm with it."""
+    tall = {
+        "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=5.0),
+        "pin": Patch("cylinder", (100, 0, 0), (0, 0, 1), 8.0, length=200.0, middle=210.0),
+        "ball": PLATE["ball"],
+    }
+    rotations, _ = rotations_for(tall, {"plate": 4, "pin": 6, "ball": 5}, 2, sigma=0.03)
+    assert rotations.shape[2] == 2 * TURNS
