@@ -27,7 +27,7 @@ MOST_DAMPINGS = 16
 LEAST_DAMPING = 1e-12
 """The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
 RANK = 1e-9
-REDUNDANT, MOST_REDUNDANT = 10.0, 1e-2
+REDUNDANT, MOST_REDUNDANT = 10.0, 1e-3
 """Times what is missing to the relations: relations that say the same, such as three axes parallel pair by pair, differ
 by so much of their directions as long as they do not hold, and must not be taken for as many different ones."""
 TRUSTED_STEP = 1e-6
