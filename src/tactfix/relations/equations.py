@@ -124,15 +124,15 @@ def _coincidence(one: Surface, other: Surface, parallel: bool) -> Floats:
     return np.zeros(0)
 
 
-def relation_jacobian(
+def relation_with_jacobian(
     relation: Relation,
     surfaces: Mapping[str, Surface],
     columns: Mapping[str, slice],
     scale: float,
     width: int,
     parallel: bool = False,
-) -> Floats:
-    """Derivative (k, width) of the residuals with respect to displacements of the surfaces.
+) -> tuple[Floats, Floats]:
+    """The residuals (k,) and their derivative (k, width) with respect to displacements of the surfaces.
 
     columns: where each feature's displacement stands; scale: a length of the fixture, for the size of differences.
     """
@@ -149,7 +149,7 @@ def relation_jacobian(
     else:
         for name in relation.between:
             jacobian[:, columns[name]] = _differences(relation, surfaces, name, scale, parallel)
-    return jacobian
+    return here, jacobian
 
 
 def _has_gap(relation: Relation, one: Surface, other: Surface) -> bool:
@@ -213,14 +213,11 @@ def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
 
 def all_relations(
     relations: tuple[Relation, ...], surfaces: Mapping[str, Surface], scale: float
-) -> tuple[list[Floats], list[Floats]]:
-    """Residuals and Jacobians of each relation."""
+) -> list[tuple[Floats, Floats]]:
+    """Residuals and Jacobian of each relation."""
     columns, width = columns_of(surfaces)
     known = parallel_pairs(relations)
-    values, jacobians = [], []
-    for relation in relations:
-        parallel = frozenset(relation.between) in known
-        one, other = relation.between
-        values.append(relation_residuals(relation, surfaces[one], surfaces[other], parallel))
-        jacobians.append(relation_jacobian(relation, surfaces, columns, scale, width, parallel))
-    return values, jacobians
+    return [
+        relation_with_jacobian(relation, surfaces, columns, scale, width, frozenset(relation.between) in known)
+        for relation in relations
+    ]

@@ -186,8 +186,8 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
         rows[index, columns[name]] = residual_jacobian(surfaces[name], contacts.points[index])
     observed, observed_rows = [values / problem.sigmas], [rows / problem.sigmas[:, None]]
     exact, exact_rows = [np.zeros(0)], [np.zeros((0, width))]
-    relations = zip(problem.relations, *all_relations(problem.relations, surfaces, problem.scale), strict=True)
-    for relation, value, jacobian in relations:
+    linear = all_relations(problem.relations, surfaces, problem.scale)
+    for relation, (value, jacobian) in zip(problem.relations, linear, strict=True):
         unit = problem.scale if relation.kind == "distance" else 1.0
         if relation.sigma > LEAST_SIGMA * unit:
             observed.append(value / relation.sigma)

@@ -95,17 +95,16 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 
 def _stacked(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> tuple[Floats, Floats]:
     """All residuals (k,) and Jacobian (k, width), lengths in units of scale on both sides."""
-    values, jacobians = all_relations(fixture.relations, surfaces, scale)
+    linear = all_relations(fixture.relations, surfaces, scale)
     columns, width = columns_of(surfaces)
     lengths = np.ones(width)
     for name, surface in surfaces.items():
         lengths[columns[name]] = _unscaled(surface, np.ones(columns[name].stop - columns[name].start), scale)
-    units = [
-        np.full(len(v), scale if r.kind == "distance" else 1.0) for v, r in zip(values, fixture.relations, strict=True)
-    ]
-    if not values:
+    if not linear:
         return np.zeros(0), np.zeros((0, width))
-    unit_of_row = np.concatenate(units)
+    values, jacobians = zip(*linear, strict=True)
+    units = [scale if relation.kind == "distance" else 1.0 for relation in fixture.relations]
+    unit_of_row = np.repeat(units, [len(value) for value in values])
     return np.concatenate(values) / unit_of_row, np.vstack(jacobians) * lengths / unit_of_row[:, None]
 
 
