@@ -1,0 +1,52 @@
+"""Where descents start: proper rotations, evenly spread, and translations as far off the best as was found right."""
+
+import numpy as np
+import pytest
+from core.problems import PLATE, touch_all
+from scipy.spatial.transform import Rotation
+
+from tactfix.poses.equations import centred_offsets, pose_equations
+from tactfix.poses.starts import NEIGHBOURS, OFF_CENTRE, SIDES, around, covering
+
+
+def equations():
+    rng = np.random.default_rng(2)
+    contacts = touch_all(PLATE, {"plate": 4, "pin": 4, "ball": 4}, rng).contacts(rng)
+    index = [list(PLATE).index(name) for name in contacts.features]
+    points = (contacts.points - contacts.points.mean(axis=0)) / 100
+    return pose_equations([patch.surface(0.01) for patch in PLATE.values()], index, points, np.ones(12), 0.0)
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_a_covering_is_even_and_off_the_best_translations(number):
+    there = equations()
+    rotations, offsets = covering(there, 400, number)
+    away = offsets - centred_offsets(there, rotations)
+    np.testing.assert_allclose(np.linalg.norm(away, axis=0), OFF_CENTRE)
+    assert np.linalg.norm(away.mean(axis=1)) < 0.1
+    rotations = Rotation.from_matrix(np.moveaxis(rotations, -1, 0))
+    # 400 caps of 23 degrees would fill all rotations without a gap or an overlap.
+    nearest = [(rotations * one.inv()).magnitude().min() for one in Rotation.random(50, random_state=1)]
+    assert np.degrees(max(nearest)) < 45
+
+
+def test_coverings_differ():
+    there = equations()
+    one, other = (covering(there, 50, number)[0] for number in (1, 2))
+    assert np.abs(one - other).max() > 0.1
+
+
+def test_neighbours_are_at_every_scale():
+    centre = np.concatenate([np.eye(3).ravel(), [1.0, 2.0, 3.0], [0.0]])
+    rotations, offsets = around(centre[None], 1)
+    assert offsets.shape == (3, NEIGHBOURS)
+    # Cayley's map turns by twice the arc tangent of half the vector.
+    angles = Rotation.from_matrix(np.moveaxis(rotations, -1, 0)).magnitude()
+    steps = np.hypot(2 * np.tan(angles / 2), np.linalg.norm(offsets - centre[9:12, None], axis=0))
+    assert 0.05 <= steps.min() < 0.1
+    assert 0.8 < steps.max() <= 1.2
+
+
+def test_sides_are_none_and_all_six():
+    np.testing.assert_allclose(sorted(np.linalg.norm(SIDES, axis=0)), [0.0, *[OFF_CENTRE] * 6])
+    np.testing.assert_allclose(SIDES.sum(axis=1), 0.0)
