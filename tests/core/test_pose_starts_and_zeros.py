@@ -1,4 +1,4 @@
-"""Where descents start: proper rotations, evenly spread, and translations as far off the best as was found right."""
+"""Where descents start, and when what they meet is too much to be single poses."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.poses.equations import centred_offsets, pose_equations
 from tactfix.poses.starts import NEIGHBOURS, OFF_CENTRE, SIDES, around, covering
+from tactfix.poses.zeros import MOST_ZEROS, distinct, gathered
 
 
 def equations():
@@ -50,3 +51,17 @@ def test_neighbours_are_at_every_scale():
 def test_sides_are_none_and_all_six():
     np.testing.assert_allclose(sorted(np.linalg.norm(SIDES, axis=0)), [0.0, *[OFF_CENTRE] * 6])
     np.testing.assert_allclose(SIDES.sum(axis=1), 0.0)
+
+
+def test_more_zeros_than_any_problem_has_are_samples_of_a_motion():
+    """As many different ones as are enough to tell are kept of a thousand, and those tell."""
+    there = equations()
+    rotations, offsets = covering(there, 1000, 0)
+    found = np.concatenate([rotations.reshape(9, -1), offsets, np.zeros((1, 1000))]).T
+    none = np.zeros((0, 13)), np.zeros(0, dtype=np.intp)
+    kept, counts = distinct(found, *none)
+    assert len(kept) == MOST_ZEROS + 1
+    assert gathered(there, kept, counts)[2]
+    kept, counts = distinct(np.concatenate([found[:300], found[:300]]), *none)
+    assert (counts == 2).all()
+    assert not gathered(there, kept, counts)[2]
