@@ -8,35 +8,33 @@ next to nothing:
     result = tactfix.locate(fixture, contacts)
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
-    from tactfix.compare import Movement, compare
     from tactfix.contacts import Contacts, contacts_from_arrays
-    from tactfix.convert import write_pose
-    from tactfix.design_check import DesignReport, Wishes, design_check
-    from tactfix.dialects.pose import Pose
+    from tactfix.design.design_check import DesignReport, Wishes, design_check
     from tactfix.errors import FileError, TactfixError, UsageError
     from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.pose_file import load_pose
-    from tactfix.fit import fit
+    from tactfix.fitting.fit import fit
     from tactfix.fitting.result import FitResult
     from tactfix.fixture import Fixture
-    from tactfix.localizers.five_contact_cylinders import CylinderStack, cylinders_through_five
-    from tactfix.localizers.sphere_centers import SphereCenters, sphere_centers
-    from tactfix.locate import locate
-    from tactfix.mistakes.faults import Fault
-    from tactfix.plan import plan
+    from tactfix.localization.locate import locate
+    from tactfix.planning.plan import plan
     from tactfix.planning.result import Plan
+    from tactfix.pose_formats.comparison import Movement, compare
+    from tactfix.pose_formats.convert import write_pose
+    from tactfix.pose_formats.pose import Pose
     from tactfix.results import LocateResult
-    from tactfix.simulate import Simulation, simulate
+    from tactfix.simulation.faults import Fault
+    from tactfix.simulation.simulate import Simulation, simulate
+    from tactfix.stacks.five_contact_cylinders import CylinderStack, cylinders_through_five
+    from tactfix.stacks.sphere_centers import SphereCenters, sphere_centers
 
 __version__ = VERSION
 
@@ -77,51 +75,36 @@ __all__ = [
 _HOMES = {
     "ContactOptions": "tactfix.files.contact_options",
     "Contacts": "tactfix.contacts",
-    "CylinderStack": "tactfix.localizers.five_contact_cylinders",
-    "DesignReport": "tactfix.design_check",
-    "Fault": "tactfix.mistakes.faults",
+    "CylinderStack": "tactfix.stacks.five_contact_cylinders",
+    "DesignReport": "tactfix.design.design_check",
+    "Fault": "tactfix.simulation.faults",
     "FileError": "tactfix.errors",
     "FitResult": "tactfix.fitting.result",
     "Fixture": "tactfix.fixture",
     "LocateResult": "tactfix.results",
-    "Movement": "tactfix.compare",
+    "Movement": "tactfix.pose_formats.comparison",
     "Plan": "tactfix.planning.result",
-    "Pose": "tactfix.dialects.pose",
-    "Simulation": "tactfix.simulate",
-    "SphereCenters": "tactfix.localizers.sphere_centers",
+    "Pose": "tactfix.pose_formats.pose",
+    "Simulation": "tactfix.simulation.simulate",
+    "SphereCenters": "tactfix.stacks.sphere_centers",
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
-    "Wishes": "tactfix.design_check",
-    "compare": "tactfix.compare",
+    "Wishes": "tactfix.design.design_check",
+    "compare": "tactfix.pose_formats.comparison",
     "contacts_from_arrays": "tactfix.contacts",
-    "cylinders_through_five": "tactfix.localizers.five_contact_cylinders",
-    "design_check": "tactfix.design_check",
-    "fit": "tactfix.fit",
+    "cylinders_through_five": "tactfix.stacks.five_contact_cylinders",
+    "design_check": "tactfix.design.design_check",
+    "fit": "tactfix.fitting.fit",
     "load_contacts": "tactfix.files.contact_file",
     "load_fixture": "tactfix.files.fixture_file",
     "load_pose": "tactfix.files.pose_file",
-    "locate": "tactfix.locate",
-    "plan": "tactfix.plan",
-    "simulate": "tactfix.simulate",
-    "sphere_centers": "tactfix.localizers.sphere_centers",
-    "write_pose": "tactfix.convert",
+    "locate": "tactfix.localization.locate",
+    "plan": "tactfix.planning.plan",
+    "simulate": "tactfix.simulation.simulate",
+    "sphere_centers": "tactfix.stacks.sphere_centers",
+    "write_pose": "tactfix.pose_formats.convert",
 }
 """The module in which each public name is defined."""
-
-
-class _Package(ModuleType):
-    """The package itself: tactfix.locate is the function, also once the module of that name has been imported.
-
-    Importing a submodule makes it an attribute of its package. Where a public function has the same name, whether
-    tactfix.locate could be called would hang on what had been imported before.
-    """
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOMES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> object:

@@ -1,6 +1,6 @@
 """What a fixture is, once its file has been read: plain frozen values in the fixture's units, angles in rad.
 
-`tactfix.models` makes these from the YAML file; nothing else knows how the file looks.
+`tactfix.fixture_format` makes these from the YAML file; nothing else knows how the file looks.
 """
 
 from collections.abc import Mapping

@@ -3,7 +3,7 @@
 import json
 from typing import Final
 
-from tactfix.models.conformity import fixture_schema_text
+from tactfix.fixture_format.json_schema import fixture_schema_text
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
@@ -14,8 +14,8 @@ def fixture_schema() -> str:
 
 
 def schema_of_models() -> str:
-    """The same, made anew of the models: what models/fixture.schema.json must hold after they have changed."""
-    from tactfix.models.document import FixtureDocument
+    """The same, made anew of the models: what fixture_format/fixture.schema.json must hold after they have changed."""
+    from tactfix.fixture_format.schema import FixtureDocument
 
     schema = FixtureDocument.model_json_schema(by_alias=True)
     head = {"$schema": DIALECT, "title": "tactfix fixture"}

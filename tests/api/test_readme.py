@@ -82,8 +82,8 @@ def keys_of(block: str) -> set[str]:
 
 def test_every_command_and_dialect_is_told() -> None:
     from tactfix.cli.app import COMMANDS
-    from tactfix.dialects import DIALECTS
     from tactfix.files.logs import LOG_FORMATS
+    from tactfix.pose_formats import DIALECTS
 
     text = README.read_text(encoding="utf-8")
     for name in COMMANDS:

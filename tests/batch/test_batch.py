@@ -9,7 +9,7 @@ import pytest
 from batch.balls import PLAIN, blank, buggy, contact_file, contact_sets, deadly, pose, slow, write_cell
 
 from tactfix import load_contacts, load_fixture, locate
-from tactfix.batch import run_batch
+from tactfix.batching.batch import run_batch
 from tactfix.batching.contact_set import ContactSet
 from tactfix.batching.processes import LocalProcesses
 from tactfix.batching.row import row_json, row_of_json

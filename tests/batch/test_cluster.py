@@ -13,7 +13,7 @@ import pytest
 from batch.balls import PLAIN, blank, contact_sets, rows, slow, write_cell
 
 from tactfix import load_fixture, locate, plan
-from tactfix.batch import run_batch
+from tactfix.batching.batch import run_batch
 from tactfix.batching.cluster import ClusterError, DaskCluster
 from tactfix.batching.task import BatchTask, locate_set
 from tactfix.batching.workers import spread_over

@@ -12,10 +12,10 @@ import numpy as np
 
 from tactfix.localizers.common_tangents import tangent_lines
 from tactfix.localizers.cylinder import localize_cylinder
-from tactfix.localizers.five_contact_cylinders import cylinders_through_five
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
-from tactfix.localizers.sphere_centers import sphere_centers
+from tactfix.stacks.five_contact_cylinders import cylinders_through_five
+from tactfix.stacks.sphere_centers import sphere_centers
 
 BULK, REPEATS = 16_384, 15
 

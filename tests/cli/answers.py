@@ -15,7 +15,7 @@ from tactfix.results import (
     Status,
 )
 
-LOCATING = import_module("tactfix.locate")
+LOCATING = import_module("tactfix.localization.locate")
 """Where locate is at home; tactfix.locate itself is the function."""
 
 BASE_FROM_FIXTURE = np.array(

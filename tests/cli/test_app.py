@@ -104,12 +104,12 @@ def test_locating_imports_only_what_it_uses() -> None:
     assert modules.isdisjoint({"pydantic", "rich", "scipy", "typer", "subprocess", "numpy.random", "numpy.ma"})
     others = (
         "cli.application",
-        "dialects",
-        "mistakes.suspicions",
-        "models.refusals",
+        "pose_formats",
+        "diagnosis.diagnose",
+        "fixture_format.pydantic_errors",
         "planning",
         "poses.rigid",
-        "verdicts.next_contact",
+        "localization.next_contact",
     )
     assert all(find_spec(f"tactfix.{name}") for name in others), "a module that is no more cannot be imported"
     assert modules.isdisjoint(f"tactfix.{name}" for name in others)

@@ -14,9 +14,9 @@ from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.files.fixture_file import load_fixture
-from tactfix.fit import FitResult
+from tactfix.files.templates import TEMPLATES
+from tactfix.fitting.fit import FitResult
 from tactfix.geometry.surfaces import Plane
-from tactfix.templates import TEMPLATES
 
 PLANE = HEAD + "x,y,z,ax,ay,az\n0,0,1,0,0,-1\n1,0,1,0,0,-1\n0,1,1,0,0,-1\n"
 
@@ -31,7 +31,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
         plane = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
         return FitResult("plane", "located", plane, (), 0, 0.0, 3.8, 0.0, warnings=("mind the step",))
 
-    monkeypatch.setattr(import_module("tactfix.fit"), "fit", fit)
+    monkeypatch.setattr(import_module("tactfix.fitting.fit"), "fit", fit)
     return calls
 
 
@@ -58,7 +58,7 @@ def test_contacts_that_leave_the_surface_free(
     def fit(*_: object) -> FitResult:
         raise DegenerateContactsError("plane", "collinear", 1e-12, 1e-6, "spread them")
 
-    monkeypatch.setattr(import_module("tactfix.fit"), "fit", fit)
+    monkeypatch.setattr(import_module("tactfix.fitting.fit"), "fit", fit)
     path = str(written(tmp_path, PLANE, "c.csv"))
     assert main(["fit", "plane", path]) == 4
     out, err = capsys.readouterr()

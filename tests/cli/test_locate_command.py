@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cli.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
 
-from tactfix.accuracy import point_covariance
+from tactfix.acceptance import point_covariance
 from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture

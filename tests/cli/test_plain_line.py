@@ -13,10 +13,10 @@ from tactfix.cli.application import as_typer_wants
 from tactfix.cli.commands import COMMANDS, command_of
 from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.plain_line import plain_values
-from tactfix.convert import LEVER_ARM_MM
-from tactfix.dialects import DIALECTS
 from tactfix.files.logs import LOG_FORMATS
-from tactfix.mistakes.faults import FAULT_KINDS
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.convert import LEVER_ARM_MM
+from tactfix.simulation.faults import FAULT_KINDS
 
 SEEN: list[dict[str, object]] = []
 

@@ -10,7 +10,7 @@ from cli.answers import BASE_FROM_FIXTURE, COVARIANCE, HALF_TURN, answer
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
-from tactfix.fit import FitCandidate, FitResult
+from tactfix.fitting.fit import FitCandidate, FitResult
 from tactfix.geometry.surfaces import Plane, Sphere
 from tactfix.report.json_report import array, fit_json, locate_json, number, text_of
 from tactfix.report.summary import _rotation_vector, summary

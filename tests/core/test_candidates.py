@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from core.problems import CYLINDER_SPHERE, PLATE, Patch, box, placed, touch_all
 
+from tactfix.localization.elimination import judge
 from tactfix.poses.rigid import rigid_solutions
-from tactfix.verdicts.candidates import judge
 
 COUNTS = {"plate": 5, "pin": 6, "ball": 5}
 

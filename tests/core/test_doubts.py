@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from core.problems import PLATE, placed, touch_all
 
-from tactfix.locate import locate
-from tactfix.mistakes.doubts import Doubts
+from tactfix.diagnosis.deletion import Doubts
+from tactfix.localization.locate import locate
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from design.plans import contacts_of
 
+from tactfix.diagnosis.feasibility import are_beyond_boxes, least_chi_square
 from tactfix.fixture import TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.mistakes.impossible_contacts import are_beyond_boxes, least_chi_square
 
 SURFACES = {
     "table": Plane(np.array([0, 0, -40.0]), np.array([0, 0, 1.0])),

@@ -27,7 +27,7 @@ from core.problems import (
 from scipy.spatial.transform import Rotation
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 
 MAHALANOBIS_LIMIT = 38.3
 """Chi-square of six degrees of freedom, exceeded once in a million (tables)."""

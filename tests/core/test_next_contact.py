@@ -6,7 +6,7 @@ from core.problems import BALLS, CYLINDER_SPHERE, CYLINDER_SPHERE_TOUCH, PLATE, 
 from core.test_surfaces import depth
 
 from tactfix.geometry.surfaces import moved
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 
 AMBIGUOUS = {
     "plate 3-2-1": (PLATE, {"plate": 3, "pin": 2, "ball": 1}, {}, 0.02, 2.0),

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from core.problems import PLATE, placed, touch_all
 
-from tactfix.locate import locate
-from tactfix.poses.consensus import PART, PARTS, blind_part
+from tactfix.localization.locate import locate
+from tactfix.poses.subsets import PART, PARTS, blind_part
 
 
 def contacts_of(each, **patches):

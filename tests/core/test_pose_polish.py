@@ -8,7 +8,7 @@ from core.problems import CORNER, PLATE, placed, touch_all
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 from tactfix.poses.polish import THINNED
 
 

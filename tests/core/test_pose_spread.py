@@ -19,8 +19,8 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from tactfix.locate import locate, solve
-from tactfix.poses.spread import FOLDED, REACHED, curved_spread, motions_between
+from tactfix.localization.locate import locate, solve
+from tactfix.poses.sigma_points import FOLDED, REACHED, curved_spread, motions_between
 
 COVERED = chi2.ppf(0.95, 6)
 NARROW = {name: Patch(p.kind, p.at, p.along, length=9.0) for name, p in CORNER.items()}

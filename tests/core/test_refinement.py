@@ -7,7 +7,7 @@ from core.test_surfaces import depth
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from tactfix.poses.refinement import contact_sigmas, covariance_at, fit_at, refine
+from tactfix.poses.pose_fit import covariance_at, fit_at, refine
 
 BUSH = {
     "face": Patch("plane", (100, 0, 0), (0, 0, 1), length=25.0),
@@ -120,14 +120,6 @@ def test_covariance_of_another_point_against_its_definition():
     one, other = np.array([1.0, 2.0, 3.0]), np.array([-50.0, 70.0, 900.0])
     expected = fit.sensitivity.covariance(other)
     np.testing.assert_allclose(covariance_at(fit.sensitivity.covariance(one), other - one), expected, rtol=1e-6)
-
-
-def test_sigmas_of_probe_and_feature_add_in_quadrature():
-    _, _, contacts = problem("plate")
-    found = contact_sigmas(contacts, {"pin": 0.015})
-    on_pin = np.array(contacts.features) == "pin"
-    np.testing.assert_allclose(found[on_pin], 0.025)
-    np.testing.assert_allclose(found[~on_pin], 0.02)
 
 
 @pytest.mark.parametrize("far", [0.0, 1e6])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from core.problems import CORNER, PLATE, Patch, box, placed, touch_all
 
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 
 BUSH = {
     "face": Patch("plane", (100, 0, 0), (0, 0, 1), length=25.0),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design_check import Wishes, design_check
+from tactfix.design.design_check import Wishes, design_check
 from tactfix.files.fixture_file import load_fixture
 
 ROOT = Path(__file__).parents[2]

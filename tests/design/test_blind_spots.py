@@ -9,11 +9,11 @@ from design.plans import QUICK
 
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import power_of
-from tactfix.design_check import design_check
+from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
-from tactfix.locate import locate
-from tactfix.mistakes.faults import Fault
-from tactfix.simulate import simulate
+from tactfix.localization.locate import locate
+from tactfix.simulation.faults import Fault
+from tactfix.simulation.simulate import simulate
 
 ROOT = Path(__file__).parents[2]
 CORNER = Path(__file__).parent / "bad" / "corner.yaml"

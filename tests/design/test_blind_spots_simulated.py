@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from design.plans import BAD, ROOT
 
-from tactfix.design_check import Wishes, design_check
+from tactfix.design.design_check import Wishes, design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.locate import locate
-from tactfix.simulate import simulate
+from tactfix.localization.locate import locate
+from tactfix.simulation.simulate import simulate
 
 SEEDS = 3
 # Without its boxes: a contact near an edge would betray a wrong pose by lying outside.

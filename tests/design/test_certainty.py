@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from design.plans import contacts_of
 
-from tactfix.design.certainty import certainty, free_of
+from tactfix.design.accuracy import certainty, free_of
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 

@@ -19,7 +19,7 @@ from tactfix.design.symmetries import symmetries
 from tactfix.fixture import Feature
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
-from tactfix.verdicts.motion_words import free_motions
+from tactfix.localization.motion_words import free_motions
 
 ROWS = json.loads((Path(__file__).parent / "data" / "combinations.json").read_text())["rows"]
 

@@ -5,7 +5,7 @@ import pytest
 from design.plans import BAD, QUICK, ROOT, contacts_of, plan_at
 
 from tactfix.design.cylinder_layouts import cylinder_layouts
-from tactfix.design_check import design_check
+from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from design.plans import BAD, ROOT, quick_report
 
+from tactfix.design.design_check import Wishes, design_check
 from tactfix.design.plan_findings import study_findings
 from tactfix.design.random_layouts import LayoutStudy, Study, UniqueShare, study_layouts
-from tactfix.design_check import Wishes, design_check
 from tactfix.errors import UsageError
 from tactfix.files.fixture_file import load_fixture
-from tactfix.locate import locate
-from tactfix.simulate import simulate
+from tactfix.localization.locate import locate
+from tactfix.simulation.simulate import simulate
 
 SETS = [("3-2-1", {"right": 3, "back": 2, "top": 1}), ("2-2-2", {"right": 2, "back": 2, "top": 2})]
 

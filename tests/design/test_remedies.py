@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from design.plans import BAD, QUICK, quick_report
 
-from tactfix.design_check import design_check
+from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Sphere
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from design.plans import BAD, ROOT, contacts_of, plan_at
 
+from tactfix.design.distance_errors import misplaced
 from tactfix.design.margins import margins
-from tactfix.design.misplaced import misplaced
-from tactfix.design.touched import Touched
+from tactfix.design.nominal_contacts import Touched
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 
 
 def touched_of(fixture, plan):

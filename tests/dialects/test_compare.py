@@ -5,8 +5,8 @@ import pytest
 from dialects.test_round_trip import pose, turn
 from scipy.spatial.transform import Rotation
 
-from tactfix.compare import compare
 from tactfix.errors import UsageError
+from tactfix.pose_formats.comparison import compare
 
 BEFORE = turn("z", 90)
 

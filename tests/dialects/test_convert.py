@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dialects.test_round_trip import pose, turn
 
-from tactfix.convert import sigmas_of_numbers, write_pose
-from tactfix.dialects import DIALECTS
 from tactfix.errors import PoseRefusedError, UsageError
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.convert import sigmas_of_numbers, write_pose
 
 TILTED = turn("z", 33.3333333) @ turn("y", 12.3456789) @ turn("x", -71.1111111)
 SPOT = (812.3456789, -33.9876543, 120.1234567)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from dialects.test_round_trip import pose, turn
 
-from tactfix.convert import write_pose
-from tactfix.dialects import DIALECTS, SUFFIXES
-from tactfix.dialects.pose import PoseSyntaxError
 from tactfix.errors import FileError, UsageError
 from tactfix.files.pose_file import load_pose
+from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.pose_formats.convert import write_pose
+from tactfix.pose_formats.pose import PoseSyntaxError
 
 FLAT = np.eye(4).tolist()
 MIRRORED = np.diag([1.0, 1.0, -1.0, 1.0]).tolist()

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactfix.convert import write_pose
-from tactfix.dialects import DIALECTS
-from tactfix.dialects.pose import Pose, rigid_matrix
 from tactfix.errors import PoseRefusedError
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.convert import write_pose
+from tactfix.pose_formats.pose import Pose, rigid_matrix
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "pose_dialects.json").read_text())
 NAMES = {

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tactfix.convert import write_pose
-from tactfix.dialects import DIALECTS
-from tactfix.dialects.dialect import Dialect
-from tactfix.dialects.pose import Pose
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.convert import write_pose
+from tactfix.pose_formats.dialect import Dialect
+from tactfix.pose_formats.pose import Pose
 
 FULL = [name for name in DIALECTS if name != "g10"]
 

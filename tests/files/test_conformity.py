@@ -10,8 +10,8 @@ from files.texts import PAPER, PLACED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactfix.models.conformity import conforms, is_well_formed
-from tactfix.models.refusals import refusals_of
+from tactfix.fixture_format.json_schema import conforms, is_well_formed
+from tactfix.fixture_format.pydantic_errors import refusals_of
 from tactfix.schema import fixture_schema, schema_of_models
 from tactfix.yaml_tree import read_tree
 

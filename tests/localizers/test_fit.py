@@ -6,7 +6,7 @@ from localizers.touched import axis_error, on_cylinder, on_sphere, random_rotati
 
 from tactfix.contacts import Contacts
 from tactfix.errors import TipDoesNotFitError, UsageError
-from tactfix.fit import fit
+from tactfix.fitting.fit import fit
 
 
 def _contacts(points, approaches=None, sigma=1e-4, tip=0.0):

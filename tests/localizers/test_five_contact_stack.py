@@ -15,9 +15,9 @@ from localizers.touched import (
 
 from tactfix.errors import UsageError
 from tactfix.localizers.cylinder import localize_cylinder
-from tactfix.localizers.five_contact_cylinders import cylinders_through_five
-from tactfix.localizers.sphere_centers import sphere_centers
-from tactfix.localizers.trigonometric_zeros import trigonometric_zeros
+from tactfix.stacks.five_contact_cylinders import cylinders_through_five
+from tactfix.stacks.sphere_centers import sphere_centers
+from tactfix.stacks.trigonometric_zeros import trigonometric_zeros
 
 
 def _error(stack, index, direction, radius=1.0):

@@ -6,7 +6,7 @@ from localizers.touched import on_sphere, random_rotation
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.sphere import localize_sphere
-from tactfix.localizers.sphere_centers import sphere_centers
+from tactfix.stacks.sphere_centers import sphere_centers
 
 
 def _nearest(candidates, center):

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactfix.dialects import DIALECTS
-from tactfix.dialects.pose import Pose
 from tactfix.errors import FileError, UsageError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.contact_options import ContactOptions
@@ -16,6 +14,8 @@ from tactfix.files.fixture_file import load_fixture
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.export import contact_csv
 from tactfix.files.logs.load import load_log, parse_features, read_log
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.pose import Pose
 
 DATA = Path(__file__).parent / "data"
 EXPECTED = json.loads((DATA / "expected.json").read_text())

@@ -4,7 +4,7 @@ import pytest
 from studies.plan_against_random import SHIPPED, plan_worst_sigma, random_worst_sigmas
 
 from tactfix.files.fixture_file import load_fixture
-from tactfix.plan import plan
+from tactfix.planning.plan import plan
 
 
 @pytest.mark.slow

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from reach.cells import all_cells, ball_and_bar, plate_with_all, surfaces_of
 
+from tactfix.accessibility.access import access_of
 from tactfix.planning.exchange import Search, exchanged, extended, polished, started
 from tactfix.planning.information import CRITERIA, Objective
 from tactfix.planning.pool import pool_of
-from tactfix.reach.access import access_of
 
 
 def search_on(fixture, criterion="worst"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactfix.accuracy import point_covariance, worst_sigma
+from tactfix.acceptance import point_covariance, worst_sigma
 from tactfix.geometry.arrays import unit
 from tactfix.planning.information import CRITERIA, Objective, rows_of, smallest_eigenvalues
 

@@ -9,13 +9,13 @@ from reach.cells import all_cells, ball_and_bar, placed, surfaces_of, three_ball
 from reach.ray_walk import deepest, depth_in_ball, depth_in_bar
 from studies.plan_against_random import plan_worst_sigma
 
-from tactfix.accuracy import point_covariance, worst_sigma
+from tactfix.acceptance import point_covariance, worst_sigma
+from tactfix.accessibility.touchable import extreme_points
 from tactfix.errors import UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.locate import locate
-from tactfix.plan import plan
-from tactfix.reach.touchable import extreme_points
-from tactfix.simulate import simulate
+from tactfix.localization.locate import locate
+from tactfix.planning.plan import plan
+from tactfix.simulation.simulate import simulate
 
 CELLS = all_cells()
 

@@ -6,11 +6,11 @@ from plan.rival_search import poses_within, survives
 from reach.cells import all_cells
 from studies.plan_against_random import SHIPPED
 
+from tactfix.accessibility.access import access_of
 from tactfix.contacts import Contacts
 from tactfix.files.fixture_file import load_fixture
-from tactfix.plan import plan
+from tactfix.planning.plan import plan
 from tactfix.planning.uniqueness import judged, telling_approaches
-from tactfix.reach.access import access_of
 from tactfix.relations.realization import realize
 
 

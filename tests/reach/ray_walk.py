@@ -1,6 +1,7 @@
 """What stands in the way of a straight approach, found by walking along it in small steps: the slow, plain way.
 
-Shares nothing with tactfix.reach.path but what a solid is: a ball, and a bar between two levels of its axis.
+Shares nothing with tactfix.accessibility.approach_path but what a solid is: a ball, and a bar between two levels of
+its axis.
 """
 
 import numpy as np

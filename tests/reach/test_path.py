@@ -5,10 +5,10 @@ import pytest
 from reach.cells import box
 from reach.ray_walk import deepest, depth_in_ball, depth_in_bar
 
+from tactfix.accessibility.approach_path import path_blocked
 from tactfix.geometry.arrays import unit
 from tactfix.geometry.rigid import rotation_from_vector
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.reach.path import path_blocked
 
 SURFACES = {
     "bar": Cylinder([1, 0, 2], [0, 1, 0], 1.5),

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from reach.cells import all_cells, ball_and_bar, box, cube_corner, surfaces_of
 
+from tactfix.accessibility.approach_path import extent_of, extreme_points, sample_touches, within_box
+from tactfix.accessibility.touchable import bounds_of, face
 from tactfix.fixture import TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.reach.path import extent_of, extreme_points, sample_touches, within_box
-from tactfix.reach.touchable import bounds_of, face
 
 TILTED = np.array([2.0, 1.0, -1.0]) / np.sqrt(6)
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from tactfix.cli.app import run
-from tactfix.design_check import Wishes
+from tactfix.design.design_check import Wishes
 from tactfix.errors import MissingExtraError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.fixture_file import load_fixture
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 from tactfix.report.html_page import InputFile, Record, locate_page
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, magnification
 
@@ -160,7 +160,7 @@ def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
 )
 def test_a_design_has_a_record_too(name, layouts, options, tmp_path, monkeypatch):
     # The study of many random layouts is the same for all, and tested elsewhere.
-    monkeypatch.setattr(sys.modules["tactfix.design_check"], "Wishes", partial(Wishes, layouts=layouts))
+    monkeypatch.setattr(sys.modules["tactfix.design.design_check"], "Wishes", partial(Wishes, layouts=layouts))
     path, out = ROOT / "fixtures" / f"{name}.yaml", tmp_path / "design.html"
     status = run(["report", str(path), "--output", str(out), *options])
     page = out.read_text()

@@ -6,9 +6,9 @@ from reach.cells import ball_and_bar, cube_corner, placed, three_balls
 
 from tactfix.errors import UsageError
 from tactfix.geometry.surfaces import Sphere
-from tactfix.locate import locate
-from tactfix.mistakes.faults import FAULT_KINDS, Fault, parse_fault
-from tactfix.simulate import simulate
+from tactfix.localization.locate import locate
+from tactfix.simulation.faults import FAULT_KINDS, Fault, parse_fault
+from tactfix.simulation.simulate import simulate
 
 SEED = 5
 

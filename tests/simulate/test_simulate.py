@@ -5,12 +5,12 @@ import pytest
 from reach.cells import all_cells, ball_and_bar, box, placed, plate_with_all, surfaces_of, three_balls
 from reach.ray_walk import deepest, depth_in_ball
 
+from tactfix.accessibility.approach_path import within_box
 from tactfix.contacts import Contacts
 from tactfix.errors import TipDoesNotFitError, UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.locate import locate
-from tactfix.reach.path import within_box
-from tactfix.simulate import CONE_DEG, random_pose, simulate, streams
+from tactfix.localization.locate import locate
+from tactfix.simulation.simulate import CONE_DEG, random_pose, simulate, streams
 
 
 def in_fixture(simulation):

@@ -10,7 +10,7 @@ from reach.cells import ball_and_bar
 
 from tactfix.cli import main
 from tactfix.report.plan_csv import simulation_csv
-from tactfix.simulate import simulate
+from tactfix.simulation.simulate import simulate
 
 FIXTURES = sorted((Path(__file__).parents[2] / "fixtures").glob("*.yaml"))
 CELL = str(Path(__file__).parents[2] / "fixtures" / "robot-cell-plate.yaml")

@@ -17,8 +17,8 @@ from localizers.touched import AXES, TIDY_FIVES, TIDY_FIVES_WITH_MULTIPLE_ROOTS,
 from tactfix.localizers.common_tangents import tangent_lines
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.cylinder_directions import direction_zeros
-from tactfix.localizers.five_contact_cylinders import cylinders_through_five
-from tactfix.localizers.sphere_centers import sphere_centers
+from tactfix.stacks.five_contact_cylinders import cylinders_through_five
+from tactfix.stacks.sphere_centers import sphere_centers
 
 INSTANCES = int(os.environ.get("INSTANCES", "100000"))
 ROTATIONS = int(os.environ.get("ROTATIONS", "200"))

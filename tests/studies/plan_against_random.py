@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tactfix.accessibility.touchable import extreme_points
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.plan import plan
-from tactfix.reach.touchable import extreme_points
+from tactfix.planning.plan import plan
 from tactfix.relations.realization import realize
 
 SHIPPED = sorted((Path(__file__).parents[2] / "fixtures").glob("*.yaml"))

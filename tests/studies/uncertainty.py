@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from tactfix.files.fixture_file import load_fixture
-from tactfix.locate import locate, solve
+from tactfix.localization.locate import locate, solve
 
 SHIPPED = Path(__file__).parents[2] / "fixtures"
 REPETITIONS = int(os.environ.get("REPETITIONS", "2000"))

@@ -7,13 +7,13 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tactfix.acceptance import exceeded_gates
 from tactfix.batching.contact_set import ContactSet
 from tactfix.batching.row import BatchRow, row_of_failure, row_of_result
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, TactfixError
 from tactfix.fixture import Fixture
-from tactfix.gates import exceeded_gates
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 from tactfix.results import LocateResult
 
 Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]

@@ -86,7 +86,7 @@ def command(
 
     Exit status: 0 all are located and acceptable, 1 some are not (their rows say why), 3 none could be read.
     """
-    from tactfix.batch import run_batch
+    from tactfix.batching.batch import run_batch
     from tactfix.batching.task import BatchTask
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_sets import SetReader, find_sets

@@ -33,9 +33,9 @@ def command(
     """
     import numpy as np
 
-    from tactfix.compare import Limits, compare, exceeded
     from tactfix.files.pose_file import load_pose
     from tactfix.files.writing import write_whole
+    from tactfix.pose_formats.comparison import Limits, compare, exceeded
     from tactfix.report.compare_report import compare_json, compare_junit, compare_lines
     from tactfix.report.json_report import text_of
 

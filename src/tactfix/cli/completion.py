@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from tactfix.cli.vocabulary import CONTACT_FORMATS, POSE_FORMATS
 from tactfix.errors import TactfixError
-from tactfix.templates import TEMPLATES
+from tactfix.files.templates import TEMPLATES
 from tactfix.units import UNITS
 
 

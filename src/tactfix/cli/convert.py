@@ -9,7 +9,7 @@ from tactfix.cli.vocabulary import LEVER_ARM_MM, POSE_FORMATS
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
-    from tactfix.dialects.dialect import Dialect
+    from tactfix.pose_formats.dialect import Dialect
 
 _NAMES = ", ".join(POSE_FORMATS)
 
@@ -44,8 +44,8 @@ def command(
     Every text is read back and compared before it leaves; rounding is told on standard error, and refused where it
     exceeds a tenth of the pose's own sigma (exit 1).
     """
-    from tactfix.convert import write_pose
     from tactfix.files.pose_file import load_pose
+    from tactfix.pose_formats.convert import write_pose
 
     dialect = _wanted(to, None if output is None else output.suffix.lower())
     written = write_pose(dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm)
@@ -56,8 +56,8 @@ def command(
 
 def _wanted(to: str | None, suffix: str | None) -> "Dialect":
     """The dialect that --to names, else the one that the output's ending means."""
-    from tactfix.convert import find_dialect
-    from tactfix.dialects import DIALECTS, SUFFIXES
+    from tactfix.pose_formats import DIALECTS, SUFFIXES
+    from tactfix.pose_formats.convert import find_dialect
 
     if to is not None:
         return find_dialect(to)

@@ -16,7 +16,7 @@ from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.design_check import DesignReport
+    from tactfix.design.design_check import DesignReport
     from tactfix.files.contact_options import ContactOptions
     from tactfix.fixture import Fixture
 
@@ -75,9 +75,9 @@ def command(
 
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
+    from tactfix.design.design_check import Wishes, design_check
     from tactfix.design.explanations import explanation
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
-    from tactfix.design_check import Wishes, design_check
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.writing import write_whole

@@ -12,7 +12,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.fit import FitResult
+    from tactfix.fitting.fit import FitResult
 
 
 class Kind(StrEnum):
@@ -74,7 +74,7 @@ def command(
 
 def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> "FitResult":
     """What fit finds; contacts that leave the surface free are an answer too."""
-    from tactfix.fit import FitResult, fit
+    from tactfix.fitting.fit import FitResult, fit
 
     try:
         return fit(kind.value, contacts, radius, side.value)

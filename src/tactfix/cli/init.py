@@ -8,7 +8,7 @@ from tactfix.cli import completion
 from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.output import emit
 from tactfix.errors import UsageError
-from tactfix.templates import TEMPLATES, template_text
+from tactfix.files.templates import TEMPLATES, template_text
 
 
 def command(

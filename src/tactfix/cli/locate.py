@@ -74,12 +74,12 @@ def command(
     """
     import numpy as np
 
+    from tactfix.acceptance import shown_sigma
     from tactfix.cli.contacts_input import read_contacts
     from tactfix.cli.pose_output import chosen_format, render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.gates import shown_sigma
-    from tactfix.locate import locate
+    from tactfix.localization.locate import locate
     from tactfix.report.text_report import verdict_lines
 
     point = None if at is None else np.array(vector(at, "--at"))
@@ -105,7 +105,7 @@ def command(
 
 def _judge(result: "LocateResult", at: "Floats | None", max_sigma: float | None, max_rms: float | None) -> Exit:
     """The exit status: that of the result's status, or of a gate that it exceeds."""
-    from tactfix.gates import exceeded_gates
+    from tactfix.acceptance import exceeded_gates
 
     if result.status != "located":
         return exit_of_status(result.status)

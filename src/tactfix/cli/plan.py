@@ -55,7 +55,7 @@ def command(
     from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.plan import plan
+    from tactfix.planning.plan import plan
     from tactfix.report.json_report import text_of
     from tactfix.report.plan_csv import plan_csv, plan_lines
     from tactfix.report.plan_json import plan_json

@@ -25,8 +25,8 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
     name = format_name or _PLAIN_SUFFIXES.get(suffix)
     if name in ("matrix", "json"):
         return name
-    from tactfix.convert import find_dialect
-    from tactfix.dialects import SUFFIXES
+    from tactfix.pose_formats import SUFFIXES
+    from tactfix.pose_formats.convert import find_dialect
 
     if name is None and suffix not in SUFFIXES:
         known = ", ".join(SUFFIXES)
@@ -49,8 +49,8 @@ def render_pose(
         return None
     if format_name == "matrix":
         return matrix_text(result.base_from_fixture)
-    from tactfix.convert import write_pose
-    from tactfix.dialects.pose import Pose
+    from tactfix.pose_formats.convert import write_pose
+    from tactfix.pose_formats.pose import Pose
 
     pose = Pose(result.base_from_fixture, result.units, result.covariance, result.fixture)
     written = write_pose(format_name, pose, force=force)

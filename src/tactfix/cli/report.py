@@ -52,7 +52,7 @@ def command(
     from tactfix.cli.contacts_input import read_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.locate import locate
+    from tactfix.localization.locate import locate
     from tactfix.report.html_page import Record, locate_page
     from tactfix.report.text_report import verdict_lines
 
@@ -93,7 +93,7 @@ def _input(role: str, path: str) -> "InputFile":
 
 def _design(record: "Record", sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
     """The page of a design check, and its exit status."""
-    from tactfix.design_check import Wishes, design_check
+    from tactfix.design.design_check import Wishes, design_check
     from tactfix.report.html_design import design_page
 
     report = design_check(record.fixture, None, Wishes(sigma=sigma, tip_radius=tip_radius))

@@ -55,11 +55,11 @@ def command(
     from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.mistakes.faults import parse_fault
     from tactfix.report.json_report import text_of
     from tactfix.report.plan_csv import simulation_csv
     from tactfix.report.plan_json import simulation_json
-    from tactfix.simulate import simulate
+    from tactfix.simulation.faults import parse_fault
+    from tactfix.simulation.simulate import simulate
 
     asked = None if fault is None else parse_fault(fault)
     there = load_fixture(fixture)

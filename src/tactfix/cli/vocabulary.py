@@ -31,7 +31,7 @@ POSE_FORMATS: Final = (
     "g68.2",
     "g10",
 )
-"""The keys of tactfix.dialects.DIALECTS."""
+"""The keys of tactfix.pose_formats.DIALECTS."""
 
 CONTACT_FORMATS: Final = ("linuxcnc", "grbl", "msr", "xyzijk", "ippdme", "ur", "kuka")
 """The keys of tactfix.files.logs.LOG_FORMATS."""
@@ -45,7 +45,7 @@ FAULTS: Final = (
     "late-trigger",
     "thermal-growth",
 )
-"""tactfix.mistakes.faults.FAULT_KINDS."""
+"""tactfix.simulation.faults.FAULT_KINDS."""
 
 LEVER_ARM_MM: Final = 500.0
 """tactfix.convert.LEVER_ARM_MM."""

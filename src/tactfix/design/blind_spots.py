@@ -16,17 +16,17 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.misplaced import Misplaced
+from tactfix.design.distance_errors import Misplaced
+from tactfix.design.nominal_contacts import Locator, Touched, most_telling, normals_of, shift_of
 from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
-from tactfix.design.touched import Locator, Touched, most_telling, normals_of, shift_of
+from tactfix.diagnosis.feasibility import least_chi_square
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import Plane, Surface
-from tactfix.mistakes.faults import Fault, growth, mistaken
-from tactfix.mistakes.impossible_contacts import least_chi_square
 from tactfix.noise import SUSPICIOUS, chi_square_limit
-from tactfix.poses.refinement import refine
-from tactfix.verdicts.motion_words import listed
+from tactfix.poses.pose_fit import refine
+from tactfix.simulation.faults import Fault, growth, mistaken
+from tactfix.wording import listed
 
 Mistake: TypeAlias = Literal[
     "tip_radius",

@@ -6,15 +6,18 @@ from typing import Final
 
 import numpy as np
 
+from tactfix.accessibility.access import Access, access_of
+from tactfix.accessibility.touchable import extreme_points
 from tactfix.contacts import Contacts
+from tactfix.design.accuracy import Certainty, certainty, free_of
 from tactfix.design.blind_spots import SIGMAS_OFF, Alternatives, BlindSpot, blind_spots, tip_blind_spots
-from tactfix.design.certainty import Certainty, certainty, free_of
 from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
+from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.layout import Source, into_fixture, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
-from tactfix.design.misplaced import misplaced
+from tactfix.design.nominal_contacts import Locator, Touched
 from tactfix.design.plan_findings import (
     blind_spot_findings,
     certainty_findings,
@@ -23,16 +26,13 @@ from tactfix.design.plan_findings import (
     margin_findings,
 )
 from tactfix.design.symmetries import symmetries
-from tactfix.design.touched import Locator, Touched
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Plane, Surface
-from tactfix.poses.refinement import contact_sigmas
-from tactfix.reach.access import Access, access_of
-from tactfix.reach.touchable import extreme_points
+from tactfix.localization.free_motions import WORTHLESS_ANGLE
+from tactfix.probe import residual_sigmas
 from tactfix.units import factor
-from tactfix.verdicts.freedom import WORTHLESS_ANGLE
 
 # The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003
@@ -155,7 +155,7 @@ def _in_fixture_frame(
     """
     if given is None:
         return spread, "spread", []
-    if lies_on(surfaces, given, _sigmas(fixture, given)):
+    if lies_on(surfaces, given, residual_sigmas(fixture, given)):
         return given, "plan", []
     result = locator(given)
     best = min((c for c in result.candidates if c.accepted), key=lambda c: c.chi2, default=None)
@@ -166,14 +166,9 @@ def _in_fixture_frame(
     return spread, "spread", [Finding("contacts_not_located", "error", message, hint)]
 
 
-def _sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
-    """Sigma (n,) of each residual, the feature's own included."""
-    return contact_sigmas(contacts, {name: feature.sigma for name, feature in fixture.features.items()})
-
-
 def _touched(fixture: Fixture, surfaces: Mapping[str, Surface], contacts: Contacts, access: Access) -> Touched:
     corners = extreme_points(surfaces, fixture.touch, least=access.radius)
-    return Touched(surfaces, contacts, _sigmas(fixture, contacts), corners)
+    return Touched(surfaces, contacts, residual_sigmas(fixture, contacts), corners)
 
 
 def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:

@@ -4,7 +4,7 @@ from functools import cache
 from importlib import resources
 
 from tactfix.errors import UsageError
-from tactfix.suggestions import did_you_mean
+from tactfix.wording import did_you_mean
 
 
 def explanation(code: str) -> str:

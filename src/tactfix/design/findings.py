@@ -13,7 +13,7 @@ from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Surface
 from tactfix.results import FreeMotion
-from tactfix.verdicts.motion_words import listed
+from tactfix.wording import listed
 
 Severity: TypeAlias = Literal["ok", "warning", "error"]
 

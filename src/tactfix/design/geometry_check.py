@@ -6,6 +6,7 @@ from itertools import combinations
 from typing import Final
 
 from tactfix.design.contact_counts import ContactCounts, contact_counts
+from tactfix.design.distance_errors import separation
 from tactfix.design.findings import (
     Finding,
     count_findings,
@@ -13,7 +14,6 @@ from tactfix.design.findings import (
     same_surface_findings,
     shape_findings,
 )
-from tactfix.design.misplaced import separation
 from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
 from tactfix.fixture import Fixture
@@ -22,8 +22,8 @@ from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.localization.motion_words import free_motions
 from tactfix.results import FreeMotion
-from tactfix.verdicts.motion_words import free_motions
 
 # A position that is special to within this many sigma is as weak as one that is exactly so.
 _NEAR_SIGMAS: Final = 10.0

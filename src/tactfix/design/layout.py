@@ -6,13 +6,13 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
+from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.noise import SURE, chi_square_limit
-from tactfix.poses.refinement import contact_residuals
-from tactfix.reach.access import Access
+from tactfix.poses.pose_fit import contact_residuals
 
 Source: TypeAlias = Literal["plan", "contacts", "spread"]
 

@@ -11,10 +11,10 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.touched import Locator, Touched, most_telling, shift_of
+from tactfix.design.nominal_contacts import Locator, Touched, most_telling, shift_of
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import inverse, rotation_angle
-from tactfix.poses.refinement import contact_residuals
+from tactfix.poses.pose_fit import contact_residuals
 from tactfix.results import Candidate
 
 Loss: TypeAlias = Literal["free", "ambiguous"]

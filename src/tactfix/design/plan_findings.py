@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.design.accuracy import Certainty
 from tactfix.design.blind_spots import BlindSpot
-from tactfix.design.certainty import Certainty
 from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity
 from tactfix.design.layout import Source
@@ -15,9 +15,10 @@ from tactfix.design.margins import Margins, Rival
 from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
 from tactfix.geometry.rigid import rotation_angle
+from tactfix.localization.free_motions import WORTHLESS_ANGLE
+from tactfix.localization.motion_words import vector
 from tactfix.results import FreeMotion
-from tactfix.verdicts.freedom import WORTHLESS_ANGLE
-from tactfix.verdicts.motion_words import listed, vector
+from tactfix.wording import listed
 
 # The nearest wrong pose should lie this many sigma behind the right one.
 ENOUGH_BEHIND: Final = 10.0

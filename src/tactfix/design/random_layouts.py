@@ -14,10 +14,10 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.touched import Locator
+from tactfix.design.nominal_contacts import Locator
 from tactfix.fixture import Fixture
 from tactfix.results import Status
-from tactfix.simulate import simulate, streams
+from tactfix.simulation.simulate import simulate, streams
 
 DEFAULT_LAYOUTS: Final = 8
 """Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.touched import Touched, moments, most_telling, normals_of
+from tactfix.design.nominal_contacts import Touched, moments, most_telling, normals_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import outward_normals, residuals
 

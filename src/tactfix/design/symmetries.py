@@ -19,7 +19,8 @@ from tactfix.geometry.motions import Fixed, Line, are_parallel, common_motions
 from tactfix.geometry.rigid import homogeneous, rotation_angle
 from tactfix.geometry.scale import Tolerance, anchored, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
-from tactfix.verdicts.motion_words import line_in_words, listed
+from tactfix.localization.motion_words import line_in_words
+from tactfix.wording import listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
 

@@ -14,8 +14,8 @@ from tactfix.files.contact_table import Table, decimal_mark, numbers
 from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
-from tactfix.suggestions import did_you_mean
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+from tactfix.wording import did_you_mean
 
 SURFACE: Final = "surface"
 """What the one feature is called where no fixture names it."""

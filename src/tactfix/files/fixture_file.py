@@ -5,8 +5,8 @@ from pathlib import Path
 from tactfix.errors import FileError, Problem
 from tactfix.files.reading import decode, read_bytes
 from tactfix.fixture import Fixture
-from tactfix.models.findings import Finding
-from tactfix.models.parse import parse_fixture
+from tactfix.fixture_format.problems import Finding
+from tactfix.fixture_format.read import parse_fixture
 from tactfix.yaml_tree import Tree, read_tree
 
 

@@ -4,10 +4,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from tactfix.dialects import DIALECTS, SUFFIXES
-from tactfix.dialects.pose import Pose, PoseSyntaxError
 from tactfix.errors import FileError, UsageError
 from tactfix.files.reading import read_bytes
+from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.pose_formats.pose import Pose, PoseSyntaxError
 from tactfix.units import UNITS
 
 _NUMPY_MAGIC = b"\x93NUMPY"

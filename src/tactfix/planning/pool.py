@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tactfix.accessibility.access import Access
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.planning.information import rows_of
-from tactfix.reach.access import Access
 
 # Candidates in all, and least and most on one feature: after the polish more of them gain less than other starts do.
 _TOTAL, _FEWEST, _MOST = 600, 40, 200

@@ -7,22 +7,22 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.accuracy import point_covariance, worst_sigma
+from tactfix.acceptance import point_covariance, worst_sigma
+from tactfix.accessibility.access import access_of
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
 from tactfix.planning.information import Criterion, Objective, rows_of
 from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
 from tactfix.planning.pool import Touches, joined, pool_of
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
-from tactfix.probe_settings import probe_settings
-from tactfix.reach.access import access_of
-from tactfix.simulate import nominal_surfaces
+from tactfix.probe import probe_settings
+from tactfix.simulation.simulate import nominal_surfaces
 
 # A rigid body has six degrees of freedom.
 FEWEST = 6

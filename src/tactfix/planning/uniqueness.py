@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.surfaces import outward_normals
-from tactfix.locate import locate
+from tactfix.localization.locate import locate
 from tactfix.noise import chi_square_limit
-from tactfix.reach.access import Access
 from tactfix.results import Candidate, LocateResult
 
 # A second pose nearer than this, in the root of its chi-square, is a rival.

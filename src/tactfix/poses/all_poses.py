@@ -18,14 +18,14 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.noise import chi_square_limit
-from tactfix.poses.consensus import PART, agreed_poses
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import TURNS, feature_rotations
 from tactfix.poses.polish import best_poses
-from tactfix.poses.refinement import PoseFit, fit_at
+from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.starts import covering_rotations
+from tactfix.poses.subsets import PART, agreed_poses
 from tactfix.poses.zeros import Zeros, sampled, together
 
 SEARCHED = 18

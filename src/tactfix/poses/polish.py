@@ -8,9 +8,9 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.noise import chi_square_limit
-from tactfix.poses.consensus import blind_part
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.search import polish
+from tactfix.poses.subsets import blind_part
 from tactfix.poses.zeros import Zeros, together
 
 THINNED = 1000

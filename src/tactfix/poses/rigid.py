@@ -9,8 +9,8 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses.all_poses import all_poses
-from tactfix.poses.refinement import PoseFit
-from tactfix.poses.rigid_spread import rigid_spread
+from tactfix.poses.pose_fit import PoseFit
+from tactfix.poses.rigid_sigma_points import rigid_spread
 from tactfix.poses.solution import Solution, Solutions, solution_from
 
 UNRESOLVED = 0.5

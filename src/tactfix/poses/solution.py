@@ -9,8 +9,8 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses.contact_certainty import contact_certainty
-from tactfix.poses.refinement import covariance_at
-from tactfix.poses.spread import Spread
+from tactfix.poses.pose_fit import covariance_at
+from tactfix.poses.sigma_points import Spread
 from tactfix.results import Candidate
 
 

@@ -21,13 +21,13 @@ from tactfix.geometry.nearest import foot
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Sphere, Surface
 from tactfix.noise import chi_square_limit
-from tactfix.poses.refinement import contact_residuals
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions, solution_from
-from tactfix.poses.spread import motions_between
 from tactfix.relations.combinations import combinations
 from tactfix.relations.equations import relation_residuals
 from tactfix.relations.joint import JointFit, JointProblem, joint_fit
-from tactfix.relations.joint_spread import JointSpread
+from tactfix.relations.joint_sigma_points import JointSpread
 from tactfix.relations.realization import fixture_scale, random_surface, realize
 from tactfix.results import Candidate, Reason
 

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tactfix.compare import Limits, Movement, exceeded
 from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats.comparison import Limits, Movement, exceeded
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
 
@@ -62,7 +62,7 @@ def compare_junit(movement: Movement, limits: Limits) -> str:
         skipped=str(sum(limit is None for limit in cases.values())),
     )
     for name, limit in cases.items():
-        case = ElementTree.SubElement(suite, "testcase", classname="tactfix.compare", name=name)
+        case = ElementTree.SubElement(suite, "testcase", classname="tactfix.pose_formats.comparison", name=name)
         if limit is None:
             ElementTree.SubElement(case, "skipped", message=f"no limit: give --limit-{name}")
         elif name in beyond:

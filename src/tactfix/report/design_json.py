@@ -4,10 +4,10 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.design.certainty import Certainty, Influence, PointSigma
+from tactfix.design.accuracy import Certainty, Influence, PointSigma
+from tactfix.design.design_check import DesignReport
 from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import RealPoses
-from tactfix.design_check import DesignReport
 from tactfix.geometry.arrays import Floats
 from tactfix.report.json_report import Json, array, number
 from tactfix.results import FreeMotion

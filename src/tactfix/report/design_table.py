@@ -9,13 +9,13 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from tactfix.design.certainty import Certainty, Influence
+from tactfix.design.accuracy import Certainty, Influence
 from tactfix.design.contact_counts import ContactCounts
+from tactfix.design.design_check import DesignReport
 from tactfix.design.findings import Severity
 from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import LayoutStudy, RealPoses
-from tactfix.design_check import DesignReport
-from tactfix.verdicts.motion_words import vector
+from tactfix.localization.motion_words import vector
 
 _COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
 _MOST_SYMMETRIES: Final = 8

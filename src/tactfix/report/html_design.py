@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.design_check import DesignReport
+from tactfix.design.design_check import DesignReport
 from tactfix.relations.realization import realize
 from tactfix.report.html_page import Record, render
 from tactfix.report.html_scene import fixture_figure

@@ -8,12 +8,12 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from tactfix.accessibility.touchable import extent_of
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Surface, moved, outward_normals
-from tactfix.reach.touchable import extent_of
 from tactfix.report.html_shapes import ellipsoid_grid, patch
 from tactfix.results import Candidate, ContactResidual, LocateResult
 

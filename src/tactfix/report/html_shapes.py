@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from tactfix.accessibility.touchable import axial_interval, closed_box, face
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats, perpendicular
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.reach.touchable import axial_interval, closed_box, face
 
 _AROUND = 48
 _FROM_POLE_TO_POLE = 25

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from tactfix.accuracy import point_covariance
-from tactfix.gates import sigma_at
+from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import Candidate, LocateResult, NextContact, Reason
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
-    from tactfix.fit import FitCandidate, FitResult
+    from tactfix.fitting.fit import FitCandidate, FitResult
 
 Json: TypeAlias = dict[str, Any]
 

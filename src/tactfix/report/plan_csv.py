@@ -10,7 +10,7 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.planning.result import Plan
 from tactfix.report.text_report import decimal
-from tactfix.simulate import CONE_DEG, Simulation
+from tactfix.simulation.simulate import CONE_DEG, Simulation
 
 # A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian. No more is written,
 # which also hides the last bits in which platforms differ: one seed gives one file everywhere.

@@ -5,7 +5,7 @@ from typing import Final
 from tactfix.contacts import Contacts
 from tactfix.planning.result import Plan
 from tactfix.report.json_report import Json, array, number
-from tactfix.simulate import Simulation
+from tactfix.simulation.simulate import Simulation
 from tactfix.version import VERSION
 
 PLAN_SCHEMA: Final = "tactfix/plan/1"

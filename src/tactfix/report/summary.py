@@ -10,8 +10,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from tactfix.accuracy import point_covariance, worst_sigma
-from tactfix.gates import sigma_at
+from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
 from tactfix.report.text_report import reason_text
 from tactfix.results import Candidate, ContactResidual, LocateResult, Status

@@ -8,7 +8,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.results import LocateResult, Reason
 
 if TYPE_CHECKING:
-    from tactfix.fit import FitResult
+    from tactfix.fitting.fit import FitResult
 
 _MOST_REASONS = 3
 

@@ -15,7 +15,7 @@ from tactfix.files.logs.log import Log, LogContact, LogFormat, Vector
 from tactfix.files.reading import Source, composed, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
-from tactfix.suggestions import did_you_mean
+from tactfix.wording import did_you_mean
 
 _MOST_PROBLEMS = 20
 

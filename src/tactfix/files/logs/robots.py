@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from tactfix.dialects import DIALECTS
-from tactfix.dialects.dialect import Numbers
-from tactfix.dialects.pose import PoseSyntaxError
 from tactfix.errors import Problem
 from tactfix.files.logs.log import Log, LogContact, LogReader, numbers_in, vector
 from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.dialect import Numbers
+from tactfix.pose_formats.pose import PoseSyntaxError
 
 
 def pose_line_reader(name: str) -> LogReader:

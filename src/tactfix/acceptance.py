@@ -1,0 +1,58 @@
+"""How surely a point of the fixture is known, and the limits that a located pose must keep to be acceptable."""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import skew
+from tactfix.results import LocateResult
+
+
+def point_covariance(base_from_fixture: Floats, covariance: Floats, points_fixture: Floats) -> Floats:
+    """Covariances (..., 3, 3) in base axes of points (..., 3) of the fixture frame.
+
+    x = R p + t moves by d_x = d_rot x (R p) + d_t, so that cov_x = J cov J^T with J = [-[R p]x, I].
+    """
+    arms = points_fixture @ base_from_fixture[:3, :3].T
+    jacobian = np.concatenate([-skew(arms), np.broadcast_to(np.eye(3), (*arms.shape[:-1], 3, 3))], axis=-1)
+    return np.asarray(jacobian @ covariance @ np.swapaxes(jacobian, -1, -2))
+
+
+def worst_sigma(covariances: Floats) -> Floats:
+    """One standard deviation (...,) along the direction that is known worst, of covariances (..., 3, 3)."""
+    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(covariances)[..., -1], 0.0)))
+
+
+def sigma_at(result: LocateResult, point_fixture: Floats | None = None) -> float | None:
+    """The worst sigma (units) of a point (3,) of the fixture frame, of its origin where None; None where unknown."""
+    if result.base_from_fixture is None or result.covariance is None:
+        return None
+    point = np.zeros(3) if point_fixture is None else point_fixture
+    return float(worst_sigma(point_covariance(result.base_from_fixture, result.covariance, point)))
+
+
+def shown_sigma(result: LocateResult, point_fixture: Floats | None = None) -> str:
+    """The worst sigma of a point (3,) of the fixture frame, of its origin where None, with its unit."""
+    return _shown(sigma_at(result, point_fixture), result.units)
+
+
+def exceeded_gates(
+    result: LocateResult, point_fixture: Floats | None, max_sigma: float | None, max_rms: float | None
+) -> list[str]:
+    """What a located result exceeds, in words; empty where it keeps to both limits. An unknown value exceeds its limit.
+
+    max_sigma holds for the worst sigma of point_fixture (3,), of the origin where None; both limits in units.
+    """
+    where = "the origin" if point_fixture is None else "--at"
+    checks = (
+        (f"the worst sigma of {where}", sigma_at(result, point_fixture), max_sigma, "--max-sigma"),
+        ("the rms of the residuals", result.rms, max_rms, "--max-rms"),
+    )
+    return [
+        f"not acceptable: {what} is {_shown(value, result.units)}, above {option} {limit:g}"
+        for what, value, limit, option in checks
+        if limit is not None and (value is None or not value <= limit)
+    ]
+
+
+def _shown(value: float | None, units: str) -> str:
+    return "not known" if value is None else f"{value:.3g} {units}"

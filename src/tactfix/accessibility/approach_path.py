@@ -1,0 +1,155 @@
+"""Whether the probe can have come to a contact in a straight line: which other feature stands in its way.
+
+Only what the fixture file says is known to exist can stand in the way, and only by what the tip's centre would have to
+run into: an obstacle that is really there may go unseen, one that is not there never speaks against a pose.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tactfix.accessibility.touchable import extent_of, extreme_points, sample_touches, solid_interval, within_box
+from tactfix.fixture import TouchBox
+from tactfix.geometry.arrays import EPS, Bools, Floats, lengths
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, residuals
+
+__all__ = ["extent_of", "extreme_points", "path_blocked", "sample_touches", "within_box"]
+
+
+def path_blocked(
+    surfaces: Mapping[str, Surface],
+    boxes: Mapping[str, TouchBox],
+    feature: str,
+    points: Floats,
+    approaches: Floats,
+    approach_distance: float | None = None,
+    margin: float | Floats = 0.0,
+    strict: bool = False,
+) -> list[str | None]:
+    """For each contact on feature, the other feature that its straight approach runs through, or None.
+
+    The approach is the segment from point - L approach to point, with L = approach_distance, without end where None.
+    Everything is in the frame of the boxes: points (n, 3) are tip centres (or points of the surface), approaches (n, 3)
+    unit, a row of nan is never blocked. Blocked is an approach that enters an obstacle deeper than margin, scalar or
+    (n,); a negative margin keeps clear of it by that much, as a plan wants.
+
+    Obstacles: outer spheres; outer cylinders as solid bars, where their touch box says that they exist, unbounded
+    without one (but a bar without an end is not believed to cover the contact itself); planes by their touch box where
+    it bounds them on all sides, for an approach that comes out of their material. A hole that lies in such a face as an
+    inner feature is open. Inner surfaces never block. The feature itself is left to the approach test (eq. 11).
+
+    strict is for choosing a path instead of judging one: what may be there counts as well. A bar without an end covers
+    what lies in it, and a bounded face stands in the way of balls and bars behind it too.
+    """
+    margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), len(points))
+    length = np.inf if approach_distance is None else approach_distance
+    names: list[str | None] = [None] * len(points)
+    own = surfaces[feature]
+    for name, surface in surfaces.items():
+        if name == feature:
+            continue
+        match surface:
+            case Sphere(side="outer"):
+                blocked = _through_ball(surface, points, approaches, length, margins)
+            case Cylinder(side="outer"):
+                blocked = _through_bar(surface, boxes.get(name), points, approaches, length, margins, strict)
+            case Plane() if name in boxes:
+                sides = (surface, Plane(surface.point, -surface.normal))
+                both = strict and not isinstance(own, Plane) and own.side == "outer"
+                blocked = np.zeros(len(points), dtype=bool)
+                for side in sides[: 1 + both]:
+                    crossed = _through_face(side, boxes[name], points, approaches, length, margins)
+                    blocked |= crossed & ~_in_opening(surfaces, side, points, approaches)
+            case _:
+                continue
+        for i in np.flatnonzero(blocked):
+            names[i] = names[i] or name
+    return names
+
+
+def _least_distance(arms: Floats, steps: Floats, first: Floats, last: Floats) -> Floats:
+    """min over u in [first, last] of |arm - u step| (n,), for arms and steps (n, 3); inf where the range is empty."""
+    square = (steps**2).sum(axis=1)
+    moving = square > EPS
+    nearest = np.where(moving, (arms * steps).sum(axis=1) / np.where(moving, square, 1.0), first)
+    nearest = np.clip(nearest, first, np.maximum(first, last))
+    distance = lengths(arms - nearest[:, None] * steps)
+    return np.asarray(np.where(first <= last, distance, np.inf))
+
+
+def _through_ball(ball: Sphere, points: Floats, approaches: Floats, length: float, margins: Floats) -> Bools:
+    """Which approaches pass the centre nearer than radius - margin."""
+    first, last = np.zeros(len(points)), np.full(len(points), length)
+    distance = _least_distance(points - ball.center, approaches, first, last)
+    return np.asarray(distance < ball.radius - margins)
+
+
+def _through_bar(
+    bar: Cylinder,
+    box: TouchBox | None,
+    points: Floats,
+    approaches: Floats,
+    length: float,
+    margins: Floats,
+    strict: bool,
+) -> Bools:
+    """Which approaches pass the axis nearer than radius - margin, between the ends of the bar."""
+    low, high = solid_interval(bar, box)
+    arms = points - bar.point
+    along, rate = arms @ bar.direction, approaches @ bar.direction
+    first, last = _between(along, rate, low + margins, high - margins, length)
+    radial_arms = arms - along[:, None] * bar.direction
+    radial_steps = approaches - rate[:, None] * bar.direction
+    blocked = _least_distance(radial_arms, radial_steps, first, last) < bar.radius - margins
+    if not strict and np.isinf([low, high]).any():
+        blocked &= lengths(radial_arms) >= bar.radius - np.maximum(margins, 0.0)
+    return np.asarray(blocked)
+
+
+def _between(along: Floats, rate: Floats, low: Floats, high: Floats, length: float) -> tuple[Floats, Floats]:
+    """The range first <= u <= last of [0, length] in which low <= along - u rate <= high; empty where first > last."""
+    level = np.abs(rate) <= EPS
+    step = np.where(level, 1.0, rate)
+    ends = np.sort(np.stack([(along - low) / step, (along - high) / step]), axis=0)
+    outside = level & ((along < low) | (along > high))
+    first = np.where(level, np.where(outside, np.inf, 0.0), np.maximum(ends[0], 0.0))
+    last = np.where(level, length, np.minimum(ends[1], length))
+    # A range that starts at infinity is empty too; a finite stand-in keeps the arithmetic below quiet.
+    empty = np.isinf(first)
+    return np.where(empty, 0.0, first), np.where(empty, -1.0, last)
+
+
+def _crossing(plane: Plane, points: Floats, approaches: Floats) -> tuple[Floats, Floats]:
+    """u (n,) and point (n, 3) where the approach comes out of the plane's material; u is nan where it does not."""
+    rate = approaches @ plane.normal
+    rises = rate > EPS
+    u = np.where(rises, residuals(plane, points, 0.0) / np.where(rises, rate, 1.0), np.nan)
+    return u, np.asarray(points - u[:, None] * approaches)
+
+
+def _through_face(
+    plane: Plane, box: TouchBox, points: Floats, approaches: Floats, length: float, margins: Floats
+) -> Bools:
+    """Which approaches start behind a bounded face, by more than margin, and come out through it."""
+    # The box bounds the face when every side that is open is square to the plane.
+    open_sides = ~(np.isfinite(box.low) & np.isfinite(box.high))
+    if (open_sides & (np.abs(plane.normal) < 1 - 1e-9)).any():
+        return np.zeros(len(points), dtype=bool)
+    u, crossing = _crossing(plane, points, approaches)
+    behind = (length - u) * (approaches @ plane.normal) > np.maximum(margins, 0.0)
+    before = residuals(plane, points, 0.0) > np.maximum(margins, 0.0)
+    # Along its normal the face is where the plane is: only the sides along the plane are held against the box.
+    across = np.abs(plane.normal) > 1 - 1e-9
+    slack = np.where(across, np.inf, -margins[:, None])
+    inside = ((crossing >= box.low - slack) & (crossing <= box.high + slack)).all(axis=1)
+    return np.asarray(behind & before & inside)
+
+
+def _in_opening(surfaces: Mapping[str, Surface], plane: Plane, points: Floats, approaches: Floats) -> Bools:
+    """Which approaches cross the plane within the opening of an inner surface."""
+    crossing = _crossing(plane, points, approaches)[1]
+    opening = np.zeros(len(points), dtype=bool)
+    for surface in surfaces.values():
+        if not isinstance(surface, Plane) and surface.side == "inner":
+            opening |= residuals(surface, crossing, 0.0) > 0
+    return opening

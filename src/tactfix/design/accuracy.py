@@ -1,0 +1,196 @@
+"""How surely a set of contacts fixes the pose: covariance, extreme points, observability, and which contact matters.
+
+Everything is in the fixture frame with the fixture standing at its origin, the true pose being the identity.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.acceptance import point_covariance
+from tactfix.contacts import Contacts
+from tactfix.design.layout import Source
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.scale import Tolerance
+from tactfix.geometry.surfaces import Surface
+from tactfix.localization.free_motions import tidied
+from tactfix.localization.motion_words import twist_in_words
+from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
+from tactfix.results import FreeMotion
+
+_HERE = np.eye(4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointSigma:
+    """A point (3,) of the fixture: one standard deviation (units) along the direction (3,) that is known worst."""
+
+    point: Floats
+    sigma: float
+    direction: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+        object.__setattr__(self, "direction", frozen(self.direction))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observability:
+    """The indices of robot calibration, from the singular values (6,) of the rows [n, (x - c) x n / length], one each.
+
+    length: rms distance of the contacts from their centroid c (units); it makes rotations and translations comparable.
+    O1 = (product s)^(1/6) / sqrt(n), O2 = smin / smax, O3 = smin, O4 = smin^2 / smax, O5 = 1 / sum(1 / s).
+    Sources: Menq and Borm (O1), Driels (O2), Nahvi (O3, O4), Sun and Hollerbach 2008 (O5 and the names).
+    """
+
+    singular_values: Floats
+    length: float
+    contacts: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "singular_values", frozen(self.singular_values))
+
+    @property
+    def indices(self) -> dict[str, float]:
+        """O1 to O5; all 0 where a motion is free."""
+        s = self.singular_values
+        if s[-1] <= 0:
+            return dict.fromkeys(("O1", "O2", "O3", "O4", "O5"), 0.0)
+        return {
+            "O1": float(np.exp(np.log(s).mean()) / np.sqrt(self.contacts)),
+            "O2": float(s[-1] / s[0]),
+            "O3": float(s[-1]),
+            "O4": float(s[-1] ** 2 / s[0]),
+            "O5": float(1 / (1 / s).sum()),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Influence:
+    """A contact at point (3,) of the fixture frame, and the worst sigma of an extreme point without it.
+
+    None where a motion is then free.
+    """
+
+    label: str
+    feature: str
+    point: tuple[float, float, float]
+    sigma_without: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Certainty:
+    """What the contacts promise. covariance (6, 6): d_rot (rad), d_t (units) about the fixture's origin.
+
+    extreme: the extreme points of the fixture, worst: the one that is known worst; at: the points asked for; weakest:
+    the motion known worst, one standard deviation of it; most and least: the contacts whose loss costs most and least.
+    """
+
+    source: Source
+    contacts: int
+    covariance: Floats
+    observability: Observability
+    worst: PointSigma
+    extreme: tuple[PointSigma, ...]
+    at: tuple[PointSigma, ...]
+    weakest: FreeMotion
+    most: Influence
+    least: Influence
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "covariance", frozen(self.covariance))
+
+    @property
+    def turn_sigma(self) -> float:
+        """One standard deviation of the rotation known worst (rad)."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
+
+
+def free_of(contacts: Contacts, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> tuple[FreeMotion, ...]:
+    """The motions that these contacts leave free, in words; none where they fix the pose."""
+    free = _sensitivity(contacts, surfaces, np.ones(len(contacts))).free_motions(np.zeros(3))
+    motions = tidied(free) if len(free) else free
+    return tuple(_in_words(motion, surfaces, tolerance) for motion in motions)
+
+
+def certainty(
+    contacts: Contacts,
+    surfaces: Mapping[str, Surface],
+    sigmas: Floats,
+    corners: Floats,
+    at: Floats,
+    tolerance: Tolerance,
+    source: Source,
+) -> Certainty:
+    """What contacts in the fixture frame promise, with sigmas (n,) of their residuals.
+
+    corners (k, 3): the fixture's extreme points; at (m, 3): further points to tell. The contacts must leave no motion
+    free (free_of).
+    """
+    seen = _sensitivity(contacts, surfaces, sigmas)
+    covariance = seen.covariance(np.zeros(3))
+    found = tuple(_sigma_at(covariance, corner) for corner in corners)
+    influences = _influences(contacts, seen, covariance, corners)
+    values, motions = seen.svd()
+    weakest = seen.twists(motions[-1:] / values[-1], np.zeros(3))[0]
+    return Certainty(
+        source=source,
+        contacts=len(contacts),
+        covariance=covariance,
+        observability=_observability(contacts, surfaces),
+        worst=max(found, key=lambda point: point.sigma),
+        extreme=found,
+        at=tuple(_sigma_at(covariance, point) for point in at),
+        weakest=_in_words(weakest, surfaces, tolerance),
+        most=max(influences, key=lambda i: np.inf if i.sigma_without is None else i.sigma_without),
+        least=min(influences, key=lambda i: np.inf if i.sigma_without is None else i.sigma_without),
+    )
+
+
+def _sensitivity(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats) -> Sensitivity:
+    _, normals = contact_residuals(surfaces, contacts)
+    return sensitivity(contacts, normals, sigmas)
+
+
+def _observability(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Observability:
+    seen = _sensitivity(contacts, surfaces, np.ones(len(contacts)))
+    return Observability(seen.svd()[0], seen.scale, len(contacts))
+
+
+def _sigma_at(covariance: Floats, point: Floats) -> PointSigma:
+    values, vectors = np.linalg.eigh(point_covariance(_HERE, covariance, point))
+    return PointSigma(point, float(np.sqrt(max(values[-1], 0.0))), vectors[:, -1])
+
+
+# 1 - leverage below this: the contact alone holds some motion.
+_ALONE = 1e-9
+
+
+def _influences(contacts: Contacts, seen: Sensitivity, covariance: Floats, corners: Floats) -> list[Influence]:
+    """The worst sigma of a corner without each contact in turn.
+
+    Taking the row j away from the information adds (C j)(C j)^T / (1 - j^T C j) to the covariance C (Sherman and
+    Morrison); j^T C j is the contact's leverage, 1 where no other contact sees what it sees.
+    """
+    # Rows about the fixture's origin: the twist there is what the covariance is of.
+    rows = np.hstack([seen.jacobian[:, :3] * seen.scale, np.zeros((len(contacts), 3))])
+    rows += np.hstack([np.cross(seen.centre, seen.jacobian[:, 3:]), seen.jacobian[:, 3:]])
+    told = rows @ covariance
+    rest = 1 - (told * rows).sum(axis=1)
+    lost = rest <= _ALONE
+    more = told / np.sqrt(np.where(lost, 1.0, rest))[:, None]
+    without = covariance + more[:, :, None] * more[:, None, :]
+    worst = np.zeros(len(contacts))
+    for corner in corners:
+        variances = np.linalg.eigvalsh(point_covariance(_HERE, without, corner))[:, -1]
+        worst = np.maximum(worst, variances)
+    sigmas = np.sqrt(worst)
+    return [
+        Influence(contacts.label(i), feature, (x, y, z), None if lost[i] else float(sigmas[i]))
+        for i, (feature, (x, y, z)) in enumerate(zip(contacts.features, contacts.points.tolist(), strict=True))
+    ]
+
+
+def _in_words(twist: Floats, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> FreeMotion:
+    return FreeMotion(twist[:3], twist[3:], twist_in_words(twist[:3], twist[3:], surfaces, tolerance))

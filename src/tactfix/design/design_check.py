@@ -1,0 +1,232 @@
+"""Will this fixture locate, how surely, and what would it never notice.
+
+The fixture's geometry is judged exactly (motions, symmetries, fewest contacts), then the contacts that are given, or
+well spread ones: how sure the pose is, how far the nearest wrong pose lies, and which mistakes would stay unseen.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.design.accuracy import Certainty
+from tactfix.design.blind_spots import BlindSpot
+from tactfix.design.contact_check import ContactCheck, check_contacts
+from tactfix.design.contact_counts import ContactCounts, separate_counts
+from tactfix.design.cylinder_layouts import CylinderLayout
+from tactfix.design.findings import Finding, Severity, count_findings, symmetry_findings, touch_findings, worst
+from tactfix.design.geometry_check import GeometryCheck, check_geometry
+from tactfix.design.margins import Margins
+from tactfix.design.nominal_contacts import Locator
+from tactfix.design.plan_findings import not_studied, study_findings
+from tactfix.design.pose_counts import PoseCount, pose_count
+from tactfix.design.random_layouts import (
+    DEFAULT_LAYOUTS,
+    FEW,
+    FEWEST,
+    MOST,
+    LayoutStudy,
+    Over,
+    RealPoses,
+    Study,
+    study_layouts,
+)
+from tactfix.design.symmetries import Symmetry
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.scale import EXACT, tolerance_for
+from tactfix.geometry.surfaces import Surface
+from tactfix.localization.locate import locate
+from tactfix.relations.realization import realize
+from tactfix.results import FreeMotion
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
+
+    at: points of the fixture frame whose sigma is told. sigma, tip_radius: of the probe where no contacts are given;
+    they beat the fixture's. max_sigma: an error where an extreme point is known worse. layouts: random layouts in the
+    study of uniqueness, 0 for no study; seed: of that study.
+    """
+
+    at: tuple[tuple[float, float, float], ...] = ()
+    sigma: float | None = None
+    tip_radius: float | None = None
+    max_sigma: float | None = None
+    layouts: int = DEFAULT_LAYOUTS
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DesignReport:
+    """What design-check found, in the fixture frame and units; the names are those of the JSON.
+
+    is_rigid: the file makes the features one rigid body. pose_counts: the complex poses of each of counts.minimal_sets,
+    None where it is no set of six contacts. certainty, margins, blind_spots, layouts: None or empty where a motion
+    stays free or nothing says sigma. study: of random layouts, empty where none was made.
+    """
+
+    fixture: Fixture
+    is_rigid: bool
+    free_motions: tuple[FreeMotion, ...]
+    symmetries: tuple[Symmetry, ...]
+    counts: ContactCounts
+    pose_counts: tuple[PoseCount | None, ...]
+    certainty: Certainty | None
+    margins: Margins | None
+    blind_spots: tuple[BlindSpot, ...]
+    layouts: tuple[CylinderLayout, ...]
+    study: LayoutStudy
+    findings: tuple[Finding, ...]
+
+    @property
+    def status(self) -> Severity:
+        """The severity of the gravest finding."""
+        return worst(self.findings)
+
+    @property
+    def real_poses(self) -> tuple[RealPoses | None, ...]:
+        """What the study saw of each of counts.minimal_sets, of all sets of its kind; None where it saw none."""
+        return tuple(None if c is None else self.study.real_poses.get(c.kind) for c in self.pose_counts)
+
+
+def design_check(
+    fixture: Fixture,
+    contacts: Contacts | None = None,
+    wishes: Wishes | None = None,
+    progress: Callable[[float, str], None] = lambda share, what: None,
+    over: Over = map,
+) -> DesignReport:
+    """Check a fixture, and the contacts made or planned on it.
+
+    contacts: a plan in the fixture frame, or contacts measured in base. Contacts that lie on the fixture's surfaces as
+    they stand, within noise, are taken for a plan; others are located first and carried into the fixture frame.
+    Without contacts, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
+
+    A fixture whose relations leave its shape free is judged feature by feature: contacts alone, nothing on the pose.
+
+    over: who locates the random layouts of a study, this process one after the other or, like map, others.
+
+    Raises TipDoesNotFitError for a tip larger than a bore; UsageError for contacts on unknown features.
+    """
+    wishes = wishes or Wishes()
+    _refuse_foreign(fixture, contacts)
+    shapes = _distinct(realize(fixture))
+    if not shapes:
+        return _separate(fixture)
+    sigma, tip_radius = _probe(fixture, contacts, wishes)
+    geometry = check_geometry(fixture, shapes[0], len(shapes), sigma)
+    locator: Locator = partial(locate, fixture, explain=False)
+    judged = ContactCheck(None, None, (), False, (), (_NO_SIGMA,))
+    if sigma is not None:
+        at = np.array(wishes.at, dtype=np.float64).reshape(-1, 3)
+        probe = (sigma, tip_radius)
+        judged = check_contacts(fixture, geometry, contacts, probe, at, wishes.max_sigma, locator)
+    types = {name: feature.type for name, feature in fixture.features.items()}
+    pose_counts = tuple(pose_count(types, counts) for counts in geometry.counts.minimal_sets)
+    study, told = LayoutStudy(), tuple[Finding, ...]()
+    if wishes.layouts and sigma is not None and judged.can_be_located:
+        asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
+        study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress, over)
+    report = _report(fixture, geometry, judged, pose_counts)
+    return replace(report, study=study, findings=(*report.findings, *told))
+
+
+def _report(
+    fixture: Fixture, geometry: GeometryCheck, judged: ContactCheck, pose_counts: tuple[PoseCount | None, ...]
+) -> DesignReport:
+    """The report without a study."""
+    return DesignReport(
+        fixture=fixture,
+        is_rigid=True,
+        free_motions=geometry.free_motions,
+        symmetries=geometry.symmetries,
+        counts=geometry.counts,
+        pose_counts=pose_counts,
+        certainty=judged.certainty,
+        margins=judged.margins,
+        blind_spots=judged.blind_spots,
+        layouts=judged.layouts,
+        study=LayoutStudy(),
+        findings=(
+            *geometry.findings,
+            *symmetry_findings(
+                geometry.symmetries,
+                geometry.near,
+                fixture,
+                geometry.surfaces,
+                geometry.near_ratio,
+                judged.is_settled,
+            ),
+            *touch_findings(fixture, geometry.surfaces, judged.unreachable, geometry.size),
+            *judged.findings,
+        ),
+    )
+
+
+def _studied(
+    fixture: Fixture,
+    study: Study,
+    geometry: GeometryCheck,
+    pose_counts: Sequence[PoseCount | None],
+    locator: Locator,
+    progress: Callable[[float, str], None],
+    over: Over,
+) -> tuple[LayoutStudy, tuple[Finding, ...]]:
+    """The study of random layouts, and what to say of it."""
+    pairs = zip(pose_counts, geometry.counts.minimal_sets, strict=True)
+    sets = [(count.kind, contacts) for count, contacts in pairs if count is not None]
+    # Where nothing breaks a symmetry no number of contacts is enough: six tell how many poses there are.
+    is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
+    most = FEWEST if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
+    try:
+        found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress, over=over)
+    except UsageError as error:
+        return LayoutStudy(), (not_studied(str(error)),)
+    return found, tuple(study_findings(found, is_symmetric))
+
+
+_NO_SIGMA = Finding(
+    "sigma_missing",
+    "warning",
+    "nothing says the sigma of a contact: accuracy, margins and blind spots are left out",
+    "give --sigma, or say sigma in the fixture's probe block",
+)
+
+
+def _refuse_foreign(fixture: Fixture, contacts: Contacts | None) -> None:
+    foreign = [] if contacts is None else sorted(set(contacts.by_feature) - set(fixture.features))
+    if foreign:
+        raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
+
+
+def _distinct(shapes: tuple[Mapping[str, Surface], ...]) -> list[Mapping[str, Surface]]:
+    """The shapes without those that lay the same surfaces."""
+    kept: list[Mapping[str, Surface]] = []
+    for shape in shapes:
+        length = tolerance_for(shape).length
+        if not any(all(same_surface(s, other[n], length, EXACT) for n, s in shape.items()) for other in kept):
+            kept.append(shape)
+    return kept
+
+
+def _separate(fixture: Fixture) -> DesignReport:
+    """The report on features that no relations hold together."""
+    counts = separate_counts(fixture.features, fixture.relations)
+    findings = tuple(count_findings(counts, is_rigid=False))
+    return DesignReport(fixture, False, (), (), counts, (None,), None, None, (), (), LayoutStudy(), findings)
+
+
+def _probe(fixture: Fixture, contacts: Contacts | None, wishes: Wishes) -> tuple[float | None, float]:
+    """Sigma (None where nothing says it) and tip radius (0 where nothing does) of a contact."""
+    sigma, tip_radius = wishes.sigma, wishes.tip_radius
+    if contacts is not None:
+        sigma = float(np.sqrt((contacts.sigmas**2).mean())) if sigma is None else sigma
+        tip_radius = contacts.tip_radius if tip_radius is None else tip_radius
+    sigma = fixture.probe.sigma if sigma is None else sigma
+    tip_radius = fixture.probe.tip_radius if tip_radius is None else tip_radius
+    return sigma, tip_radius or 0.0

@@ -1,0 +1,98 @@
+"""Which contacts would have to go, or change their labels, for the others to be consistent.
+
+Where the wrong ones are few of many, the pose that all others agree on is found without them, and they stand out by
+their residuals there, one by one or together.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.diagnosis.deletion import Doubts
+from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve, Stage
+from tactfix.errors import TactfixError
+from tactfix.fixture import Fixture
+from tactfix.noise import SURE
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.probe import residual_sigmas
+from tactfix.wording import listed
+
+MOST_ASKED = 40
+"""Contacts, those doubted most, that are asked whether they rule a hypothesis out, and of which each two labels are
+swapped: the cost grows with the square of their number."""
+MOST_SWAPS = 24
+"""Swaps that are located, those first without whose two contacts chi-square would fall most."""
+SEVERAL = (1, 2, 3, 5, 8, 12, 20)
+"""Contacts that are left out together, those doubted most, ..."""
+LEFT = 8
+"""... where they are no more than one of so many."""
+MUCH = 0.1
+"""Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
+
+
+def few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> Iterator[Stage]:
+    """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
+    if len(contacts) >= LEFT:
+        yield without_each(contacts, [i for i in doubts.singly[:MOST_CONTACTS] if doubts.are_all([i])])
+    wrong = _wrong_ones(fixture, contacts, doubts, solve)
+    if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
+        yield swapped_labels(contacts, [(wrong[0], wrong[1])])
+    if len(wrong) > 1:
+        yield _without_all(contacts, wrong)
+    else:
+        yield without_each(contacts, wrong)
+
+
+def _wrong_ones(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> list[int]:
+    """Indices of a few contacts that a pose leaves out which explains all others; empty where there is none."""
+    for count in SEVERAL:
+        doubtful = doubts.order[:count]
+        if count > len(contacts) // LEFT or doubts.share_left(doubtful) > MUCH:
+            continue
+        try:
+            solutions = solve(_without(contacts, doubtful))
+        except TactfixError:
+            continue
+        best = next(iter(solutions.found), None)
+        if best is not None and best.chi2 <= solutions.limit:
+            residuals, _ = contact_residuals(best.surfaces, contacts)
+            return [int(i) for i in np.flatnonzero(np.abs(residuals) > SURE * residual_sigmas(fixture, contacts))]
+    return []
+
+
+def without_each(contacts: Contacts, index: Sequence[int]) -> Stage:
+    """Each of these contacts alone left out."""
+    for i in index if len(contacts) > 6 else ():
+        label = f"{contacts.label(i)} ({contacts.features[i]})"
+        yield Hypothesis(f"without {label} the others are consistent: touch it again", _without(contacts, [i]))
+
+
+def _without_all(contacts: Contacts, index: Sequence[int]) -> Stage:
+    labels = listed([contacts.label(i) for i in index])
+    yield Hypothesis(f"without {labels} the others are consistent: touch these again", _without(contacts, index))
+
+
+def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
+    return contacts.subset(np.delete(np.arange(len(contacts)), index))
+
+
+def likely_pairs(contacts: Contacts, order: Sequence[int], doubts: Doubts | None) -> list[tuple[int, int]]:
+    """Pairs of contacts on different features, those first without which chi-square would fall most."""
+    names = contacts.features
+    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_ASKED]), 2) if names[i] != names[k]]
+    if doubts is None:
+        return pairs
+    gains = np.array([doubts.gain(pair) for pair in pairs])
+    return [pairs[int(p)] for p in np.argsort(-gains, kind="stable")]
+
+
+def swapped_labels(contacts: Contacts, pairs: Sequence[tuple[int, int]]) -> Stage:
+    """The labels of each of these pairs of contacts swapped."""
+    for i, k in pairs:
+        features = list(contacts.features)
+        features[i], features[k] = features[k], features[i]
+        message = f"with the labels of {contacts.label(i)} and {contacts.label(k)} swapped the contacts are consistent"
+        yield Hypothesis(message, replace(contacts, features=tuple(features)))

@@ -1,0 +1,82 @@
+"""Which contacts the best pose speaks against, and what would be left of chi-square without some of them.
+
+Near the best pose the residuals over sigma run linearly with its motion: r + J d. Without the contacts of a set S the
+pose moves on to where the others fit best, and chi-square falls by r_S' (I - H)^-1 r_S, where H are the rows and
+columns of S in the projection on the columns of J: no search is needed to tell what leaving them out can gain.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import TINY, Floats, Ints
+from tactfix.noise import chi_square_limit
+from tactfix.poses.pose_fit import SMALLEST_RATIO, sensitivity
+from tactfix.poses.solution import Solution
+
+SEEN = 1e-3
+"""Share of a residual that no motion of the fixture makes up for, below which leaving the contact out gains nothing."""
+STEPS = 20
+"""Contacts that are ordered with those before them left out."""
+ROUGHLY = 4.0
+"""Times its limit that chi-square may be without some contacts, while the pose is still where they have pulled it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Doubts:
+    """scaled (n,): residuals over sigma at the best pose; span (n, k): what motions of the fixture do to them.
+
+    The columns of span are orthonormal.
+    """
+
+    scaled: Floats
+    span: Floats
+
+    @staticmethod
+    def of(contacts: Contacts, sigmas: Floats, best: Solution) -> "Doubts":
+        """At the best pose; sigmas (n,) of the residuals."""
+        jacobian = sensitivity(contacts, best.normals, sigmas).jacobian
+        span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
+        return Doubts(best.residuals / sigmas, np.asarray(span[:, values > SMALLEST_RATIO * values[0]]))
+
+    @cached_property
+    def singly(self) -> list[int]:
+        """Indices of the contacts, those first without which, and no other, chi-square would fall most."""
+        return [int(i) for i in np.argsort(-self._gains(np.arange(len(self.scaled))), kind="stable")]
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Indices of the contacts: each of the first the one without which chi-square would fall most, if those before
+        it were left out already, for a wrong contact hides behind those that a worse one pulls away; then the others.
+        """
+        left, chosen = np.arange(len(self.scaled)), []
+        for _ in range(min(STEPS, len(left) - self.span.shape[1] - 1)):
+            worst = int(np.argmax(self._gains(left)))
+            chosen.append(int(left[worst]))
+            left = np.delete(left, worst)
+        return chosen + [int(i) for i in left[np.argsort(-self._gains(left), kind="stable")]]
+
+    def _gains(self, left: Ints) -> Floats:
+        """How much chi-square of those left (k,) would fall without each of them: r^2 / (1 - leverage)."""
+        span = np.linalg.qr(self.span[left])[0]
+        residuals = self.scaled[left] - span @ (span.T @ self.scaled[left])
+        return np.asarray(residuals**2 / np.maximum(1 - (span**2).sum(axis=1), SEEN))
+
+    def gain(self, index: Sequence[int]) -> float:
+        """How much chi-square would fall without these contacts."""
+        chosen = list(index)
+        left = np.eye(len(chosen)) - self.span[chosen] @ self.span[chosen].T
+        own = self.scaled[chosen]
+        return float(own @ np.linalg.pinv(left, rcond=SEEN, hermitian=True) @ own)
+
+    def share_left(self, index: Sequence[int]) -> float:
+        """The share of chi-square that would be left without these contacts."""
+        return 1 - self.gain(index) / max(float(self.scaled @ self.scaled), TINY)
+
+    def are_all(self, index: Sequence[int]) -> bool:
+        """Whether all others would be explained, or nearly, without these contacts."""
+        left = float(self.scaled @ self.scaled) - self.gain(index)
+        return left <= ROUGHLY * chi_square_limit(len(self.scaled) - len(index) - 6)

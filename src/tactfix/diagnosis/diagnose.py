@@ -1,0 +1,99 @@
+"""Why no pose explains the contacts: single mistakes that would make them consistent.
+
+Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are
+reported. A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit,
+one bad contact, two labels swapped. Approaches are doubted first where a pose fits but for them, and a few of many
+contacts where one fits all others; what is rarer or would explain more is asked only where nothing before it explains
+the contacts, labels last.
+
+Locating again costs a tenth of a second or more, so that a hypothesis is first asked whether a few of its contacts rule
+it out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
+"""
+
+from collections.abc import Callable
+from itertools import chain, islice
+from typing import TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.diagnosis.contact_faults import (
+    MOST_ASKED,
+    MOST_SWAPS,
+    few_of_many,
+    likely_pairs,
+    swapped_labels,
+    without_each,
+)
+from tactfix.diagnosis.deletion import Doubts
+from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
+from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Solve
+from tactfix.diagnosis.screen import Screen
+from tactfix.errors import TactfixError
+from tactfix.fixture import Fixture
+from tactfix.poses.solution import Solution
+from tactfix.probe import residual_sigmas
+
+MANY = 48
+"""Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
+none to find."""
+IsConsistent: TypeAlias = Callable[[Contacts], bool]
+
+NOTHING_EXPLAINS = (
+    "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
+)
+
+
+def suspicions(
+    fixture: Fixture,
+    contacts: Contacts,
+    best: Solution | None,
+    fits: bool,
+    solve: Solve,
+    is_consistent: IsConsistent,
+) -> tuple[str, ...]:
+    """What would make the contacts consistent, in words; says so where no single mistake explains them.
+
+    best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
+    speak against it. solve gives the solutions for corrected contacts, is_consistent says whether a pose is left for
+    them.
+    """
+    doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best) if best else None
+    order = doubts.order if doubts else list(range(len(contacts)))
+    screen = Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
+    pairs = likely_pairs(contacts, order, doubts)
+    swaps = (hypothesis for hypothesis in swapped_labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
+    if fits:
+        against = _against(contacts, best) if best else order
+        # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
+        stages = [approaches(contacts, against), coordinates(contacts), whole_files(contacts)]
+    else:
+        stages = [coordinates(contacts), whole_files(contacts), tip_radii(fixture, contacts, solve)]
+    if fits or len(contacts) < MANY:
+        alone = doubts.singly if doubts else order
+        stages[-1] = chain(stages[-1], without_each(contacts, alone[:MOST_CONTACTS]))
+        stages.append(islice(swaps, MOST_SWAPS))
+    few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
+    for stage in chain(few, stages):
+        found = tuple(
+            hypothesis.message
+            for hypothesis in stage
+            if screen.lets_pass(hypothesis.contacts) and _holds(hypothesis.contacts, is_consistent)
+        )
+        if found:
+            return found
+    return (NOTHING_EXPLAINS,)
+
+
+def _holds(contacts: Contacts, is_consistent: IsConsistent) -> bool:
+    try:
+        return is_consistent(contacts)
+    except TactfixError:
+        return False
+
+
+def _against(contacts: Contacts, solution: Solution) -> list[int]:
+    """Indices of the contacts that say how the probe came, those first where it came most out of the material."""
+    given = np.flatnonzero(contacts.has_approach)
+    cosine = np.einsum("ij,ij->i", contacts.approaches[given], solution.normals[given])
+    return [int(i) for i in given[np.argsort(-cosine)]]

@@ -1,0 +1,187 @@
+"""What pydantic refuses, said in the words of the file: what is wrong there, and what to write instead."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pydantic import BaseModel, ValidationError
+
+from tactfix.fixture_format.features import CylinderModel, PlaneModel, SphereModel
+from tactfix.fixture_format.frame import Along, CenterOf, FootOf, FrameModel, FromTo, MeetOf, Opposite
+from tactfix.fixture_format.problems import Finding, Path
+from tactfix.fixture_format.schema import AngleModel, DistanceModel, FixtureDocument, ProbeModel, TouchModel
+from tactfix.units import which_unit
+from tactfix.wording import did_you_mean
+
+_FEATURES: Final[dict[Any, type[BaseModel]]] = {"plane": PlaneModel, "sphere": SphereModel, "cylinder": CylinderModel}
+_RULES: Final[dict[Any, type[BaseModel]]] = {
+    "center_of": CenterOf,
+    "foot_of": FootOf,
+    "meet_of": MeetOf,
+    "along": Along,
+    "from": FromTo,
+    "opposite": Opposite,
+}
+_ENTRIES: Final[dict[Any, type[BaseModel]]] = {"distances": DistanceModel, "angles": AngleModel, "touch": TouchModel}
+_EXAMPLES: Final[dict[str, str]] = {
+    "probe": "write probe: {tip_radius: 1.5, sigma: 0.005}",
+    "features": "write features: {ball: {type: sphere, radius: 12.7}}",
+    "distances": "write distances: [{between: [bar, ball], value: 30.0}], or leave distances out",
+    "angles": "write angles: [{between: [top, side], value: 90.0}], or leave angles out",
+    "frame": "write frame: {origin: {foot_of: ball, on: bar}, y: {along: bar}, x: {from: bar, to: ball}}",
+    "touch": "write touch: {bar: {y: [5.0, 60.0]}}",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A finding, the path that pydantic refuses, and whether it is a key that nobody knows."""
+
+    finding: Finding
+    path: Path
+    is_unknown_key: bool
+
+
+def refusals_of(value: Any) -> list[Refusal]:
+    """What is wrong with the form of a fixture file, in the order of the models; empty where nothing is."""
+    try:
+        FixtureDocument.model_validate(value)
+    except ValidationError as error:
+        return [_refusal(detail) for detail in error.errors(include_url=False)]
+    return []
+
+
+def _refusal(error: Any) -> Refusal:
+    missing = error["type"] == "missing" and len(error["loc"]) > 1
+    path = plain_path(error["loc"][:-1] if missing else error["loc"])
+    return Refusal(_finding(error), path, error["type"] == "extra_forbidden")
+
+
+def _finding(error: Any) -> Finding:
+    kind, input_, context = error["type"], error["input"], error.get("ctx", {})
+    path = plain_path(error["loc"])
+    if kind == "extra_forbidden":
+        known = _known_keys(error["loc"])
+        return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(str(path[-1]), known), at_key=True)
+    if kind == "missing":
+        key = error["loc"][-1]
+        parent = plain_path(error["loc"][:-1])
+        what = f"{_place(parent)} has no {key}" if parent else f"the file has no key {key!r}"
+        return Finding(parent, what, _how_to_add(str(key), parent), at_key=True)
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return _untagged(path, input_)
+    what = f"{_place(path)} is {_shown(input_)}"
+    return Finding(path, what, _remedy(kind, path, input_, context))
+
+
+def plain_path(location: tuple[str | int, ...]) -> Path:
+    """A location of pydantic without the names of union members, which are not in the file."""
+    if location[:1] == ("features",):
+        tags: tuple[int, ...] = (2,)
+    elif location[:1] == ("frame",):
+        tags = (2, 4) if location[2:3] == ("opposite",) else (2,)
+    else:
+        tags = ()
+    return tuple(part for index, part in enumerate(location) if index not in tags)
+
+
+def _place(path: Path) -> str:
+    return ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
+
+
+def _known_keys(location: tuple[str | int, ...]) -> list[str]:
+    head, *rest = location[:-1] or ("",)
+    model: type[BaseModel] = FixtureDocument
+    if head == "features":
+        model = _FEATURES[rest[1]]
+    elif head in _ENTRIES:
+        model = _ENTRIES[head]
+    elif head == "probe":
+        model = ProbeModel
+    elif head == "frame":
+        model = _RULES[rest[-1]] if rest else FrameModel
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _how_to_add(key: str, parent: Path) -> str:
+    examples = {
+        "tactfix": "begin the file with tactfix: 1",
+        "units": "add units: mm, or m, um, in",
+        "radius": "add radius: and its length",
+        "value": "add value: and the number",
+        "between": "add between: [one feature, another]",
+        "to": "add to: and a feature",
+        "on": "add on: and a cylinder or plane",
+        "origin": "add origin: {center_of: a sphere}, {foot_of: A, on: B} or {meet_of: [...]}",
+        **_EXAMPLES,
+    }
+    return examples.get(key, f"add {key}:")
+
+
+def _untagged(path: Path, value: Any) -> Finding:
+    place = _place(path)
+    if path[0] == "features":
+        if not isinstance(value, dict) or "type" not in value:
+            return Finding(path, f"{place} has no type", "add type: plane, sphere or cylinder", at_key=True)
+        remedy = did_you_mean(str(value["type"]), _FEATURES)
+        return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
+    if len(path) > 1 and path[1] == "origin":
+        remedy = "write {center_of: sphere}, {foot_of: A, on: B} or {meet_of: [plane, plane, plane]}"
+    else:
+        remedy = "write {along: cylinder or plane}, {from: A, to: B} or {opposite: one of these}"
+    return Finding(path, f"{place} is {_shown(value)}", remedy)
+
+
+def _shown(value: Any) -> str:
+    """A value of the file as a message shows it."""
+    match value:
+        case None:
+            return "empty"
+        case str():
+            return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}..."
+        case bool():
+            return str(value).lower()
+        case dict():
+            return f"a mapping with {', '.join(map(str, value))}" if value else "an empty mapping"
+        case list():
+            return f"a list of {len(value)}"
+        case _:
+            return f"{value!r}"
+
+
+def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
+    if path == ("tactfix",):
+        return "this tactfix reads format 1: write tactfix: 1, or install a newer tactfix"
+    if path == ("units",):
+        return which_unit(str(value))
+    if kind == "literal_error":
+        return f"write one of: {context['expected']}".replace("'", "")
+    if len(path) == 1 and path[0] in _EXAMPLES:
+        return _EXAMPLES[str(path[0])]
+    if kind in ("too_short", "too_long", "list_type"):
+        return _list_remedy(path)
+    return _REMEDIES.get(kind) or _BY_CONTEXT.get(kind, "see 'tactfix schema' for what stands here").format(**context)
+
+
+_BY_CONTEXT: Final[dict[str, str]] = {
+    "greater_than": "write a number above {gt:g}",
+    "greater_than_equal": "write a number of at least {ge:g}",
+    "less_than_equal": "write a number of at most {le:g}",
+}
+_REMEDIES: Final[dict[str, str]] = {
+    "finite_number": "write a finite number",
+    "float_type": "write a number such as 12.7 or 1e-3, without quotes, unit or thousands separator",
+    "string_type": "write a name; put a name that looks like a number in quotes",
+    "string_too_short": "write a name",
+}
+
+
+def _list_remedy(path: Path) -> str:
+    match path[-1]:
+        case "between":
+            return "write two features: [bar, ball]"
+        case "meet_of":
+            return "write three planes or a cylinder and a plane: [bar, top]"
+        case "x" | "y" | "z":
+            return "write [low, high], null for an open end"
+        case _:
+            return "write three numbers: [0.0, 0.0, 0.0]"

@@ -1,0 +1,123 @@
+"""Distances and angles: between which features, of which size, and no contradiction among themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, Final
+
+from tactfix.fixture_format.declared import Declared
+from tactfix.fixture_format.feature_rules import given_places
+from tactfix.fixture_format.problems import Finding, Path
+from tactfix.geometry.nearest import ALMOST_PARALLEL
+
+if TYPE_CHECKING:
+    from tactfix.fixture_format.entries import FixtureEntry, RelationEntry
+
+# Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
+SIGMAS: Final = 4.0
+_ROUNDING: Final = 1e-6
+
+
+def check_relations(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
+    """Findings about distances and angles."""
+    yield from _check_pairs("distances", document.get("distances", []), declared)
+    yield from _check_pairs("angles", document.get("angles", []), declared)
+    for index, distance in enumerate(document.get("distances", [])):
+        yield from _check_distance(("distances", index), distance, document, declared)
+    for index, angle in enumerate(document.get("angles", [])):
+        yield from _check_angle(("angles", index), angle, declared)
+    yield from _check_triangles(document, declared)
+
+
+def _check_pairs(section: str, relations: Sequence[RelationEntry], declared: Declared) -> Iterator[Finding]:
+    """Two different features that exist, and each pair once."""
+    first: dict[frozenset[str], int] = {}
+    for index, relation in enumerate(relations):
+        for place, name in enumerate(relation["between"]):
+            yield from declared.unknown(name, (section, index, "between", place))
+        pair = frozenset(relation["between"])
+        if len(pair) == 1:
+            what = f"{relation['between'][0]} stands on both sides"
+            yield Finding((section, index, "between"), what, "name two features")
+        elif pair in first:
+            what = f"{section[:-1]} between {' and '.join(relation['between'])} is given twice"
+            yield Finding((section, index, "between"), what, f"remove one (the other is number {first[pair] + 1})")
+        first.setdefault(pair, index)
+
+
+def _types(between: list[str], declared: Declared) -> tuple[str, ...]:
+    """The types of both features, sorted; empty where one of them is not known."""
+    types = [declared.type_of(name) for name in between]
+    return tuple(sorted(type_ for type_ in types if type_)) if all(types) else ()
+
+
+def _check_distance(
+    path: Path, distance: RelationEntry, document: FixtureEntry, declared: Declared
+) -> Iterator[Finding]:
+    types = _types(distance["between"], declared)
+    if not types:
+        return
+    if distance["value"] < 0 and types != ("plane", "sphere"):
+        what = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
+        yield Finding((*path, "value"), what, "write it without the sign")
+    placed = any(given_places(declared.features[name]) for name in distance["between"])
+    if placed:
+        return
+    names = " and ".join(distance["between"])
+    angle = next(
+        (a["value"] for a in document.get("angles", []) if set(a["between"]) == set(distance["between"])), None
+    )
+    if types == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
+        what = f"{names} have a distance only where clearly askew or parallel; their angle is {angle:g}"
+        remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
+        yield Finding((*path, "between"), what, remedy)
+    if types in (("plane", "plane"), ("cylinder", "plane")):
+        wanted = (0.0, 180.0) if types == ("plane", "plane") else (90.0,)
+        if angle not in wanted:
+            known = "their angle is not given" if angle is None else f"their angle is {angle:g}"
+            angles = " or ".join(f"{value:g}" for value in wanted)
+            remedy = f"give the angle {angles} between {names} too, or leave out the distance"
+            yield Finding((*path, "between"), f"{names} have a distance only where parallel; {known}", remedy)
+
+
+def _check_angle(path: Path, angle: RelationEntry, declared: Declared) -> Iterator[Finding]:
+    for place, name in enumerate(angle["between"]):
+        if declared.type_of(name) == "sphere":
+            what = f"{name} is a sphere and has no direction"
+            yield Finding((*path, "between", place), what, "give angles between planes and cylinders")
+    if "cylinder" in _types(angle["between"], declared) and angle["value"] > 90:
+        what = f"an angle with the axis of a cylinder is at most 90, this is {angle['value']:g}"
+        yield Finding((*path, "value"), what, f"an axis has no sign: write {180 - angle['value']:g}")
+
+
+def _check_triangles(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
+    """No side of three centres is longer than the other two together."""
+    index_of: dict[frozenset[str], int] = {}
+    for index, distance in enumerate(document.get("distances", [])):
+        if _types(distance["between"], declared) == ("sphere", "sphere"):
+            index_of.setdefault(frozenset(distance["between"]), index)
+    names = sorted({name for pair in index_of for name in pair})
+    for three in combinations(names, 3):
+        pairs = [frozenset(pair) for pair in combinations(three, 2)]
+        if not all(pair in index_of for pair in pairs):
+            continue
+        longest, *others = sorted(
+            (document.get("distances", [])[index_of[pair]] for pair in pairs), key=lambda distance: -distance["value"]
+        )
+        excess = longest["value"] - sum(other["value"] for other in others)
+        slack = (
+            SIGMAS * math.hypot(longest.get("sigma", 0.0), *(other.get("sigma", 0.0) for other in others))
+            + _ROUNDING * longest["value"]
+        )
+        if excess > slack:
+            path = ("distances", index_of[frozenset(longest["between"])], "value")
+            what = (
+                f"{' and '.join(longest['between'])} are further apart than the way round over {_third(three, longest)}"
+            )
+            yield Finding(path, what, "check the three distances between these spheres")
+
+
+def _third(three: tuple[str, ...], side: RelationEntry) -> str:
+    return next(name for name in three if name not in side["between"])

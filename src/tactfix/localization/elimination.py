@@ -1,0 +1,142 @@
+"""Telling candidates apart: for each pose that fits, what speaks against it.
+
+In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, straight
+path. Fit and relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong
+by SURE standard deviations to speak against a pose, and one that is within them is reported as doubtful.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.accessibility.approach_path import path_blocked
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture, TouchBox
+from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.surfaces import feet, moved
+from tactfix.noise import SURE
+from tactfix.poses.solution import Solution
+from tactfix.results import Reason, ReasonCode
+
+GRAZING = 0.5
+"""Sine of the angle to the surface beyond which an approach into the material is not called doubtful."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """reasons: what speaks against the pose. doubts: what is too close to tell, in words."""
+
+    reasons: tuple[Reason, ...]
+    doubts: tuple[str, ...]
+
+
+def judge(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool = True) -> Verdict:
+    """What speaks against a pose. The path is asked only of poses that nothing else speaks against."""
+    reasons: list[Reason] = []
+    doubts: list[str] = []
+    for test in (_approach, _touch):
+        test(fixture, contacts, trial, reasons, doubts)
+    if not reasons and use_path:
+        _path(fixture, contacts, trial, reasons)
+    return Verdict(tuple(reasons), tuple(doubts))
+
+
+def _approach(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], doubts: list[str]) -> None:
+    """Eq. 11: the probe must travel into the material, approach . outward normal < 0."""
+    cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, trial.normals), -1.0)
+    margin = SURE * trial.normal_sigmas
+    _report(
+        "approach",
+        contacts,
+        cosine,
+        margin,
+        reasons,
+        lambda i, more: (
+            f"the probe would have come out of the material of {contacts.features[i]} at {contacts.label(i)}{more}"
+        ),
+    )
+    for i in np.flatnonzero((np.abs(cosine) <= margin) & (cosine > -GRAZING))[:3]:
+        doubts.append(
+            f"the approach at {contacts.label(int(i))} grazes {contacts.features[i]}: too close to tell a side"
+        )
+
+
+def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], doubts: list[str]) -> None:
+    """Each contact must lie in the touch box of its feature."""
+    if not fixture.touch:
+        return
+    outside = np.full(len(contacts), -np.inf)
+    fixture_from_base = inverse(trial.base_from_fixture)
+    for name, box in fixture.touch.items():
+        index = contacts.by_feature.get(name)
+        if index is not None:
+            on_surface = feet(trial.surfaces[name], contacts.points[index])
+            outside[index] = _beyond(box, transform_points(fixture_from_base, on_surface))
+    margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
+    _report(
+        "touch",
+        contacts,
+        outside,
+        margin,
+        reasons,
+        lambda i, more: (
+            f"{contacts.label(i)} would lie {outside[i]:.4g} {fixture.units} outside the touch box of "
+            f"{contacts.features[i]}{more}"
+        ),
+    )
+    # Rounding alone puts contacts outside a box that has no thickness along the normal of its plane.
+    for i in np.flatnonzero((outside > 0.01 * contacts.sigmas) & (outside <= margin))[:3]:
+        doubts.append(
+            f"{contacts.label(int(i))} lies {outside[i]:.4g} {fixture.units} outside the touch box of "
+            f"{contacts.features[i]}, within its uncertainty"
+        )
+
+
+def _beyond(box: TouchBox, points: Floats) -> Floats:
+    """How far (n,) points (n, 3) lie outside the box, negative inside."""
+    return np.asarray(np.maximum(box.low - points, points - box.high).max(axis=1))
+
+
+def _path(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason]) -> None:
+    """The straight approach to a contact must not run through another feature."""
+    fixture_from_base = inverse(trial.base_from_fixture)
+    points = transform_points(fixture_from_base, contacts.points)
+    approaches = contacts.approaches @ fixture_from_base[:3, :3].T
+    surfaces = {name: moved(fixture_from_base, surface) for name, surface in trial.surfaces.items()}
+    margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
+    # Of a contact whose place is free nothing may be said.
+    asked = contacts.has_approach & np.isfinite(margin)
+    for name, on_feature in contacts.by_feature.items():
+        index = on_feature[asked[on_feature]]
+        distance = fixture.probe.approach_distance
+        blocked = path_blocked(surfaces, fixture.touch, name, points[index], approaches[index], distance, margin[index])
+        for i, obstacle in zip(index, blocked, strict=True):
+            if obstacle is not None:
+                message = (
+                    f"the straight approach to {contacts.label(int(i))} on {name} would have run through {obstacle}"
+                )
+                reasons.append(Reason("path", name, contacts.rows[i], message))
+                break
+
+
+def _report(
+    code: ReasonCode,
+    contacts: Contacts,
+    values: Floats,
+    margins: Floats,
+    reasons: list[Reason],
+    message: Callable[[int, str], str],
+) -> None:
+    """One reason per feature for values above their margins, at its worst contact."""
+    wrong: Bools = values > margins
+    if not wrong.any():
+        return
+    for name, on_feature in contacts.by_feature.items():
+        index = on_feature[wrong[on_feature]]
+        if not len(index):
+            continue
+        worst = int(index[np.argmax(values[index])])
+        more = f" and {len(index) - 1} more" if len(index) > 1 else ""
+        reasons.append(Reason(code, name, contacts.rows[worst], message(worst, more)))

@@ -1,0 +1,266 @@
+"""Where a fixture stands: contacts in, one pose or a clear word why there is none or more than one.
+
+contacts -> all solutions (`poses.rigid`: all at once; `relations.assembly`: feature by feature) -> what speaks
+against each (`verdicts`) -> a status, and what to do next.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import rigid_displacements
+from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.surfaces import Surface, offset_radius
+from tactfix.localization.elimination import Verdict, judge
+from tactfix.localization.free_motions import free_motions, is_worthless
+from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.poses.solution import Solution, Solutions
+from tactfix.probe import residual_sigmas
+from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
+
+CLOSE = 100.0
+"""Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
+
+SAMPLES_SHOWN = 8
+"""Poses of a continuum that are listed."""
+
+
+def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, explain: bool = True) -> LocateResult:
+    """Find where a fixture stands.
+
+    contacts are in base and in the fixture's units. With scale_sigma the covariance is scaled by chi2 / dof where there
+    are degrees of freedom, instead of trusting sigma. With explain=False an inconsistent result comes without the
+    nearest miss and the search for what would make it consistent, and an underdetermined one of a fixture by relations
+    may come without the motions left free.
+
+    Returns a LocateResult whose status is "located" exactly when one pose is left.
+    Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
+    """
+    _refuse_foreign(fixture, contacts)
+    sigmas = residual_sigmas(fixture, contacts)
+    solutions = solve(fixture, contacts, sigmas, with_misses=explain)
+    verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
+    verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
+    left = [s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons]
+    status = _status(contacts, solutions, left)
+    result = _result(fixture, contacts, solutions, verdicts, left, status)
+    if left and not fixture.is_placed and status != "underdetermined":
+        from tactfix.relations.equations import doubtful_distances
+
+        result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
+    if status == "located":
+        return _with_pose(result, fixture, left[0], scale_sigma)
+    if status == "ambiguous":
+        return _with_next_contact(result, fixture, contacts, left)
+    if status == "underdetermined":
+        return _with_free_motions(result, fixture, contacts, solutions, left)
+    return _with_suspicions(result, fixture, contacts, solutions) if explain else result
+
+
+def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
+    """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
+
+    Where there is none the nearest miss, or samples of what relations leave free, unless without with_misses.
+    """
+    # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
+    if fixture.is_placed:
+        from tactfix.poses.rigid import rigid_solutions
+
+        surfaces = {name: f.surface for name, f in fixture.features.items() if f.surface is not None}
+        return rigid_solutions(surfaces, contacts, sigmas, with_misses)
+    from tactfix.relations.assembly import assembled_solutions
+
+    return assembled_solutions(fixture, contacts, sigmas, with_misses)
+
+
+def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
+    foreign = sorted(set(contacts.by_feature) - set(fixture.features))
+    if foreign:
+        raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
+    if not len(contacts):
+        raise UsageError("there are no contacts; touch the fixture at least six times")
+    for name in dict.fromkeys(contacts.features):
+        # In the fixture's own words: what locates scales lengths and knows no names.
+        feature = fixture.features[name]
+        if feature.radius is not None:
+            offset_radius(name, feature.radius, feature.side, contacts.tip_radius)
+
+
+def _verdict(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True) -> Verdict:
+    """What speaks against a solution: its fit first, then approach, touch box and path."""
+    if solution.chi2 > limit:
+        worst = int(np.argmax(np.abs(solution.residuals)))
+        message = f"chi-square {solution.chi2:.4g} is above {limit:.4g}; worst at {contacts.label(worst)}"
+        return Verdict((Reason("fit", contacts.features[worst], contacts.rows[worst], message),), ())
+    return judge(fixture, contacts, solution, use_path)
+
+
+NO_PATH = "no pose lets the probe come in a straight line; the test of the path is left out"
+
+
+def _without_impossible_path(
+    fixture: Fixture, contacts: Contacts, solutions: Solutions, verdicts: Sequence[Verdict]
+) -> list[Verdict]:
+    """The verdicts; where only the path speaks against every pose that is left, the path cannot be right.
+
+    A probe need not come from far away: then the straight line that the path test assumes is not the one it took.
+    """
+    codes = [{reason.code for reason in verdict.reasons} for verdict in verdicts]
+    if {"path"} not in codes or set() in codes:
+        return list(verdicts)
+    again = [_verdict(fixture, contacts, s, solutions.limit, use_path=False) for s in solutions.found]
+    blocked = next(v.reasons[0].message for v, c in zip(verdicts, codes, strict=True) if c == {"path"})
+    doubt = (
+        f"{blocked}, and so for every pose: {NO_PATH}. If the probe starts closer, say so with probe.approach_distance"
+    )
+    return [v if v.reasons else replace(v, doubts=(*v.doubts, doubt)) for v in again]
+
+
+def _status(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) -> Status:
+    if not left:
+        # Too few contacts to be inconsistent: a continuum of which no sample passed.
+        return "underdetermined" if solutions.continuum or solutions.dof < 0 else "inconsistent"
+    if solutions.continuum or solutions.dof < 0 or all(is_worthless(solution, contacts) for solution in left):
+        return "underdetermined"
+    return "located" if len(left) == 1 else "ambiguous"
+
+
+def _result(
+    fixture: Fixture,
+    contacts: Contacts,
+    solutions: Solutions,
+    verdicts: Sequence[Verdict],
+    left: Sequence[Solution],
+    status: Status,
+) -> LocateResult:
+    """What every status reports alike: candidates, residuals of the best, surfaces that all agree on, warnings."""
+    best = left[0] if left else next(iter(solutions.found), None)
+    shown = list(zip(solutions.found, verdicts, strict=True))
+    if solutions.continuum:
+        loose = [pair for pair in shown if len(pair[0].free_twists)]
+        shown = [pair for pair in shown if not len(pair[0].free_twists)] + loose[:SAMPLES_SHOWN]
+    candidates = tuple(
+        Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
+        for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
+    )
+    return LocateResult(
+        fixture=fixture.name,
+        units=fixture.units,
+        status=status,
+        base_from_fixture=None,
+        covariance=None,
+        dof=solutions.dof,
+        chi2=best.chi2 if best else None,
+        chi2_limit=solutions.limit,
+        rms=best.rms if best else None,
+        candidates=(*candidates, *solutions.fallen),
+        surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
+        contacts=_contact_residuals(contacts, best) if best else (),
+        warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),
+    )
+
+
+def _agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
+    """The features that every solution places alike."""
+    if not solutions:
+        return {}
+    first, *others = solutions
+    length = _reach(first, contacts)
+    return {
+        name: surface
+        for name, surface in first.surfaces.items()
+        if _is_held(surface, first)
+        and all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
+    }
+
+
+def _is_held(surface: Surface, solution: Solution) -> bool:
+    """Whether none of the free motions moves the surface."""
+    if not len(solution.free_twists):
+        return True
+    moves = rigid_displacements(surface, np.zeros(3)) @ solution.free_twists.T
+    return bool(np.abs(moves).max(initial=0.0) <= 1e-6 * np.abs(solution.free_twists).max(initial=0.0))
+
+
+def _reach(solution: Solution, contacts: Contacts) -> float:
+    """A length that makes positions comparable: as far as the contacts' places can be off; at least their own sigma."""
+    finite = solution.place_sigmas[np.isfinite(solution.place_sigmas)]
+    return 3 * float(max(finite.max(initial=0.0), contacts.sigmas.max()))
+
+
+def _contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactResidual, ...]:
+    cosine = -np.einsum("ij,ij->i", contacts.approaches, solution.normals)
+    angles = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return tuple(
+        ContactResidual(row, feature, float(residual), None if np.isnan(angle) else float(angle))
+        for row, feature, residual, angle in zip(
+            contacts.rows, contacts.features, solution.residuals, angles, strict=True
+        )
+    )
+
+
+def _warnings(solutions: Solutions, verdicts: Sequence[Verdict], left: Sequence[Solution]) -> tuple[str, ...]:
+    warnings = [doubt for verdict in verdicts if not verdict.reasons for doubt in verdict.doubts]
+    for verdict in verdicts if len(left) == 1 else []:
+        if {reason.code for reason in verdict.reasons} == {"path"}:
+            note = "nothing else rules out another pose; where the probe starts closer, say so with approach_distance"
+            warnings.append(f"{verdict.reasons[0].message}: {note}")
+    if left and left[0].chi2 > chi_square_limit(solutions.dof, SUSPICIOUS):
+        ratio = np.sqrt(left[0].chi2 / max(solutions.dof, 1))
+        warnings.append(
+            f"the residuals are {ratio:.2g} times what sigma allows for: is sigma too small, or a contact bad?"
+        )
+    if not solutions.complete and not solutions.continuum and solutions.dof >= 0:
+        warnings.append("the search for poses did not settle: there may be one that was not found; add a contact")
+    return tuple(dict.fromkeys(warnings))
+
+
+def _with_pose(result: LocateResult, fixture: Fixture, solution: Solution, scale_sigma: bool) -> LocateResult:
+    factor = solution.chi2 / result.dof if scale_sigma and result.dof > 0 else 1.0
+    return replace(result, base_from_fixture=solution.base_from_fixture, covariance=solution.covariance * factor)
+
+
+def _with_next_contact(
+    result: LocateResult, fixture: Fixture, contacts: Contacts, left: Sequence[Solution]
+) -> LocateResult:
+    from tactfix.localization.next_contact import next_contact
+
+    return replace(result, next_contact=next_contact(fixture, left, float(contacts.sigmas.max()), contacts.tip_radius))
+
+
+def _with_free_motions(
+    result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
+) -> LocateResult:
+    samples = left or solutions.found
+    # Contacts in a special position leave a motion free in some poses and none in others.
+    loosest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
+    motions = free_motions(fixture, contacts, loosest) if loosest else ()
+    extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))
+    if loosest is None or len(loosest.free_twists) or extent > CLOSE * sigma:
+        return replace(result, free_motions=motions)
+    doubt = (
+        f"all contacts lie within {extent:.3g} {fixture.units}, {extent / sigma:.2g} times their sigma: "
+        "is their unit the right one?"
+    )
+    return replace(result, free_motions=motions, warnings=(*result.warnings, doubt))
+
+
+def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
+    """The result with what would make the contacts consistent."""
+    from tactfix.diagnosis.diagnose import suspicions
+
+    def solve_again(corrected: Contacts) -> Solutions:
+        return solve(fixture, corrected, residual_sigmas(fixture, corrected))
+
+    def is_consistent(corrected: Contacts) -> bool:
+        return locate(fixture, corrected, explain=False).status in ("located", "ambiguous")
+
+    fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
+    best = next(iter(solutions.found), None)
+    found = suspicions(fixture, contacts, best, fits, solve_again, is_consistent)
+    return replace(result, warnings=(*result.warnings, *found))

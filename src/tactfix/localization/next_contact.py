@@ -1,0 +1,94 @@
+"""The contact that would tell the remaining poses apart: where they disagree by the widest margin in units of sigma."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tactfix.accessibility.approach_path import path_blocked
+from tactfix.accessibility.touchable import extent_of, sample_touches
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
+from tactfix.poses.solution import Solution
+from tactfix.results import NextContact
+
+TRIED_PER_FEATURE = 200
+
+
+def next_contact(
+    fixture: Fixture, solutions: Sequence[Solution], sigma: float, tip_radius: float
+) -> NextContact | None:
+    """A reachable point on a touchable surface, square approach, at which the poses disagree most.
+
+    The point is on the fixture as the best pose has it, in base. For every other pose it is asked how far the
+    fixture's surfaces would be from there; the smallest of those, in sigma (fixture units), is what the chosen
+    point makes largest. None when the poses place every touchable surface alike: then no contact can tell them
+    apart.
+    """
+    first, *others = solutions
+    base_from_fixture = first.base_from_fixture
+    fixture_from_base = inverse(base_from_fixture)
+    surfaces = {name: moved(fixture_from_base, surface) for name, surface in first.surfaces.items()}
+    centre, extent = extent_of(surfaces, fixture.touch)
+    best: tuple[float, str, Floats, Floats] | None = None
+    for name, surface in surfaces.items():
+        points, normals = sample_touches(surface, fixture.touch.get(name), TRIED_PER_FEATURE, centre, extent)
+        free = _reachable(fixture, surfaces, name, points + tip_radius * normals, -normals)
+        points, normals = points[free], normals[free]
+        if not len(points):
+            continue
+        margins = _disagreement(fixture, name, points, normals, tip_radius, first, others)
+        top = int(np.argmax(margins))
+        if best is None or margins[top] > best[0]:
+            best = (float(margins[top]), name, points[top], normals[top])
+    if best is None or best[0] <= sigma:
+        return None
+    margin, name, point, normal = best
+    return NextContact(
+        feature=name,
+        point=transform_points(base_from_fixture, point[None])[0],
+        approach=-(base_from_fixture[:3, :3] @ normal),
+        message=f"touch {name} there: the poses disagree by {margin / sigma:.3g} sigma ({margin:.4g} {fixture.units})",
+    )
+
+
+def _reachable(
+    fixture: Fixture, surfaces: dict[str, Surface], name: str, points: Floats, approaches: Floats
+) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    blocked = path_blocked(
+        surfaces, fixture.touch, name, points, approaches, fixture.probe.approach_distance, strict=True
+    )
+    return np.array([obstacle is None for obstacle in blocked], dtype=bool)
+
+
+def _disagreement(
+    fixture: Fixture,
+    name: str,
+    points: Floats,
+    normals: Floats,
+    tip_radius: float,
+    first: Solution,
+    others: Sequence[Solution],
+) -> Floats:
+    """How far (m,) the nearest wrong pose would have the surface from each contact.
+
+    A probe that finds no surface, or comes out of the material, or touches outside the touch box tells as well: such a
+    pose counts as disagreeing by the fixture's size.
+    """
+    tips = transform_points(first.base_from_fixture, points + tip_radius * normals)
+    approaches = -normals @ first.base_from_fixture[:3, :3].T
+    worst = np.full(len(points), np.inf)
+    for other in others:
+        surface = other.surfaces[name]
+        gap = np.abs(residuals(surface, tips, tip_radius))
+        from_behind = np.einsum("ij,ij->i", approaches, outward_normals(surface, tips)) > 0
+        size = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) + tip_radius
+        gap = np.where(from_behind, np.maximum(gap, size), gap)
+        box = fixture.touch.get(name)
+        if box is not None:
+            placed = transform_points(inverse(other.base_from_fixture), tips)
+            beyond = np.maximum(box.low - placed, placed - box.high).max(axis=1) - tip_radius
+            gap = np.where(beyond > 0, np.maximum(gap, beyond), gap)
+        worst = np.minimum(worst, gap)
+    return worst

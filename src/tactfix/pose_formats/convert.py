@@ -1,0 +1,169 @@
+"""A pose in the words of a controller: written, read back, compared, and refused when too much was lost."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.errors import PoseRefusedError, UsageError
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import rotation_from_vector, skew
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.dialect import Dialect, Numbers
+from tactfix.pose_formats.orientation import EulerAngles, RotationVector
+from tactfix.pose_formats.pose import Pose
+from tactfix.units import factor
+
+LEVER_ARM_MM: Final = 500.0
+"""How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
+_MOST_OF_SIGMA: Final = 0.1
+# What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
+_NOTHING: Final = 1e-12
+# Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10.
+_STEP: Final = 1e-6
+# Nearer than this (rad) to gimbal lock, or than a few sigma, single angles say nothing; their sum or difference does.
+_LOCK: Final = 1e-5
+_LOCK_SIGMAS: Final = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A text in a dialect, already read back and compared, and what there is to say about it."""
+
+    text: str | bytes
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rounding:
+    """By how much a text is off its pose: d_rot (3,) in rad and d_t (3,) in units, both in base axes."""
+
+    d_rot: Floats
+    d_t: Floats
+    units: str
+    lever_arm: float
+
+    @property
+    def at_lever_arm(self) -> float:
+        """The most (units) that a point lever_arm away from the fixture's origin moves."""
+        return float(np.linalg.norm(self.d_t) + self.lever_arm * np.linalg.norm(self.d_rot))
+
+    def of_sigma(self, covariance: Floats) -> float:
+        """The largest shift in multiples of its sigma: at the origin and lever_arm along each axis, coordinate-wise."""
+        arms = self.lever_arm * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+        by_rotation = -skew(arms)  # d_x = d_rot x arm + d_t
+        shifts = np.abs(by_rotation @ self.d_rot + self.d_t)
+        jacobians = np.concatenate([by_rotation, np.broadcast_to(np.eye(3), (7, 3, 3))], axis=2)
+        variances = np.einsum("kij,jl,kil->ki", jacobians, covariance, jacobians)
+        sigmas = np.sqrt(np.maximum(variances, 0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.nanmax(np.where(shifts == 0, 0.0, shifts / sigmas)))
+
+    def __str__(self) -> str:
+        origin, turn = np.linalg.norm(self.d_t), np.rad2deg(np.linalg.norm(self.d_rot))
+        return (
+            f"the origin by {origin:.2g} {self.units} and the rotation by {turn:.2g} deg, together at most "
+            f"{self.at_lever_arm:.2g} {self.units} at {self.lever_arm:g} {self.units} from the fixture's origin"
+        )
+
+
+def find_dialect(name: str) -> Dialect:
+    """The dialect of that name, or UsageError with all names."""
+    if name not in DIALECTS:
+        raise UsageError(f"no dialect {name!r}; there are {', '.join(DIALECTS)}")
+    return DIALECTS[name]
+
+
+def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: float = LEVER_ARM_MM) -> Written:
+    """The pose in dialect name, lengths in the dialect's unit.
+
+    The text is read back and compared before it leaves. PoseRefusedError when the dialect cannot hold the pose (a tilt
+    in G10), or when its rounding exceeds a tenth of sigma anywhere within lever_arm_mm of the fixture's origin, unless
+    forced; without a covariance rounding is only told. UsageError when a unit is needed and not known.
+    """
+    dialect = find_dialect(name)
+    if dialect.units and pose.units is None:
+        raise UsageError(f"{name} is in {dialect.units}, and the pose does not say its unit; give --units")
+    pose = pose.in_units(dialect.units) if dialect.units else pose
+    sigmas = () if dialect.numbers is None or pose.covariance is None else (_sigmas(dialect.numbers, pose),)
+    text = dialect.write(pose, sigmas)
+    rounding = measured(pose, dialect.read(text), lever_arm_mm)
+    notes = _judged(dialect, pose, rounding, force)
+    return Written(text, notes if dialect.comments else (*notes, *(f"{name}: {remark}" for remark in sigmas)))
+
+
+def measured(pose: Pose, back: Pose, lever_arm_mm: float) -> Rounding:
+    """How far back is from pose; both in the same units."""
+    d_rot = RotationVector().numbers(back.rotation @ pose.rotation.T)
+    d_t = back.translation - pose.translation
+    if np.linalg.norm(d_rot) < _NOTHING:
+        d_rot = np.zeros(3)
+    arm = lever_arm_mm * factor("mm", pose.units) if pose.units else lever_arm_mm
+    return Rounding(d_rot, np.where(np.abs(d_t) < _NOTHING * np.abs(pose.translation), 0.0, d_t), pose.units or "", arm)
+
+
+def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tuple[str, ...]:
+    """The note on rounding, or PoseRefusedError."""
+    most_t, most_rot = dialect.most_rounding
+    turn = float(np.linalg.norm(rounding.d_rot))
+    far = float(np.abs(rounding.d_t).max())
+    if far > most_t * (1 + 1e-6) + _NOTHING * (1 + np.abs(pose.translation).max()) or turn > most_rot + _NOTHING:
+        reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
+        if not force:
+            raise PoseRefusedError(dialect.name, reason, "take a dialect that can tilt, level the fixture, or --force")
+        return (f"{dialect.name}: forced, though it {reason}",)
+    if rounding.at_lever_arm == 0:
+        return ()
+    told = f"rounds {rounding}"
+    if pose.covariance is None:
+        return (f"{dialect.name} {told}",)
+    ratio = rounding.of_sigma(pose.covariance)
+    told += f" ({ratio:.2g} sigma)"
+    if ratio > _MOST_OF_SIGMA and not force:
+        raise PoseRefusedError(dialect.name, told, "more than a tenth of sigma; take another dialect, or --force")
+    return (f"{dialect.name} {told}",)
+
+
+def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
+    """One standard deviation of each of the dialect's numbers (n,), in their own units; pose in numbers.units.
+
+    First order, by central differences of the numbers over a rotation about each base axis. In gimbal lock angles have
+    none (nan): first and last are only known together, and the middle one folds back at its limit.
+    """
+    if pose.covariance is None:
+        raise ValueError("the covariance of this pose is not known")
+    orientation, rotation = numbers.orientation, pose.rotation
+    here = orientation.numbers(rotation)
+    columns = []
+    for step in _STEP * np.eye(3):
+        ahead, behind = (
+            orientation.nearest(orientation.numbers(rotation_from_vector(s) @ rotation), here) for s in (step, -step)
+        )
+        columns.append((ahead - behind) / (2 * _STEP))
+    jacobian = np.column_stack(columns)
+    sigmas = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, pose.covariance[:3, :3], jacobian))
+    if isinstance(orientation, EulerAngles) and _locked(orientation, pose):
+        sigmas[:] = np.nan
+    return np.concatenate([np.sqrt(np.diag(pose.covariance)[3:]), sigmas])
+
+
+def _locked(orientation: EulerAngles, pose: Pose) -> bool:
+    """Whether the middle angle is so near its lock that first and last cannot be told apart."""
+    return orientation.lock_distance(pose.rotation) < max(_LOCK, _LOCK_SIGMAS * _rotation_sigma(pose))
+
+
+def _rotation_sigma(pose: Pose) -> float:
+    """Sigma in rad of the rotation about its worst axis."""
+    assert pose.covariance is not None
+    return float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
+
+
+def _sigmas(numbers: Numbers, pose: Pose) -> str:
+    """The sigmas in a line; in gimbal lock that of the rotation about its worst axis instead of single angles."""
+    sigmas = sigmas_of_numbers(numbers, pose)
+    units = [numbers.units] * 3 + [numbers.angle_unit] * (len(sigmas) - 3)
+    rows = list(zip(numbers.labels, sigmas, units, strict=True))
+    parts = [f"{label} {sigma:.2g} {unit}".strip() for label, sigma, unit in rows if not np.isnan(sigma)]
+    if np.isnan(sigmas).any():
+        parts.append(f"rotation {np.rad2deg(_rotation_sigma(pose)):.2g} deg, no angle for itself in gimbal lock")
+    return "sigma: " + ", ".join(parts)

@@ -1,0 +1,74 @@
+"""A line of numbers in a controller's literal syntax: written from a template, read back by the same template."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats.pose import syntax_error
+
+_FIELD = re.compile(r"%\+?\d*\.(\d+)f")
+_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+
+
+@dataclass(frozen=True, slots=True)
+class NumberSyntax:
+    """Numbers set into literal text: template has one printf field (%.6f) for each.
+
+    degrees: which numbers are angles in degrees, whose -180 is written as 180.
+    comment: what opens and what closes a comment; ("", "") where the syntax has none.
+    around: what stands around the line when written, "{}" being the line. A reader looks for the line alone.
+    """
+
+    template: str
+    degrees: tuple[bool, ...]
+    comment: tuple[str, str] = ("", "")
+    around: str = "{}"
+
+    @property
+    def half_steps(self) -> Floats:
+        """The most by which each number (n,) is rounded."""
+        return np.array([0.5 * 10.0 ** -int(digits) for digits in _FIELD.findall(self.template)])
+
+    def write(self, numbers: Floats, remarks: tuple[str, ...] = ()) -> str:
+        """The text, with a comment line before it for each remark where the syntax has comments."""
+        fields = iter(zip(numbers, self.degrees, strict=True))
+        line = _FIELD.sub(lambda field: _printed(field.group(), *next(fields)), self.template)
+        opening, closing = self.comment
+        comments = [f"{opening}{remark}{closing}" for remark in remarks] if opening else []
+        return "\n".join([*comments, self.around.replace("{}", line)]) + "\n"
+
+    def read(self, text: str) -> Floats:
+        """The numbers (n,) of the one line of this syntax in text, or PoseSyntaxError."""
+        found = self._pattern().findall(self._without_comments(text))
+        if len(found) != 1:
+            what = f"holds {len(found)} poses of this form" if found else "holds no pose of this form"
+            raise syntax_error(what, f"write one, like {self._example()}")
+        return np.array([float(number) for number in found[0]])
+
+    def _example(self) -> str:
+        return _FIELD.sub("0.0", self.template).replace("\n", " / ")
+
+    def _without_comments(self, text: str) -> str:
+        opening, closing = (part.strip() for part in self.comment)
+        if not opening:
+            return text
+        return re.sub(re.escape(opening) + ("(?s:.*?)" + re.escape(closing) if closing else ".*"), " ", text)
+
+    def _pattern(self) -> re.Pattern[str]:
+        """The template as a pattern: any case, any number in a field, blanks anywhere between its words."""
+        literals = _FIELD.split(self.template)[::2]  # the odd ones are the digits of the fields
+        parts = [r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", literal))) for literal in literals]
+        pattern = rf"\s*{_NUMBER}\s*".join(parts)
+        # A line that starts with a number has nothing that says where it starts: it must be alone on its line.
+        whole_line = self.template.startswith("%")
+        return re.compile(rf"^{pattern}$" if whole_line else pattern, re.IGNORECASE | re.MULTILINE)
+
+
+def _printed(field: str, number: float, in_degrees: bool) -> str:
+    """One number as printed: no negative zero, and 180 for -180 degrees."""
+    text = field % number
+    if float(text) == 0:
+        return field % 0.0
+    return field % 180.0 if in_degrees and float(text) == -180 else text

@@ -1,0 +1,194 @@
+"""How controllers write a rotation in numbers: Euler angles, quaternions, rotation vectors, one angle.
+
+scipy's Rotation does the arithmetic. Canonical numbers: angles in (-180, 180]; the middle angle in [-90, 90], or in
+[0, 180] where the first and last axis are the same; in gimbal lock the last intrinsic angle is 0; of q and -q the one
+whose first non-zero number of (w, x, y, z) is positive; of two rotation vectors at 180 degrees the one whose first
+non-zero number is positive; 0.0 instead of -0.0.
+"""
+
+import warnings
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats.pose import syntax_error
+
+# Numbers this small are what rounding leaves of a zero; they do not settle a sign.
+_ZERO = 1e-12
+# A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion.
+_MOST_OFF_UNIT = 1e-3
+# scipy calls it a lock when the middle angle is within 1e-7 rad of one, and then drops a rotation up to that size.
+LOCK_SLACK = 2e-7
+
+
+class Orientation(Protocol):
+    """A rotation in numbers: rotation (3, 3) in, numbers (n,) out, and back."""
+
+    @property
+    def radians(self) -> float:
+        """The most rad that a rotation turns when one number changes by one."""
+        ...
+
+    def numbers(self, rotation: Floats) -> Floats:
+        """The canonical numbers (n,) of rotation (3, 3)."""
+        ...
+
+    def rotation(self, numbers: Floats) -> Floats:
+        """The rotation (3, 3) of numbers (n,)."""
+        ...
+
+    def nearest(self, numbers: Floats, reference: Floats) -> Floats:
+        """Of all numbers (n,) that say the same rotation, those nearest to reference (n,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class EulerAngles:
+    """Three angles about the intrinsic axes of sequence ("ZYX": R = Rz(a) Ry(b) Rx(c)).
+
+    order says which written number is which intrinsic angle: written[i] = intrinsic[order[i]].
+    """
+
+    sequence: Literal["ZYX", "XYZ", "ZYZ", "ZXZ"]
+    order: tuple[int, int, int] = (0, 1, 2)
+    degrees: bool = True
+
+    @property
+    def radians(self) -> float:
+        """Rad per unit of one angle."""
+        return np.pi / 180 if self.degrees else 1.0
+
+    @property
+    def same_axis(self) -> bool:
+        """Whether the first and the last angle turn about the same axis (proper Euler angles)."""
+        return self.sequence[0] == self.sequence[2]
+
+    def lock_distance(self, rotation: Floats) -> float:
+        """How far (rad) the middle angle is from where the first and the last angle turn about one line."""
+        middle = self._intrinsic(rotation)[1]
+        return float(min(middle, np.pi - middle) if self.same_axis else np.pi / 2 - abs(middle))
+
+    def numbers(self, rotation: Floats) -> Floats:
+        """Angles (3,) in the written order."""
+        angles = self._intrinsic(rotation)[list(self.order)]
+        angles = np.where(angles <= -np.pi, np.pi, angles)
+        return (np.rad2deg(angles) if self.degrees else angles) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+    def rotation(self, numbers: Floats) -> Floats:
+        """R (3, 3) of angles (3,) in the written order."""
+        from scipy.spatial.transform import Rotation
+
+        intrinsic = np.empty(3)
+        intrinsic[list(self.order)] = numbers
+        return np.asarray(Rotation.from_euler(self.sequence, intrinsic, degrees=self.degrees).as_matrix())
+
+    def nearest(self, numbers: Floats, reference: Floats) -> Floats:
+        """Each angle within half a turn of its reference."""
+        return _unwrapped(numbers, reference, 360.0 if self.degrees else 2 * np.pi)
+
+    def _intrinsic(self, rotation: Floats) -> Floats:
+        """Intrinsic angles (3,) in rad; in gimbal lock scipy warns and sets the last one to zero, as it should."""
+        from scipy.spatial.transform import Rotation
+
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Gimbal lock")
+            return np.asarray(Rotation.from_matrix(rotation.copy()).as_euler(self.sequence))
+
+
+@dataclass(frozen=True, slots=True)
+class Quaternion:
+    """A unit quaternion, scalar first (w, x, y, z) or last (x, y, z, w)."""
+
+    scalar_first: bool
+
+    @property
+    def radians(self) -> float:
+        """A rotation turns by twice what its quaternion turns."""
+        return 2.0
+
+    def numbers(self, rotation: Floats) -> Floats:
+        """Quaternion (4,) in the written order."""
+        from scipy.spatial.transform import Rotation
+
+        wxyz = np.roll(Rotation.from_matrix(rotation.copy()).as_quat(), 1)
+        wxyz = _first_positive(wxyz) + 0.0
+        return wxyz if self.scalar_first else np.roll(wxyz, -1)
+
+    def rotation(self, numbers: Floats) -> Floats:
+        """R (3, 3) of a quaternion (4,) in the written order; q and -q are the same rotation."""
+        from scipy.spatial.transform import Rotation
+
+        length = float(np.linalg.norm(numbers))
+        if abs(length - 1) > _MOST_OFF_UNIT:
+            raise syntax_error(f"the quaternion has length {length:.6g}, not 1", "check the order of its values")
+        return np.asarray(Rotation.from_quat(np.roll(numbers, -1) if self.scalar_first else numbers).as_matrix())
+
+    def nearest(self, numbers: Floats, reference: Floats) -> Floats:
+        """q or -q."""
+        return -numbers if numbers @ reference < 0 else numbers
+
+
+@dataclass(frozen=True, slots=True)
+class RotationVector:
+    """Axis times angle, in rad."""
+
+    @property
+    def radians(self) -> float:
+        """Rad per rad."""
+        return 1.0
+
+    def numbers(self, rotation: Floats) -> Floats:
+        """Rotation vector (3,) in rad, no longer than pi."""
+        from scipy.spatial.transform import Rotation
+
+        vector = np.asarray(Rotation.from_matrix(rotation.copy()).as_rotvec())
+        half_turn = np.linalg.norm(vector) > np.pi - _ZERO
+        return (_first_positive(vector) if half_turn else vector) + 0.0
+
+    def rotation(self, numbers: Floats) -> Floats:
+        """R (3, 3) of a rotation vector (3,)."""
+        from scipy.spatial.transform import Rotation
+
+        return np.asarray(Rotation.from_rotvec(numbers).as_matrix())
+
+    def nearest(self, numbers: Floats, reference: Floats) -> Floats:
+        """The vector, or the one that turns the other way round its axis."""
+        angle = float(np.linalg.norm(numbers))
+        other = numbers if angle == 0 else numbers * (1 - 2 * np.pi / angle)
+        return other if np.linalg.norm(other - reference) < np.linalg.norm(numbers - reference) else numbers
+
+
+@dataclass(frozen=True, slots=True)
+class TurnAboutZ:
+    """One angle about z in degrees; what tilt there was is lost."""
+
+    @property
+    def radians(self) -> float:
+        """Rad per degree."""
+        return np.pi / 180
+
+    def numbers(self, rotation: Floats) -> Floats:
+        """The angle (1,) of the turn about z that comes nearest to rotation."""
+        angle = np.arctan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1])
+        return np.array([180.0 if angle <= -np.pi else np.rad2deg(angle) + 0.0])
+
+    def rotation(self, numbers: Floats) -> Floats:
+        """R (3, 3) of a turn about z."""
+        cosine, sine = np.cos(np.deg2rad(numbers[0])), np.sin(np.deg2rad(numbers[0]))
+        return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+    def nearest(self, numbers: Floats, reference: Floats) -> Floats:
+        """The angle within half a turn of its reference."""
+        return _unwrapped(numbers, reference, 360.0)
+
+
+def _first_positive(numbers: Floats) -> Floats:
+    """Numbers or their negative, whichever has its first non-zero number positive."""
+    return np.asarray(numbers * np.sign(numbers[np.argmax(np.abs(numbers) > _ZERO)]))
+
+
+def _unwrapped(angles: Floats, reference: Floats, turn: float) -> Floats:
+    """Angles within half a turn of reference."""
+    return np.asarray(reference + (angles - reference + turn / 2) % turn - turn / 2)

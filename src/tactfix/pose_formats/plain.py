@@ -1,0 +1,211 @@
+"""The dialects that hold the matrix itself, to the last bit: matrix, json, yaml, csv, npy; and ROS TransformStamped."""
+
+import io
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+import yaml
+
+from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats.dialect import Dialect, Numbers, decoded
+from tactfix.pose_formats.orientation import Quaternion
+from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix, syntax_error
+from tactfix.units import UNITS
+from tactfix.yaml_tree import read_tree
+
+SCHEMA: Final = "tactfix/pose/1"
+_LOCATE_SCHEMA: Final = "tactfix/locate/1"
+_ROS: Final = Numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), "m", Quaternion(scalar_first=False), "")
+
+
+def _write_rows(separator: str) -> Any:
+    def write(pose: Pose, remarks: tuple[str, ...]) -> str:
+        head = [f"# {remark}" for remark in remarks]
+        if separator == ",":
+            head = [f"# units: {pose.units}", *head] if pose.units else head
+        rows = [separator.join(repr(float(value) + 0.0) for value in row) for row in pose.base_from_fixture]
+        return "\n".join([*head, *rows]) + "\n"
+
+    return write
+
+
+def _read_rows(text: str | bytes) -> Pose:
+    """Four rows of four numbers, blanks or commas between; '# units: mm' says the unit."""
+    units, rows = None, []
+    for number, line in enumerate(decoded(text).splitlines(), 1):
+        content, _, remark = line.partition("#")
+        key, _, value = remark.partition(":")
+        if key.strip().lower() == "units":
+            units = _units(value.strip(), number)
+        if content.strip():
+            rows.append(_row(content.replace(",", " ").split(), number))
+    if [len(row) for row in rows] != [4, 4, 4, 4]:
+        raise syntax_error("is not four rows of four numbers", "write the 4 x 4 matrix, or name the format with --from")
+    return Pose(rigid_matrix(rows), units)
+
+
+def _row(words: list[str], line: int) -> list[float]:
+    try:
+        return [float(word) for word in words]
+    except ValueError as error:
+        raise syntax_error("is not a row of numbers", "write four numbers", line) from error
+
+
+def _units(value: object, line: int | None = None) -> str | None:
+    if value is None or value in UNITS:
+        return None if value is None else str(value)
+    raise syntax_error(f"units {value!r} are not known", f"write one of {', '.join(UNITS)}", line)
+
+
+def _fields(pose: Pose) -> dict[str, object]:
+    """What JSON and YAML say; the keys are those of the JSON of locate."""
+    covariance = None if pose.covariance is None else pose.covariance.tolist()
+    return {
+        "schema": SCHEMA,
+        "fixture": pose.fixture,
+        "units": pose.units,
+        "status": "located",
+        "transform": (pose.base_from_fixture + 0.0).tolist(),
+        "covariance": covariance,
+    }
+
+
+def _write_json(pose: Pose, remarks: tuple[str, ...]) -> str:
+    return json.dumps(_fields(pose), indent=1) + "\n"
+
+
+def _write_yaml(pose: Pose, remarks: tuple[str, ...]) -> str:
+    return _commented(remarks) + yaml.safe_dump(_fields(pose), sort_keys=False, default_flow_style=None, width=200)
+
+
+def _commented(remarks: tuple[str, ...]) -> str:
+    return "".join(f"# {remark}\n" for remark in remarks)
+
+
+def _read_json(text: str | bytes) -> Pose:
+    remedy = "give the output of locate --json"
+    try:
+        tree = json.loads(decoded(text), object_pairs_hook=_without_twins)
+    except json.JSONDecodeError as error:
+        raise syntax_error(f"is not JSON: {error.msg}", remedy, error.lineno) from error
+    except RecursionError:
+        raise syntax_error("is not a pose: its brackets stand too deep in each other", remedy) from None
+    except ValueError as error:  # an integer of thousands of digits
+        raise syntax_error(f"holds a number that cannot be read: {error}", remedy) from error
+    return _from_tree(tree)
+
+
+def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object; PoseSyntaxError where a key stands in it twice, of which json would keep the last in silence."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise syntax_error(f"{twice!r} stands in one object a second time", "remove one of the two")
+    return found
+
+
+def _read_yaml(text: str | bytes) -> Pose:
+    tree = read_tree(decoded(text))
+    if tree.problems:
+        raise PoseSyntaxError(tree.problems)
+    return _from_tree(tree.value)
+
+
+def _from_tree(tree: object) -> Pose:
+    """The pose in a parsed JSON or YAML document: locate's, tactfix's own, or a ROS TransformStamped."""
+    if not isinstance(tree, Mapping) or "transform" not in tree:
+        raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
+    if isinstance(tree["transform"], Mapping):
+        return _from_ros(tree["transform"])
+    schema, status = tree.get("schema", SCHEMA), tree.get("status", "located")
+    if schema not in (SCHEMA, _LOCATE_SCHEMA):
+        raise syntax_error(f"schema is {schema!r}", f"give {_LOCATE_SCHEMA} or {SCHEMA}")
+    if status != "located" or tree["transform"] is None:
+        raise syntax_error(f"status is {status!r}: there is no pose in it", "locate the fixture first")
+    covariance = tree.get("covariance")
+    return Pose(
+        rigid_matrix(_array(tree["transform"], "transform"), "transform"),
+        _units(tree.get("units")),
+        None if covariance is None else _covariance(_array(covariance, "covariance")),
+        str(tree.get("fixture") or ""),
+    )
+
+
+def _from_ros(transform: Mapping[str, Any]) -> Pose:
+    """translation in m, rotation as quaternion x, y, z, w."""
+    try:
+        parts = [transform["translation"][axis] for axis in "xyz"] + [transform["rotation"][axis] for axis in "xyzw"]
+    except (KeyError, TypeError) as error:
+        raise syntax_error("is not a TransformStamped", "write translation x y z, rotation x y z w") from error
+    numbers = _array(parts, "transform")
+    if not np.isfinite(numbers).all():
+        raise syntax_error("transform holds a value that is not a finite number", "write numbers")
+    return Pose(_ROS.pose(numbers), "m")
+
+
+def _array(values: object, name: str) -> Floats:
+    """Numbers as an array; text, booleans and ragged rows are refused."""
+    try:
+        array = np.array(values)
+    except ValueError as error:
+        raise syntax_error(f"{name} has rows of different length", "write rows of equal length") from error
+    if array.dtype.kind not in "if":
+        raise syntax_error(f"{name} holds something that is not a number", "write numbers")
+    return array.astype(np.float64)
+
+
+def _covariance(matrix: Floats) -> Floats:
+    """A covariance (6, 6), symmetric and not negative, or PoseSyntaxError."""
+    remedy = "give the covariance of locate, rx ry rz (rad) tx ty tz (units), or none"
+    if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
+        raise syntax_error("covariance is not 6 x 6 finite numbers", remedy)
+    # Rotation and translation have different units: judge the correlations, which have none.
+    sigma = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.outer(sigma, sigma)
+    correlation = np.divide(matrix, scale, out=np.zeros_like(matrix), where=scale > 0)
+    asymmetric = np.abs(correlation - correlation.T).max() > 1e-6
+    if asymmetric or np.any(np.diag(matrix) < 0) or np.linalg.eigvalsh((correlation + correlation.T) / 2)[0] < -1e-6:
+        raise syntax_error("covariance is not a covariance", remedy)
+    return (matrix + matrix.T) / 2
+
+
+def _write_npy(pose: Pose, remarks: tuple[str, ...]) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, pose.base_from_fixture, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _read_npy(data: str | bytes) -> Pose:
+    try:
+        if isinstance(data, str):
+            raise ValueError
+        matrix = np.load(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise syntax_error("is not a numpy array", "save it with numpy.save") from error
+    return Pose(rigid_matrix(_array(matrix, "the array"), "the array"), None)
+
+
+def _write_ros(pose: Pose, remarks: tuple[str, ...]) -> str:
+    x, y, z, qx, qy, qz, qw = _ROS.of(pose.base_from_fixture).tolist()
+    message = {
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base"},
+        "child_frame_id": "fixture",
+        "transform": {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}},
+    }
+    return _commented(remarks) + yaml.safe_dump(message, sort_keys=False)
+
+
+PLAIN: Final = (
+    Dialect("matrix", "4 x 4 matrix, four lines for numpy.loadtxt", _write_rows(" "), _read_rows, has_units=False),
+    Dialect("json", "JSON with units and covariance", _write_json, _read_json),
+    Dialect("yaml", "YAML with units and covariance", _write_yaml, _read_yaml, comments=True),
+    Dialect("csv", "4 x 4 matrix with commas, '# units' before it", _write_rows(","), _read_rows, comments=True),
+    Dialect("npy", "4 x 4 numpy array", _write_npy, _read_npy, has_units=False),
+)
+
+ROS_MESSAGE: Final = Dialect(
+    "ros", "ROS TransformStamped as YAML: quaternion x, y, z, w", _write_ros, _read_yaml, "m", _ROS, comments=True
+)

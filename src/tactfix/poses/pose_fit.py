@@ -1,0 +1,151 @@
+"""The best pose near a given one: weighted geometric least squares over all contacts, and how sure it is.
+
+The residual of a contact is the distance of the tip's centre from the offset surface along the outward normal n. A
+small motion of the fixture by a rotation w about c and a translation v changes it by  -n . v - ((x - c) x n) . w.
+Rotations are taken about the contacts' centroid c and in units of their spread, so that the six columns are alike
+in size in any unit of length and at any distance from the origin; the singular values of that Jacobian say what the
+contacts can see.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import TINY, Floats, cross
+from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
+
+MOST_STEPS = 50
+SMALLEST_RATIO = 1e-9
+"""Singular values below this fraction of the largest are zero: far above rounding, far below any useful fixture."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """What n contacts see of a motion: the Jacobian of residual / sigma (n, 6), and its frame.
+
+    Columns: rotation (units of 1 / scale) and translation along the base axes, about centre (3,) in base, scale a
+    length.
+    """
+
+    jacobian: Floats
+    centre: Floats
+    scale: float
+
+    def svd(self) -> tuple[Floats, Floats]:
+        """Singular values (6,), largest first, and the motions (6, 6), a row each, that belong to them."""
+        rows = self.jacobian if len(self.jacobian) >= 6 else np.vstack([self.jacobian, np.zeros((6, 6))])
+        _, values, motions = np.linalg.svd(rows, full_matrices=False)
+        return values, motions
+
+    def twists(self, motions: Floats, at: Floats) -> Floats:
+        """Motions (k, 6) of the Jacobian's columns as twists (k, 6) at the point at (3,): rotation rad, translation."""
+        rotation = motions[:, :3] / self.scale
+        return np.hstack([rotation, motions[:, 3:] + cross(rotation, at - self.centre)])
+
+    def covariance(self, at: Floats) -> Floats:
+        """Covariance (6, 6) of rotation (rad) and translation of the point at (3,); infinite where a motion is free."""
+        values, motions = self.svd()
+        with np.errstate(divide="ignore", over="ignore"):
+            spread = self.twists(motions / np.maximum(values, TINY)[:, None], at)
+            return np.asarray(spread.T @ spread)
+
+    def free_motions(self, at: Floats) -> Floats:
+        """Twists (k, 6) at the point at that no contact resists, judged by the ratio of singular values."""
+        values, motions = self.svd()
+        return self.twists(motions[values <= SMALLEST_RATIO * max(values[0], TINY)], at)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseFit:
+    """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity."""
+
+    base_from_fixture: Floats
+    surfaces: Mapping[str, Surface]
+    residuals: Floats
+    normals: Floats
+    chi2: float
+    sensitivity: Sensitivity
+
+
+def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tuple[Floats, Floats]:
+    """Residuals (n,) and outward normals (n, 3) of contacts on surfaces in base."""
+    values, normals = np.empty(len(contacts)), np.empty((len(contacts), 3))
+    for name, index in contacts.by_feature.items():
+        values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
+        normals[index] = outward_normals(surfaces[name], contacts.points[index])
+    return values, normals
+
+
+def sensitivity(contacts: Contacts, normals: Floats, sigmas: Floats) -> Sensitivity:
+    """The Jacobian of residuals over sigma at contacts with outward normals (n, 3)."""
+    arms = (contacts.points - contacts.centre) / contacts.spread
+    rows = np.concatenate([cross(arms, normals), normals], axis=1) / -sigmas[:, None]
+    return Sensitivity(rows, contacts.centre, contacts.spread)
+
+
+def refine(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats) -> PoseFit:
+    """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
+
+    Gauss-Newton with step halving. A motion that the contacts leave free is not moved along.
+    """
+    fit = fit_at(surfaces, contacts, sigmas, base_from_fixture)
+    for _ in range(MOST_STEPS):
+        step = _gauss_newton_step(fit, sigmas)
+        better = _line_search(surfaces, contacts, sigmas, fit, step)
+        if better is None:
+            break
+        gain, fit = fit.chi2 - better.chi2, better
+        if gain <= 1e-12 * better.chi2 and np.abs(step).max() < 1e-6 * fit.sensitivity.scale:
+            break
+    return fit
+
+
+def fit_at(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats) -> PoseFit:
+    """The fit as it stands at a pose."""
+    in_base = {name: moved(base_from_fixture, surface) for name, surface in surfaces.items()}
+    values, normals = contact_residuals(in_base, contacts)
+    return PoseFit(
+        base_from_fixture=base_from_fixture,
+        surfaces=in_base,
+        residuals=values,
+        normals=normals,
+        chi2=float(((values / sigmas) ** 2).sum()),
+        sensitivity=sensitivity(contacts, normals, sigmas),
+    )
+
+
+def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
+    """The motion (6,), in the sensitivity's columns, that the linearised contacts ask for."""
+    step, *_ = np.linalg.lstsq(fit.sensitivity.jacobian, -fit.residuals / sigmas, rcond=SMALLEST_RATIO)
+    # No further than one spread of the contacts at a time: beyond that the linear model means nothing.
+    return np.asarray(step * (fit.sensitivity.scale / max(fit.sensitivity.scale, float(np.linalg.norm(step)))))
+
+
+def _line_search(
+    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, fit: PoseFit, step: Floats
+) -> PoseFit | None:
+    """The first of the halved steps that does not make chi-square larger; None when none does."""
+    for halvings in range(20):
+        pose = _moved_by(fit, step * 0.5**halvings)
+        new = fit_at(surfaces, contacts, sigmas, pose)
+        if new.chi2 < fit.chi2:
+            return new
+    return None
+
+
+def _moved_by(fit: PoseFit, step: Floats) -> Floats:
+    """The pose after a motion (6,) in the sensitivity's columns, orthonormal to rounding."""
+    turn = rotation_from_vector(step[:3] / fit.sensitivity.scale)
+    rotation, translation = fit.base_from_fixture[:3, :3], fit.base_from_fixture[:3, 3]
+    centre = fit.sensitivity.centre
+    return homogeneous(orthonormalized(turn @ rotation), centre + step[3:] + turn @ (translation - centre))
+
+
+def covariance_at(covariance: Floats, arm: Floats) -> Floats:
+    """Covariance (6, 6) of the twist at a point that lies arm (3,) from the point covariance (6, 6) belongs to."""
+    shift = np.eye(6)
+    shift[3:, :3] = -skew(arm)
+    return np.asarray(shift @ covariance @ shift.T)

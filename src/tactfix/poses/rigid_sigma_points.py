@@ -1,0 +1,114 @@
+"""How far a rigid fixture may stand from its best pose: sigma points of the contacts' residuals (`spread`)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import TINY, Floats
+from tactfix.geometry.rigid import homogeneous, inverse
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.poses.descent import damped_step, turned
+from tactfix.poses.equations import PoseEquations, evaluate, pose_equations
+from tactfix.poses.pose_fit import SMALLEST_RATIO, PoseFit
+from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
+
+MOST_STEPS = 60
+ARRIVED = 1e-8
+"""Length of a step (rad, spreads of the contacts) with which a sigma point has been reached."""
+
+
+def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Spread:
+    """The spread of a rigid fixture's pose; sigmas (n,) of the residuals."""
+    origin = fit.base_from_fixture[:3, 3]
+    values, motions = fit.sensitivity.svd()
+    known = values > SMALLEST_RATIO * max(values[0], TINY)
+    linear = fit.sensitivity.twists(motions[known] / values[known][:, None], origin).T
+    if not known.all():
+        return Spread(linear, fit.sensitivity.twists(motions[~known], origin).T, trusted=True)
+    # The weakest motion, rotation and translation together, moves contacts by about twice its length.
+    if most_bend(2 / values[-1], contacts, sigmas, fit.surfaces.values(), origin) < FLAT:
+        return Spread(linear, np.zeros((6, 0)), trusted=True)
+    return _NearPose.of(fit, contacts, sigmas).spread(linear)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _NearPose:
+    """The contacts' residuals over sigma as functions of a small motion of the contacts about their centroid.
+
+    Lengths in units of scale. best (n,): the residuals, jacobian (n, 6) at no motion.
+    """
+
+    fit: PoseFit
+    equations: PoseEquations
+    best: Floats
+    jacobian: Floats
+
+    @staticmethod
+    def of(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> "_NearPose":
+        centre, scale = fit.sensitivity.centre, fit.sensitivity.scale
+        names = list(contacts.by_feature)
+        surfaces = [_scaled(fit.surfaces[name], centre, scale) for name in names]
+        index = [names.index(name) for name in contacts.features]
+        points = (contacts.points - centre) / scale
+        equations = pose_equations(surfaces, index, points, scale / sigmas, contacts.tip_radius / scale)
+        best, jacobian = evaluate(equations, *_moves(np.zeros((6, 1))), geometric=True)
+        return _NearPose(fit, equations, best[:, 0], jacobian[:, :, 0].T)
+
+    def spread(self, linear: Floats) -> Spread:
+        _, values, axes = np.linalg.svd(self.jacobian, full_matrices=False)
+        pose, centre = self.fit.base_from_fixture, self.fit.sensitivity.centre
+        return curved_spread(pose, centre, linear, axes.T / values, self._bend, self._reach)
+
+    def _bend(self, steps: Floats) -> Floats:
+        residuals, _ = evaluate(self.equations, *_moves(steps), geometric=True)
+        return np.asarray(np.linalg.norm(residuals - self._wanted(steps), axis=0))
+
+    def _wanted(self, steps: Floats) -> Floats:
+        return np.asarray(self.best[:, None] + self.jacobian @ steps)
+
+    def _reach(self, steps: Floats) -> tuple[Floats, Floats]:
+        """Levenberg-Marquardt to the poses at which the residuals are what the linear model has after steps (6, m)."""
+        wanted, (rotations, offsets) = self._wanted(steps), _moves(steps)
+        residual, jacobian = self._misses(rotations, offsets, wanted)
+        damping = np.full(steps.shape[1], 1e-6)
+        for _ in range(MOST_STEPS):
+            # Next to a fold a step may lead to infinity: nan is never better.
+            with np.errstate(over="ignore", invalid="ignore"):
+                step = damped_step(residual, jacobian, damping)
+                ahead = turned(step[:3], rotations), offsets + step[3:]
+                new_residual, new_jacobian = self._misses(*ahead, wanted)
+                better = (new_residual**2).sum(axis=0) < (residual**2).sum(axis=0)
+            for old, new in zip(
+                (rotations, offsets, residual, jacobian), (*ahead, new_residual, new_jacobian), strict=True
+            ):
+                np.copyto(old, new, where=better)
+            damping = np.where(better, 0.1 * damping, 10 * damping)
+            if ((np.abs(step).max(axis=0) < ARRIVED) | (damping > 1e6)).all():
+                break
+        return self._poses(rotations, offsets), np.asarray((residual**2).sum(axis=0))
+
+    def _misses(self, rotations: Floats, offsets: Floats, wanted: Floats) -> tuple[Floats, Floats]:
+        residual, jacobian = evaluate(self.equations, rotations, offsets, geometric=True)
+        return residual - wanted, jacobian
+
+    def _poses(self, rotations: Floats, offsets: Floats) -> Floats:
+        """The poses (m, 4, 4) of the fixture from which the contacts look as they do after these motions."""
+        sensitivity = self.fit.sensitivity
+        to_centre = homogeneous(np.eye(3), -sensitivity.centre)
+        contacts_moved = homogeneous(np.moveaxis(rotations, -1, 0), sensitivity.scale * offsets.T)
+        return np.asarray(inverse(to_centre) @ inverse(contacts_moved) @ to_centre @ self.fit.base_from_fixture)
+
+
+def _moves(steps: Floats) -> tuple[Floats, Floats]:
+    """Rotations (3, 3, m) and offsets (3, m) of motions (6, m) of the contacts."""
+    still = np.repeat(np.eye(3)[:, :, None], steps.shape[1], axis=2)
+    return turned(steps[:3], still), steps[3:].copy()
+
+
+def _scaled(surface: Surface, centre: Floats, scale: float) -> Surface:
+    if isinstance(surface, Plane):
+        return Plane((surface.point - centre) / scale, surface.normal)
+    if isinstance(surface, Sphere):
+        return Sphere((surface.center - centre) / scale, surface.radius / scale, surface.side)
+    return Cylinder((surface.point - centre) / scale, surface.direction, surface.radius / scale, surface.side)

@@ -1,0 +1,37 @@
+"""Tip and sigma: which hold for contacts that are still to be made, and the standard deviation of every residual."""
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+
+
+def probe_settings(
+    fixture: Fixture, contacts: Contacts | None, sigma: float | None, tip_radius: float | None
+) -> tuple[float, float]:
+    """Sigma and tip radius: as given, else those of the contacts, else those of the fixture's probe block.
+
+    Raises UsageError where nothing says them, or where they are no lengths: nothing is guessed.
+    """
+    if sigma is None:
+        sigma = fixture.probe.sigma if contacts is None else float(contacts.sigmas.max())
+    if tip_radius is None:
+        tip_radius = fixture.probe.tip_radius if contacts is None else contacts.tip_radius
+    if sigma is None or tip_radius is None:
+        option = "sigma" if sigma is None else "tip-radius"
+        raise UsageError(
+            f"{fixture.name}: nothing says the {option.replace('-', ' ')}; "
+            f"use --{option}, or add it to the probe block of the fixture file"
+        )
+    if not (LEAST_LENGTH <= sigma <= MOST_LENGTH and 0 <= tip_radius <= MOST_LENGTH):
+        raise UsageError("sigma must be a length above zero and the tip radius one not below")
+    return sigma, tip_radius
+
+
+def residual_sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
+    """Standard deviation (n,) of each residual: the probe's and the feature's own in quadrature."""
+    own = np.array([fixture.features[name].sigma for name in contacts.features])
+    return np.asarray(np.hypot(contacts.sigmas, own))

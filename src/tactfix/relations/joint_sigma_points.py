@@ -1,0 +1,73 @@
+"""How far a fixture by relations may stand from its best pose: sigma points of all observed (`poses.spread`)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactfix.fixture import FrameRecipe
+from tactfix.frame import FrameError, frames
+from tactfix.geometry.arrays import Floats
+from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
+from tactfix.relations.joint import JointFit, JointProblem, fit_at, joint_fit
+
+STILL = 1e-9
+"""Share of the largest free motion below which a free displacement does not move the frame."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSpread:
+    """One fit of a fixture by relations: the spread of each frame that the recipe makes of it.
+
+    frame_jacobian (6, width): how the frame moves with the displacements of the features.
+    """
+
+    problem: JointProblem
+    recipe: FrameRecipe
+    fit: JointFit
+    frame_jacobian: Floats
+
+    def at(self, base_from_fixture: Floats) -> Spread:
+        """The spread of one of the frames (4, 4)."""
+        factor, free = self.fit.spread()
+        linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T
+        is_free = np.abs(moving).max(initial=0.0) > STILL * np.abs(self.frame_jacobian).max()
+        if is_free or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
+            return Spread(linear, moving, trusted=True)
+        centre = self.problem.contacts.centre
+        return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))
+
+    def _most_bend(self, factor: Floats, origin: Floats) -> float:
+        contacts = self.problem.contacts
+        arm = float(np.abs(contacts.points - contacts.centre).max())
+        lengths = np.where(self.fit.lengths == 1.0, arm, self.fit.lengths)
+        moves = np.linalg.norm(lengths[:, None] * factor, axis=1)
+        surfaces = self.fit.surfaces.values()
+        return most_bend(2 * float(moves.max()), contacts, self.problem.sigmas, surfaces, origin)
+
+    def _bend(self, steps: Floats) -> Floats:
+        """By how much the residuals after steps (width, m), relations kept, differ from linear ones."""
+        bends = []
+        for step in steps.T:
+            there = fit_at(self.problem, self.fit, step).observed
+            bends.append(np.linalg.norm(there - self.fit.observed - self.fit.jacobian @ step))
+        return np.array(bends)
+
+    def _reach(self, base_from_fixture: Floats) -> Callable[[Floats], tuple[Floats, Floats]]:
+        def reach(steps: Floats) -> tuple[Floats, Floats]:
+            reached = np.repeat(base_from_fixture[None], steps.shape[1], axis=0)
+            missing = np.full(steps.shape[1], np.inf)
+            for number, step in enumerate(steps.T):
+                wanted = self.fit.observed + self.fit.jacobian @ step
+                there = joint_fit(replace(self.problem, wanted=wanted), self.fit.surfaces)
+                try:
+                    poses = np.array(frames(self.recipe, there.surfaces))
+                except FrameError:
+                    continue
+                # Of the frames that the recipe allows the one with the same signs.
+                alike = np.einsum("mij,ij->m", poses[:, :3, :3], base_from_fixture[:3, :3])
+                reached[number] = poses[np.argmax(alike)]
+                missing[number] = there.chi2
+            return reached, missing
+
+        return reach

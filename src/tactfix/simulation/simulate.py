@@ -1,0 +1,188 @@
+"""Contacts as a probe would report them, from a fixture, a pose, noise and, on request, one mistake; truth included.
+
+A touch is a point of the nominal surface and the direction from which the probe comes. The tip's centre is then t off
+the surface along its normal, off by noise along that normal. All random numbers come from PCG64 streams, one for each
+thing drawn, so that a fault leaves the pose, the touches and the noise alone.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.accessibility.access import Access, access_of
+from tactfix.accessibility.touchable import extent_of, sample_touches
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats, frozen, perpendicular, unit
+from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface, feet, outward_normals
+from tactfix.probe import probe_settings
+from tactfix.relations.realization import realize
+from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
+from tactfix.units import factor
+
+# Half angle of the cone around the inward normal in which a random touch comes.
+CONE_DEG = 20.0
+# Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
+_PLENTY = {Plane: 4, Cylinder: 6}
+_PLENTY_BALL = 4
+# Points to choose from for each random touch.
+_CHOICE = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulation:
+    """Simulated contacts in base, and the truth: base_from_fixture (4, 4), the fault and what it did, in words."""
+
+    fixture: str
+    units: str
+    contacts: Contacts
+    base_from_fixture: Floats
+    seed: int
+    planned: bool
+    fault: Fault | None = None
+    mistake: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
+
+
+def simulate(
+    fixture: Fixture,
+    plan: Contacts | None = None,
+    base_from_fixture: Floats | None = None,
+    sigma: float | None = None,
+    tip_radius: float | None = None,
+    seed: int = 0,
+    count: int | None = None,
+    fault: Fault | None = None,
+) -> Simulation:
+    """Contacts on a fixture that stands at base_from_fixture (4, 4), or at a random pose a metre or more away.
+
+    plan: nominal contacts in the fixture frame, as `plan` gives them; without one, count random touches inside the
+    touch boxes, reachable in a straight line, from within CONE_DEG of the normal. sigma and tip_radius default to the
+    plan's, then to the fixture's probe. A feature's own sigma is added to the noise in quadrature.
+
+    Raises UsageError where sigma or tip_radius is said nowhere, where the fixture's relations do not place its
+    features, where a feature cannot be reached, or where plan and count are both given; TipDoesNotFitError.
+    """
+    if plan is not None and count is not None:
+        raise UsageError("a plan says how many contacts there are; leave out the number of contacts")
+    pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
+    surfaces = nominal_surfaces(fixture)
+    probe_sigma, said_tip = probe_settings(fixture, plan, sigma, tip_radius)
+    access = access_of(fixture, surfaces, touching_radius(fault, said_tip))
+    touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(surfaces, plan)
+    if base_from_fixture is None:
+        base_from_fixture = random_pose(pose_stream, factor("m", fixture.units))
+    names, points, normals, approaches = touches
+    sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
+    scatter = np.hypot(sigmas, [fixture.features[name].sigma for name in names])
+    off = access.tip_radius + scatter * noise_stream.standard_normal(len(names))
+    rotation = base_from_fixture[:3, :3]
+    contacts = Contacts(
+        features=names,
+        points=transform_points(base_from_fixture, growth(fault) * points + off[:, None] * normals),
+        approaches=approaches @ rotation.T,
+        sigmas=sigmas,
+        tip_radius=said_tip,
+        rows=tuple(range(1, len(names) + 1)),
+        ids=(None,) * len(names) if plan is None else plan.ids,
+    )
+    mistake = None
+    if fault is not None:
+        contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
+    return Simulation(fixture.name, fixture.units, contacts, base_from_fixture, seed, plan is not None, fault, mistake)
+
+
+def streams(seed: int, count: int) -> list[np.random.Generator]:
+    """Independent PCG64 generators, the same on every platform."""
+    children = np.random.SeedSequence(seed).spawn(count)
+    return [np.random.Generator(np.random.PCG64(child)) for child in children]
+
+
+def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
+    """The features in the fixture frame: the first of the ways they can stand that meets all touch boxes.
+
+    Raises UsageError where what the file says does not place them.
+    """
+    ways = realize(fixture)
+    for surfaces in ways:
+        centre, radius = extent_of(surfaces, fixture.touch)
+        if all(len(sample_touches(surfaces[name], box, 1, centre, radius)[0]) for name, box in fixture.touch.items()):
+            return surfaces
+    if ways:
+        # No box is met: whoever touches will say which feature cannot be.
+        return ways[0]
+    raise UsageError(
+        f"{fixture.name}: the fixture file does not say where all features stand to each other; "
+        "add the missing distances and angles, or each feature's place"
+    )
+
+
+def random_pose(rng: np.random.Generator, metre: float) -> Floats:
+    """base_from_fixture (4, 4): uniform over all rotations, one to three metres from the base's origin."""
+    rotation = rotation_from_quaternion(unit(rng.standard_normal(4)))
+    translation = unit(rng.standard_normal(3)) * metre * rng.uniform(1.0, 3.0)
+    return homogeneous(rotation, translation)
+
+
+Touches = tuple[tuple[str, ...], Floats, Floats, Floats]
+"""Features (n names), surface points, outward normals and approaches (n, 3), in the fixture frame."""
+
+
+def _planned_touches(surfaces: Mapping[str, Surface], plan: Contacts) -> Touches:
+    """Where the plan's contacts touch; square to the surface where it does not say the approach."""
+    points = np.array([feet(surfaces[f], p) for f, p in zip(plan.features, plan.points, strict=True)])
+    normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
+    approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
+    return plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches
+
+
+def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]:
+    """How many of count contacts each feature gets: as evenly as what each needs alone allows, all where None.
+
+    Raises UsageError for fewer contacts than one.
+    """
+    wanted = {name: _PLENTY.get(type(surface), _PLENTY_BALL) for name, surface in surfaces.items()}
+    if count is None:
+        return wanted
+    if count < 1:
+        raise UsageError(f"{count} contacts cannot be simulated; ask for one or more")
+    share = dict.fromkeys(wanted, 0)
+    for _ in range(count):
+        share[min(wanted, key=lambda name: (share[name] + 0.5) / wanted[name])] += 1
+    return share
+
+
+def _random_touches(access: Access, count: int | None, rng: np.random.Generator) -> Touches:
+    names: list[str] = []
+    chosen: list[tuple[Floats, Floats, Floats]] = []
+    for name, wanted in shares(access.surfaces, count).items():
+        start = rng.uniform(size=2)
+        points, normals = access.spread(name, _CHOICE * max(wanted, 1), (float(start[0]), float(start[1])))
+        tilted = _tilted(-normals, rng)
+        # Where only the straight approach is clear, it is taken.
+        clear = access.can_touch(name, points, normals, tilted)
+        approaches = np.where(clear[:, None], tilted, -normals)
+        if len(points) < wanted:
+            raise UsageError(
+                f"{name} cannot be touched {wanted} times: its touch box leaves too little of it, or other features "
+                "stand in the way of a straight approach; enlarge the box, or shorten probe: approach_distance"
+            )
+        pick = rng.permutation(len(points))[:wanted]
+        names += [name] * wanted
+        chosen.append((points[pick], normals[pick], approaches[pick]))
+    points, normals, approaches = (np.concatenate(part) for part in zip(*chosen, strict=True))
+    return tuple(names), points, normals, approaches
+
+
+def _tilted(directions: Floats, rng: np.random.Generator) -> Floats:
+    """Unit directions (n, 3) turned by up to CONE_DEG, uniform over the cone's solid angle."""
+    cosine = rng.uniform(np.cos(np.radians(CONE_DEG)), 1.0, len(directions))[:, None]
+    around = rng.uniform(0.0, 2 * np.pi, len(directions))[:, None]
+    u = perpendicular(directions)
+    v = np.cross(directions, u)
+    return np.asarray(cosine * directions + np.sqrt(1 - cosine**2) * (np.cos(around) * u + np.sin(around) * v))

@@ -1,0 +1,1 @@
+"""Many minimal problems of one kind at once: the closed-form localizers for stacks of contacts."""

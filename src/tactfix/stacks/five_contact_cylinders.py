@@ -1,0 +1,149 @@
+"""All cylinders through five contacts each, for whole stacks of problems (eqs. 16-45 and fig. 5).
+
+In the basis of three contacts seen from a fourth, s = sum of sigma_i p_i, the numbers n_i . s of eq. 41 are sigma_i
+times the volume, and |p_1 x s|^2 holds no sigma_1: eq. 41 becomes a cubic of seven terms. Eq. 43 is |p_4 x s|^2 = sum
+of c_i |p_i x s|^2 with p_4 = sum of c_i p_i. The contact left out as the fifth is the one whose absence leaves the
+tetrahedron of largest volume, and each p_i is brought to unit length u_i.
+Problems about which the fast method is not sure, tidy layouts among them, go through the null space of the Macaulay
+matrix and least squares instead.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Bools, Floats
+from tactfix.localizers.rounding import ROUNDING
+from tactfix.localizers.stacks import stack_shape
+from tactfix.stacks.conic_cubic import real_common_zeros
+from tactfix.stacks.crowded_cylinders import crowded_cylinders, polished_cylinders
+from tactfix.stacks.trigonometric_zeros import SLOTS
+
+_CHUNK, _CROWDED_CHUNK = 4096, 512
+_LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
+"""Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
+in the end, and those next to flat, or of nearly coincident contacts, are left to the other method."""
+
+# Which contact becomes the fourth (left out of the tetrahedron) and which one the origin, for each choice.
+_ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 4, 3]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CylinderStack:
+    """points (..., 6, 3) on the axes, directions (..., 6, 3) and radii (..., 6), nan where not valid (..., 6)."""
+
+    points: Floats
+    directions: Floats
+    radii: Floats
+    valid: Bools
+
+
+def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderStack:
+    """All real cylinders through five contacts each, up to six, whatever their radius.
+
+    points (..., 5, 3). tolerance: by so much, in the contacts' unit, a contact may miss a cylinder at which two roots
+    have merged: a double root that noise has made complex is returned once. A layout with no finite number of cylinders
+    has whatever isolated ones were found, or none: nothing is raised, so that one bad problem does not stop a stack.
+    Memory beyond the answer does not grow with the stack. Raises UsageError for points of another shape.
+    Source: eqs. 37-45, fig. 5.
+    """
+    shape = stack_shape(points, 5)
+    flat = np.asarray(points, dtype=np.float64).reshape(-1, 15)
+    answers = np.empty((7, SLOTS, len(flat)))
+    sure, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            sure[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
+    thin = np.flatnonzero(sure & (flatness < _THIN_VOLUME))
+    answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
+    crowded = np.flatnonzero(~sure)
+    for start in range(0, len(crowded), _CROWDED_CHUNK):
+        index = crowded[start : start + _CROWDED_CHUNK]
+        contacts = flat[index].reshape(-1, 5, 3)
+        granted = tolerance + 16 * ROUNDING * np.abs(contacts).max(axis=(1, 2))
+        answers[:, :, index] = crowded_cylinders(contacts, granted).transpose(2, 1, 0)
+    answers = answers.transpose(2, 1, 0).reshape(*shape, SLOTS, 7)
+    return CylinderStack(answers[..., :3], answers[..., 3:6], answers[..., 6], np.isfinite(answers[..., 6]))
+
+
+def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> tuple[Bools, Floats]:
+    """Fill answers (7, 6, m) for contacts (m, 15); returns whether (m,) a problem is complete, and the volume."""
+    p, origin = _largest_tetrahedron(np.ascontiguousarray(flat.T).reshape(5, 3, -1))
+    length = np.sqrt(np.sum(p[:3] ** 2, axis=1))
+    u = p[:3] / length[:, None]
+    normals = np.stack([_cross(u[1], u[2]), _cross(u[2], u[0]), _cross(u[0], u[1])])
+    volume = _dot(u[0], normals[0])
+    extent = np.sqrt(np.mean(length**2, axis=0))
+    size = length / extent
+    fourth = np.stack([_dot(p[3], n) for n in normals]) / (volume * extent)
+    h = [_dot(normals[i], normals[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    conic, cubic = _conic(h, fourth, size), _cubic(h, size)
+    found = real_common_zeros(conic, cubic, 1e2 * tolerance / float(extent.min() or 1.0) if tolerance else 0.0)
+    _axes(found.zeros, u, normals / volume, h, size, extent, origin, answers)
+    return found.sure & (np.abs(volume) > _LEAST_VOLUME), np.abs(volume)
+
+
+def _largest_tetrahedron(x: Floats) -> tuple[Floats, Floats]:
+    """Contacts (5, 3, m) reordered: four vectors (4, 3, m), the first three spanning the most, from origin (3, m)."""
+    p = x[:4] - x[4]
+    n12, n34 = _cross(p[0], p[1]), _cross(p[2], p[3])
+    without = np.stack([_dot(p[1], n34), -_dot(p[0], n34), _dot(n12, p[3]), -_dot(n12, p[2])])
+    volumes = np.abs(np.concatenate([without, np.sum(without, axis=0)[None]]))
+    order = _ORDERS[np.argmax(volumes, axis=0)]
+    chosen = x[order.T[:, None], np.arange(3)[:, None], np.arange(x.shape[2])]
+    return chosen[:4] - chosen[4], chosen[4]
+
+
+def _cubic(h: list[Floats], size: Floats) -> Floats:
+    """Eq. 41 (7, m) in the coordinates of s along the unit vectors u_i; h: products of their normals."""
+    h11, h22, h33, h12, h13, h23 = h
+    a, b, c = size
+    return np.stack([h33 * b, h33 * a, h22 * c, h22 * a, h11 * c, h11 * b, -2 * (a * h23 + b * h13 + c * h12)])
+
+
+def _conic(h: list[Floats], fourth: Floats, size: Floats) -> Floats:
+    """Eq. 43 (6, m) in the same coordinates, |p_4 x s|^2 - sum of c_i l_i |u_i x s|^2, of unit size."""
+    h11, h22, h33, h12, h13, h23 = h
+    x, y, z = fourth
+    wx, wy, wz = fourth * size
+    conic = np.stack(
+        [
+            h22 * (z * z - wz) + h33 * (y * y - wy) - 2 * h23 * y * z,
+            h11 * (z * z - wz) + h33 * (x * x - wx) - 2 * h13 * x * z,
+            h11 * (y * y - wy) + h22 * (x * x - wx) - 2 * h12 * x * y,
+            2 * (h12 * (wz - z * z) - h33 * x * y + h13 * y * z + h23 * x * z),
+            2 * (h13 * (wy - y * y) - h22 * x * z + h12 * y * z + h23 * x * y),
+            2 * (h23 * (wx - x * x) - h11 * y * z + h12 * x * z + h13 * x * y),
+        ]
+    )
+    return np.asarray(conic / np.sqrt(np.sum(conic**2, axis=0)))
+
+
+def _axes(
+    zeros: Floats, u: Floats, duals: Floats, h: list[Floats], size: Floats, extent: Floats, origin: Floats, out: Floats
+) -> None:
+    """Write points, directions and radii of the axes with coordinates zeros (3, 6, m) into out (7, 6, m) (eq. 38)."""
+    h11, h22, h33, h12, h13, h23 = h
+    x, y, z = zeros
+    s = u[0][:, None] * x + u[1][:, None] * y + u[2][:, None] * z
+    scale = 1.0 / np.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
+    s *= scale
+    half = 0.5 * extent * scale * scale
+    a = half * size[0] * (y * y * h33 + z * z * h22 - 2 * y * z * h23)
+    b = half * size[1] * (x * x * h33 + z * z * h11 - 2 * x * z * h13)
+    c = half * size[2] * (x * x * h22 + y * y * h11 - 2 * x * y * h12)
+    foot = duals[0][:, None] * a + duals[1][:, None] * b + duals[2][:, None] * c
+    np.sqrt(foot[0] * foot[0] + foot[1] * foot[1] + foot[2] * foot[2], out=out[6])
+    np.add(foot, origin[:, None], out=out[:3])
+    out[3:6] = s
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """The dot products (m,) of components-first vectors (3, m)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """The cross products (3, m)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
