@@ -11,7 +11,7 @@ def command(output: Output = None) -> int:
 
         # yaml-language-server: $schema=tactfix.schema.json
     """
-    from tactfix.schema import fixture_schema
+    from tactfix.fixture_format.json_schema import fixture_schema
 
     emit(fixture_schema(), output)
     return 0

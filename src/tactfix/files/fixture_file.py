@@ -6,7 +6,7 @@ from tactfix.errors import FileError, Problem
 from tactfix.files.reading import decode, read_bytes
 from tactfix.fixture import Fixture
 from tactfix.fixture_format.problems import Finding
-from tactfix.fixture_format.read import parse_fixture
+from tactfix.fixture_format.read import read_fixture
 from tactfix.yaml_tree import Tree, read_tree
 
 
@@ -17,7 +17,7 @@ def load_fixture(path: str | Path) -> Fixture:
     """
     text = decode(str(path), read_bytes(path))
     tree = read_tree(text)
-    fixture = parse_fixture(tree.value, Path(path).stem) if tree.is_complete else []
+    fixture = read_fixture(tree.value, Path(path).stem) if tree.is_complete else []
     if isinstance(fixture, Fixture) and not tree.problems:
         return fixture
     findings = [] if isinstance(fixture, Fixture) else fixture

@@ -1,6 +1,6 @@
-"""What a fixture file may say, and what it means: the only room that knows pydantic.
+"""Format 1 of fixture files: its description, and the way from the plain values of a file to a fixture.
 
-schema, features, frame, strict: pydantic's models, from which fixture.schema.json is made, and which say what is wrong
-with a file. json_schema: whether a file keeps to that schema; one that does never pays for importing pydantic.
-entries, *_rules, build: from a file that keeps to the schema to a fixture.
+schema: pydantic's models, the one description of the format. json_schema: the JSON Schema generated from them, to
+which a good file is held; pydantic_errors: what is wrong with the form of a bad one; only this imports pydantic.
+entries, *_rules: what is well formed, and whether it makes sense together. build, read: on to the fixture.
 """

@@ -3,52 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from tactfix.fixture import Axis, AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
+from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-
-if TYPE_CHECKING:
-    from tactfix.fixture_format.entries import (
-        AxisEntry,
-        FeatureEntry,
-        FixtureEntry,
-        FrameEntry,
-        Interval,
-        OriginEntry,
-        TouchEntry,
-    )
 
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
-def build_fixture(document: FixtureEntry, name: str) -> Fixture:
-    """The fixture of a file in which the rules found nothing wrong; name: if it gives none itself."""
-    probe, frame = document.get("probe", {}), document.get("frame")
+def build_fixture(entries: Entries, name: str) -> Fixture:
+    """The fixture of a file in which form and rules found nothing wrong; name: if it gives none itself."""
     return Fixture(
-        name=document.get("name") or name,
-        units=document["units"],
-        probe=Probe(probe.get("tip_radius"), probe.get("sigma"), probe.get("approach_distance")),
-        features={name: build_feature(name, entry) for name, entry in document["features"].items()},
-        relations=relations_of(document),
-        frame=None if frame is None else recipe_of(frame, document["features"]),
-        touch={name: box_of(entry) for name, entry in document.get("touch", {}).items()},
+        name=entries.written.get("name") or name,
+        units=entries.written["units"],
+        probe=_probe(entries.probe),
+        features={name: _feature(name, entry) for name, entry in entries.features.items()},
+        relations=_relations(entries),
+        frame=None if entries.frame is None else _recipe(entries.frame, entries),
+        touch={name: _box(entry) for name, entry in entries.touch.items()},
     )
 
 
-def build_feature(name: str, entry: FeatureEntry) -> Feature:
-    """One feature."""
+def _probe(entry: Entry) -> Probe:
+    return Probe(*(_number(entry.get(key)) for key in ("tip_radius", "sigma", "approach_distance")))
+
+
+def _number(value: float | None) -> float | None:
+    """A double, also of an integer of any length."""
+    return None if value is None else float(value)
+
+
+def _feature(name: str, entry: Entry) -> Feature:
     radius = None if entry["type"] == "plane" else float(entry["radius"])
     return Feature(
-        name, entry["type"], radius, entry.get("side", "outer"), float(entry.get("sigma", 0.0)), surface_of(entry)
+        name, entry["type"], radius, entry.get("side", "outer"), float(entry.get("sigma", 0.0)), _surface(entry)
     )
 
 
-def surface_of(entry: FeatureEntry) -> Surface | None:
+def _surface(entry: Entry) -> Surface | None:
     """Where a feature is in the fixture frame, None where the file does not say."""
     side = entry.get("side", "outer")
     match entry:
@@ -62,57 +58,57 @@ def surface_of(entry: FeatureEntry) -> Surface | None:
             return None
 
 
-def relations_of(document: FixtureEntry) -> tuple[Relation, ...]:
+def _relations(entries: Entries) -> tuple[Relation, ...]:
     """The distances, then the angles, angles in rad."""
     distances = [
         Relation("distance", (d["between"][0], d["between"][1]), float(d["value"]), float(d.get("sigma", 0.0)))
-        for d in document.get("distances", [])
+        for d in entries.distances.values()
     ]
     angles = [
         Relation("angle", (a["between"][0], a["between"][1]), math.radians(a["value"]), math.radians(a.get("sigma", 0)))
-        for a in document.get("angles", [])
+        for a in entries.angles.values()
     ]
     return (*distances, *angles)
 
 
-def recipe_of(frame: FrameEntry, features: Mapping[str, FeatureEntry]) -> FrameRecipe:
+def _recipe(frame: Entry, entries: Entries) -> FrameRecipe:
     """The frame recipe; [plane, cylinder] is turned into [cylinder, plane]."""
     (first, first_rule), (second, second_rule) = axes_of(frame)
     return FrameRecipe(
-        _origin_rule(frame["origin"], features), (first, _axis_rule(first_rule)), (second, _axis_rule(second_rule))
+        _origin_rule(frame["origin"], entries), (first, _axis_rule(first_rule)), (second, _axis_rule(second_rule))
     )
 
 
-def axes_of(frame: FrameEntry) -> list[tuple[Axis, AxisEntry]]:
+def axes_of(frame: Entry) -> list[tuple[Axis, Entry]]:
     """The axes that are given, in the order in which they are written."""
     given = [(axis, frame.get(axis)) for axis in frame if axis in AXES]
     return [(axis, entry) for axis, entry in given if isinstance(entry, dict)]
 
 
-def _origin_rule(entry: OriginEntry, features: Mapping[str, FeatureEntry]) -> OriginRule:
+def _origin_rule(entry: Entry, entries: Entries) -> OriginRule:
     if "center_of" in entry:
         return OriginRule("center_of", (entry["center_of"],))
     if "foot_of" in entry:
         return OriginRule("foot_of", (entry["foot_of"], entry["on"]))
-    return OriginRule("meet_of", tuple(sorted(entry["meet_of"], key=lambda name: features[name]["type"] == "plane")))
+    return OriginRule("meet_of", tuple(sorted(entry["meet_of"], key=lambda name: entries.type_of(name) == "plane")))
 
 
-def _axis_rule(entry: AxisEntry) -> AxisRule:
+def _axis_rule(entry: Entry) -> AxisRule:
     direction = entry.get("opposite", entry)
     if "along" in direction:
         return AxisRule("along", (direction["along"],), "opposite" in entry)
     return AxisRule("from_to", (direction["from"], direction["to"]), "opposite" in entry)
 
 
-def box_of(entry: TouchEntry) -> TouchBox:
+def _box(entry: Entry) -> TouchBox:
     """The touch box, infinite where the file leaves it open."""
     low, high = zip(_ends(entry.get("x")), _ends(entry.get("y")), _ends(entry.get("z")), strict=True)
     return TouchBox(np.array(low), np.array(high))
 
 
-def _ends(interval: Interval | None) -> tuple[float, float]:
+def _ends(interval: list[float | None] | None) -> tuple[float, float]:
     low, high = interval or (None, None)
-    return -math.inf if low is None else low, math.inf if high is None else high
+    return -math.inf if low is None else float(low), math.inf if high is None else float(high)
 
 
 def _vector(values: list[float]) -> Floats:

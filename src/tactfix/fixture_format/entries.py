@@ -1,82 +1,78 @@
-"""The shape of a fixture file that keeps to its schema, for those that read it after that is settled."""
+"""The entries of a fixture file that are well formed, each judged by itself: what the rules look at."""
 
-from typing import NotRequired, TypeAlias, TypedDict
+from __future__ import annotations
 
-from tactfix.geometry.surfaces import FeatureType, Side
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
-Vector: TypeAlias = list[float]
-Interval: TypeAlias = list[float | None]
+from tactfix.fixture_format.json_schema import is_entry, is_section
+from tactfix.fixture_format.problems import Finding, Path
+from tactfix.wording import did_you_mean
 
-
-class FeatureEntry(TypedDict):
-    """A feature; radius and side not on planes."""
-
-    type: FeatureType
-    radius: NotRequired[float]
-    side: NotRequired[Side]
-    point: NotRequired[Vector | None]
-    normal: NotRequired[Vector | None]
-    center: NotRequired[Vector | None]
-    direction: NotRequired[Vector | None]
-    sigma: NotRequired[float]
+Entry: TypeAlias = Mapping[str, Any]
+"""A feature, relation, box, frame or probe that keeps to its model in `tactfix.fixture_format.schema`."""
 
 
-class RelationEntry(TypedDict):
-    """A distance, or an angle in degrees."""
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """The well formed entries of a file; a malformed one is in none of them, and is told of by its form alone.
 
-    between: list[str]
-    value: float
-    sigma: NotRequired[float]
+    written: the whole file as it stands. distances and angles: by their index in the file.
+    """
 
+    written: Mapping[str, Any]
+    features: Mapping[str, Entry]
+    distances: Mapping[int, Entry]
+    angles: Mapping[int, Entry]
+    touch: Mapping[str, Entry]
+    probe: Entry
+    frame: Entry | None
 
-class OriginEntry(TypedDict, total=False):
-    """center_of, or foot_of and on, or meet_of."""
+    @property
+    def named(self) -> Mapping[str, Any]:
+        """Every feature that the file names, with whatever it says there; empty where there is no such section."""
+        features = self.written.get("features")
+        return features if isinstance(features, dict) else {}
 
-    center_of: str
-    foot_of: str
-    on: str
-    meet_of: list[str]
+    def unknown(self, name: str, path: Path, *, at_key: bool = False) -> list[Finding]:
+        """The finding that the file names no feature so; none where it does, well formed or not."""
+        if name in self.named or not self.named:
+            return []
+        return [Finding(path, f"there is no feature {name!r}", did_you_mean(name, self.named), at_key)]
 
-
-# "from" is a keyword, so these two cannot be written as classes.
-DirectionEntry = TypedDict("DirectionEntry", {"along": str, "from": str, "to": str}, total=False)
-AxisEntry = TypedDict("AxisEntry", {"along": str, "from": str, "to": str, "opposite": DirectionEntry}, total=False)
-
-
-class FrameEntry(TypedDict):
-    """Origin and axes; the order in which x, y and z are written counts."""
-
-    origin: OriginEntry
-    x: NotRequired[AxisEntry | None]
-    y: NotRequired[AxisEntry | None]
-    z: NotRequired[AxisEntry | None]
-
-
-class ProbeEntry(TypedDict, total=False):
-    """Defaults for a contact file."""
-
-    tip_radius: float | None
-    sigma: float | None
-    approach_distance: float | None
+    def type_of(self, name: str) -> str | None:
+        """plane, sphere or cylinder; None where no well formed feature has this name."""
+        return self.features[name]["type"] if name in self.features else None
 
 
-class TouchEntry(TypedDict, total=False):
-    """A box; null is open."""
+def entries_of(value: Mapping[str, Any]) -> Entries:
+    """The well formed entries among the plain values of a file, whatever they are."""
+    return Entries(
+        written=value,
+        features=_named_entries("features", value),
+        distances=_listed_entries("distances", value),
+        angles=_listed_entries("angles", value),
+        touch=_named_entries("touch", value),
+        probe=_section("probe", value) or {},
+        frame=_section("frame", value),
+    )
 
-    x: Interval | None
-    y: Interval | None
-    z: Interval | None
+
+def _named_entries(section: str, value: Mapping[str, Any]) -> dict[str, Entry]:
+    entries = value.get(section)
+    if not isinstance(entries, dict):
+        return {}
+    return {name: entry for name, entry in entries.items() if is_entry(section, entry)}
 
 
-class FixtureEntry(TypedDict):
-    """The whole file."""
+def _listed_entries(section: str, value: Mapping[str, Any]) -> dict[int, Entry]:
+    entries = value.get(section)
+    if not isinstance(entries, list):
+        return {}
+    return {index: entry for index, entry in enumerate(entries) if is_entry(section, entry)}
 
-    tactfix: int
-    name: NotRequired[str | None]
-    units: str
-    probe: NotRequired[ProbeEntry]
-    features: dict[str, FeatureEntry]
-    distances: NotRequired[list[RelationEntry]]
-    angles: NotRequired[list[RelationEntry]]
-    frame: NotRequired[FrameEntry | None]
-    touch: NotRequired[dict[str, TouchEntry]]
+
+def _section(section: str, value: Mapping[str, Any]) -> Entry | None:
+    entry = value.get(section)
+    return entry if is_section(section, entry) else None

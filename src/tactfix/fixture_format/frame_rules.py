@@ -3,67 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from tactfix.fixture_format.build import axes_of
-from tactfix.fixture_format.declared import Declared
-from tactfix.fixture_format.feature_rules import given_places, is_placed
+from tactfix.fixture_format.entries import Entries, Entry
+from tactfix.fixture_format.feature_rules import PLACE_KEYS
 from tactfix.fixture_format.problems import Finding, Path
-
-if TYPE_CHECKING:
-    from tactfix.fixture_format.entries import AxisEntry, DirectionEntry, FixtureEntry, OriginEntry
 
 _FEET: Final = {("sphere", "cylinder"), ("sphere", "plane"), ("cylinder", "cylinder")}
 _MEETINGS: Final = {("plane", "plane", "plane"), ("cylinder", "plane")}
 
 
-def check_frame(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
+def check_frame(entries: Entries) -> Iterator[Finding]:
     """Findings about the frame, and that it is missing where it is needed."""
-    frame = document.get("frame")
+    frame = entries.frame
     if frame is None:
-        if not declared.frame_refused and not is_placed(document) and not _is_any_placed(document):
-            remedy = "add frame: {origin: ..., and two of x, y, z}, or give every feature its place"
-            yield Finding((), "there is no frame, and the features do not carry their place", remedy)
+        yield from _check_absence(entries)
         return
-    yield from _check_origin(frame["origin"], declared)
+    yield from _check_origin(frame["origin"], entries)
     axes = axes_of(frame)
     if len(axes) != 2:
         what = f"frame has {len(axes)} of the axes x, y, z"
         yield Finding(("frame",), what, "give two of them; the third follows", at_key=True)
     for axis, entry in axes:
-        yield from _check_axis(("frame", axis), entry, declared)
-        yield from _check_length(("frame", axis), entry, document)
+        yield from _check_axis(("frame", axis), entry, entries)
+        yield from _check_length(("frame", axis), entry, entries)
     if len(axes) == 2 and _names(axes[0][1]) == _names(axes[1][1]):
         what = f"{axes[0][0]} and {axes[1][0]} follow the same line"
         yield Finding(("frame", axes[1][0]), what, "take another feature for one of them")
 
 
-def _is_any_placed(document: FixtureEntry) -> bool:
-    """Whether places have been begun: then what misses is told there."""
-    return any(given_places(feature) for feature in document["features"].values())
+def _check_absence(entries: Entries) -> Iterator[Finding]:
+    """No frame is needed where features carry their place; where one of them does, the others are told to as well."""
+    named = [entry for entry in entries.named.values() if isinstance(entry, dict)]
+    is_any_placed = any(entry.get(key) is not None for entry in named for key in PLACE_KEYS)
+    if entries.written.get("frame") is None and entries.features and not is_any_placed:
+        remedy = "add frame: {origin: ..., and two of x, y, z}, or give every feature its place"
+        yield Finding((), "there is no frame, and the features do not carry their place", remedy)
 
 
-def _check_origin(origin: OriginEntry, declared: Declared) -> Iterator[Finding]:
+def _check_origin(origin: Entry, entries: Entries) -> Iterator[Finding]:
     if "center_of" in origin:
-        yield from _check_center(origin["center_of"], declared)
+        yield from _check_center(origin["center_of"], entries)
     elif "foot_of" in origin:
-        yield from _check_foot(origin["foot_of"], origin["on"], declared)
+        yield from _check_foot(origin["foot_of"], origin["on"], entries)
     else:
-        yield from _check_meeting(origin["meet_of"], declared)
+        yield from _check_meeting(origin["meet_of"], entries)
 
 
-def _check_center(name: str, declared: Declared) -> Iterator[Finding]:
+def _check_center(name: str, entries: Entries) -> Iterator[Finding]:
     path = ("frame", "origin", "center_of")
-    yield from declared.unknown(name, path)
-    if declared.type_of(name) not in (None, "sphere"):
-        what = f"{name} is a {declared.type_of(name)} and has no centre"
+    yield from entries.unknown(name, path)
+    if entries.type_of(name) not in (None, "sphere"):
+        what = f"{name} is a {entries.type_of(name)} and has no centre"
         yield Finding(path, what, "name a sphere, or use foot_of or meet_of")
 
 
-def _check_foot(above: str, below: str, declared: Declared) -> Iterator[Finding]:
-    yield from declared.unknown(above, ("frame", "origin", "foot_of"))
-    yield from declared.unknown(below, ("frame", "origin", "on"))
-    types = (declared.type_of(above), declared.type_of(below))
+def _check_foot(above: str, below: str, entries: Entries) -> Iterator[Finding]:
+    yield from entries.unknown(above, ("frame", "origin", "foot_of"))
+    yield from entries.unknown(below, ("frame", "origin", "on"))
+    types = (entries.type_of(above), entries.type_of(below))
     if above == below:
         what = f"{above} has no foot on itself"
         yield Finding(("frame", "origin", "on"), what, "name the cylinder or plane that the foot is on")
@@ -73,10 +72,10 @@ def _check_foot(above: str, below: str, declared: Declared) -> Iterator[Finding]
         yield Finding(("frame", "origin"), what, remedy)
 
 
-def _check_meeting(names: list[str], declared: Declared) -> Iterator[Finding]:
+def _check_meeting(names: list[str], entries: Entries) -> Iterator[Finding]:
     for index, name in enumerate(names):
-        yield from declared.unknown(name, ("frame", "origin", "meet_of", index))
-    types = [declared.type_of(name) for name in names]
+        yield from entries.unknown(name, ("frame", "origin", "meet_of", index))
+    types = [entries.type_of(name) for name in names]
     if len(set(names)) < len(names):
         yield Finding(("frame", "origin", "meet_of"), "a feature stands here twice", "name different features")
     elif None not in types and tuple(sorted(str(type_) for type_ in types)) not in _MEETINGS:
@@ -84,23 +83,23 @@ def _check_meeting(names: list[str], declared: Declared) -> Iterator[Finding]:
         yield Finding(("frame", "origin", "meet_of"), what, "name three planes, or a cylinder and a plane")
 
 
-def _check_axis(path: Path, entry: AxisEntry, declared: Declared) -> Iterator[Finding]:
-    direction: AxisEntry | DirectionEntry = entry
+def _check_axis(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:
+    direction = entry
     if "opposite" in entry:
         path, direction = (*path, "opposite"), entry["opposite"]
     if "along" not in direction:
-        yield from _check_from_to(path, direction["from"], direction["to"], declared)
+        yield from _check_from_to(path, direction["from"], direction["to"], entries)
         return
-    yield from declared.unknown(direction["along"], (*path, "along"))
-    if declared.type_of(direction["along"]) == "sphere":
+    yield from entries.unknown(direction["along"], (*path, "along"))
+    if entries.type_of(direction["along"]) == "sphere":
         what = f"{direction['along']} is a sphere and has no direction"
         yield Finding((*path, "along"), what, "name a cylinder or plane, or use from and to")
 
 
-def _check_from_to(path: Path, start: str, end: str, declared: Declared) -> Iterator[Finding]:
-    yield from declared.unknown(start, (*path, "from"))
-    yield from declared.unknown(end, (*path, "to"))
-    types = {declared.type_of(start), declared.type_of(end)}
+def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterator[Finding]:
+    yield from entries.unknown(start, (*path, "from"))
+    yield from entries.unknown(end, (*path, "to"))
+    types = {entries.type_of(start), entries.type_of(end)}
     if start == end:
         yield Finding((*path, "to"), f"{end} is where the axis comes from", "name another feature")
     elif None not in types and "plane" in types and "sphere" not in types:
@@ -108,18 +107,18 @@ def _check_from_to(path: Path, start: str, end: str, declared: Declared) -> Iter
         yield Finding(path, what, "use along for the normal of a plane; from and to take spheres and cylinders")
 
 
-def _check_length(path: Path, entry: AxisEntry, document: FixtureEntry) -> Iterator[Finding]:
+def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:
     """A direction from one feature to another needs a distance between them."""
     direction = entry.get("opposite", entry)
     if "from" not in direction:
         return
     ends = {direction["from"], direction["to"]}
-    if any(set(distance["between"]) == ends and distance["value"] == 0 for distance in document.get("distances", [])):
+    if any(set(distance["between"]) == ends and distance["value"] == 0 for distance in entries.distances.values()):
         what = f"there is no direction from {direction['from']} to {direction['to']}: their distance is 0"
         yield Finding(path, what, "take another feature for this axis")
 
 
-def _names(entry: AxisEntry) -> frozenset[str]:
+def _names(entry: Entry) -> frozenset[str]:
     """The features that an axis follows, whichever way it points."""
     direction = entry.get("opposite", entry)
     if "along" in direction:

@@ -1,4 +1,4 @@
-"""Whether plain values keep to a JSON Schema, for the part of JSON Schema that the models of this package make.
+"""Whether plain values keep to the JSON Schema of fixture files, for the part of JSON Schema that pydantic makes.
 
 pydantic could tell as well, and does where something is wrong; but importing it and building its validators takes
 longer than all else that locating a fixture does.
@@ -11,26 +11,44 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-# What describes and does not restrict, says again what oneOf says, or has been seen to before.
+# Keywords that need no check here: annotations, discriminator (implied by oneOf), and type (checked first).
 _NOTES: Final = frozenset({"$schema", "$defs", "title", "description", "default", "discriminator", "type"})
 
 
 @cache
-def fixture_schema_text() -> str:
-    """The JSON Schema of fixture files, format 1, as pydantic makes it of the models."""
-    return (Path(__file__).parent / "fixture.schema.json").read_text(encoding="utf-8")
-
-
-@cache
 def _fixture_schema() -> Mapping[str, Any]:
-    schema: Mapping[str, Any] = json.loads(fixture_schema_text())
+    schema: Mapping[str, Any] = json.loads(fixture_schema())
     return schema
+
+
+def fixture_schema() -> str:
+    """JSON Schema (draft 2020-12) of format 1, as text with a newline at its end."""
+    return (fixtures_folder() / "tactfix.schema.json").read_text(encoding="utf-8")
+
+
+def fixtures_folder() -> Path:
+    """The folder of the shipped fixture files and schema: in the installed package, beside src in a checkout."""
+    packaged = Path(__file__).parents[1] / "fixtures"
+    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "fixtures"
 
 
 def is_well_formed(value: Any) -> bool:
     """Whether value, read from a file, keeps to the schema of fixture files."""
     schema = _fixture_schema()
     return conforms(value, schema, schema["$defs"])
+
+
+def is_section(section: str, value: Any) -> bool:
+    """Whether value keeps to the schema of a section (probe, frame) of a fixture file."""
+    schema = _fixture_schema()
+    return conforms(value, schema["properties"][section], schema["$defs"])
+
+
+def is_entry(section: str, value: Any) -> bool:
+    """Whether value keeps to the schema of one entry of a section: a feature, a distance, an angle, a touch box."""
+    schema = _fixture_schema()
+    of_section = schema["properties"][section]
+    return conforms(value, of_section.get("additionalProperties") or of_section["items"], schema["$defs"])
 
 
 def conforms(value: Any, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:

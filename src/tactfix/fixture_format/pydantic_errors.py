@@ -1,14 +1,27 @@
 """What pydantic refuses, said in the words of the file: what is wrong there, and what to write instead."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from tactfix.fixture_format.features import CylinderModel, PlaneModel, SphereModel
-from tactfix.fixture_format.frame import Along, CenterOf, FootOf, FrameModel, FromTo, MeetOf, Opposite
 from tactfix.fixture_format.problems import Finding, Path
-from tactfix.fixture_format.schema import AngleModel, DistanceModel, FixtureDocument, ProbeModel, TouchModel
+from tactfix.fixture_format.schema import (
+    Along,
+    AngleModel,
+    CenterOf,
+    CylinderModel,
+    DistanceModel,
+    FixtureDocument,
+    FootOf,
+    FrameModel,
+    FromTo,
+    MeetOf,
+    Opposite,
+    PlaneModel,
+    ProbeModel,
+    SphereModel,
+    TouchModel,
+)
 from tactfix.units import which_unit
 from tactfix.wording import did_you_mean
 
@@ -32,39 +45,24 @@ _EXAMPLES: Final[dict[str, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """A finding, the path that pydantic refuses, and whether it is a key that nobody knows."""
-
-    finding: Finding
-    path: Path
-    is_unknown_key: bool
-
-
-def refusals_of(value: Any) -> list[Refusal]:
+def malformations(value: Any) -> list[Finding]:
     """What is wrong with the form of a fixture file, in the order of the models; empty where nothing is."""
     try:
         FixtureDocument.model_validate(value)
     except ValidationError as error:
-        return [_refusal(detail) for detail in error.errors(include_url=False)]
+        return [_finding(detail) for detail in error.errors(include_url=False)]
     return []
-
-
-def _refusal(error: Any) -> Refusal:
-    missing = error["type"] == "missing" and len(error["loc"]) > 1
-    path = plain_path(error["loc"][:-1] if missing else error["loc"])
-    return Refusal(_finding(error), path, error["type"] == "extra_forbidden")
 
 
 def _finding(error: Any) -> Finding:
     kind, input_, context = error["type"], error["input"], error.get("ctx", {})
-    path = plain_path(error["loc"])
+    path = _plain_path(error["loc"])
     if kind == "extra_forbidden":
         known = _known_keys(error["loc"])
         return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(str(path[-1]), known), at_key=True)
     if kind == "missing":
         key = error["loc"][-1]
-        parent = plain_path(error["loc"][:-1])
+        parent = _plain_path(error["loc"][:-1])
         what = f"{_place(parent)} has no {key}" if parent else f"the file has no key {key!r}"
         return Finding(parent, what, _how_to_add(str(key), parent), at_key=True)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
@@ -73,7 +71,7 @@ def _finding(error: Any) -> Finding:
     return Finding(path, what, _remedy(kind, path, input_, context))
 
 
-def plain_path(location: tuple[str | int, ...]) -> Path:
+def _plain_path(location: tuple[str | int, ...]) -> Path:
     """A location of pydantic without the names of union members, which are not in the file."""
     if location[:1] == ("features",):
         tags: tuple[int, ...] = (2,)

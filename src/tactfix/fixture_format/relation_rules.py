@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from tactfix.fixture_format.declared import Declared
+from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.fixture_format.feature_rules import given_places
 from tactfix.fixture_format.problems import Finding, Path
 from tactfix.geometry.nearest import ALMOST_PARALLEL
-
-if TYPE_CHECKING:
-    from tactfix.fixture_format.entries import FixtureEntry, RelationEntry
 
 # Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
 SIGMAS: Final = 4.0
 _ROUNDING: Final = 1e-6
 
 
-def check_relations(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
+def check_relations(entries: Entries) -> Iterator[Finding]:
     """Findings about distances and angles."""
-    yield from _check_pairs("distances", document.get("distances", []), declared)
-    yield from _check_pairs("angles", document.get("angles", []), declared)
-    for index, distance in enumerate(document.get("distances", [])):
-        yield from _check_distance(("distances", index), distance, document, declared)
-    for index, angle in enumerate(document.get("angles", [])):
-        yield from _check_angle(("angles", index), angle, declared)
-    yield from _check_triangles(document, declared)
+    yield from _check_pairs("distances", entries.distances, entries)
+    yield from _check_pairs("angles", entries.angles, entries)
+    for index, distance in entries.distances.items():
+        yield from _check_distance(("distances", index), distance, entries)
+    for index, angle in entries.angles.items():
+        yield from _check_angle(("angles", index), angle, entries)
+    yield from _check_triangles(entries)
 
 
-def _check_pairs(section: str, relations: Sequence[RelationEntry], declared: Declared) -> Iterator[Finding]:
+def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries) -> Iterator[Finding]:
     """Two different features that exist, and each pair once."""
     first: dict[frozenset[str], int] = {}
-    for index, relation in enumerate(relations):
+    for index, relation in relations.items():
         for place, name in enumerate(relation["between"]):
-            yield from declared.unknown(name, (section, index, "between", place))
+            yield from entries.unknown(name, (section, index, "between", place))
         pair = frozenset(relation["between"])
         if len(pair) == 1:
             what = f"{relation['between'][0]} stands on both sides"
@@ -47,28 +44,24 @@ def _check_pairs(section: str, relations: Sequence[RelationEntry], declared: Dec
         first.setdefault(pair, index)
 
 
-def _types(between: list[str], declared: Declared) -> tuple[str, ...]:
+def _types(between: list[str], entries: Entries) -> tuple[str, ...]:
     """The types of both features, sorted; empty where one of them is not known."""
-    types = [declared.type_of(name) for name in between]
+    types = [entries.type_of(name) for name in between]
     return tuple(sorted(type_ for type_ in types if type_)) if all(types) else ()
 
 
-def _check_distance(
-    path: Path, distance: RelationEntry, document: FixtureEntry, declared: Declared
-) -> Iterator[Finding]:
-    types = _types(distance["between"], declared)
+def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[Finding]:
+    types = _types(distance["between"], entries)
     if not types:
         return
     if distance["value"] < 0 and types != ("plane", "sphere"):
         what = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
         yield Finding((*path, "value"), what, "write it without the sign")
-    placed = any(given_places(declared.features[name]) for name in distance["between"])
+    placed = any(given_places(entries.features[name]) for name in distance["between"])
     if placed:
         return
     names = " and ".join(distance["between"])
-    angle = next(
-        (a["value"] for a in document.get("angles", []) if set(a["between"]) == set(distance["between"])), None
-    )
+    angle = next((a["value"] for a in entries.angles.values() if set(a["between"]) == set(distance["between"])), None)
     if types == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
         what = f"{names} have a distance only where clearly askew or parallel; their angle is {angle:g}"
         remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
@@ -82,21 +75,21 @@ def _check_distance(
             yield Finding((*path, "between"), f"{names} have a distance only where parallel; {known}", remedy)
 
 
-def _check_angle(path: Path, angle: RelationEntry, declared: Declared) -> Iterator[Finding]:
+def _check_angle(path: Path, angle: Entry, entries: Entries) -> Iterator[Finding]:
     for place, name in enumerate(angle["between"]):
-        if declared.type_of(name) == "sphere":
+        if entries.type_of(name) == "sphere":
             what = f"{name} is a sphere and has no direction"
             yield Finding((*path, "between", place), what, "give angles between planes and cylinders")
-    if "cylinder" in _types(angle["between"], declared) and angle["value"] > 90:
+    if "cylinder" in _types(angle["between"], entries) and angle["value"] > 90:
         what = f"an angle with the axis of a cylinder is at most 90, this is {angle['value']:g}"
         yield Finding((*path, "value"), what, f"an axis has no sign: write {180 - angle['value']:g}")
 
 
-def _check_triangles(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
+def _check_triangles(entries: Entries) -> Iterator[Finding]:
     """No side of three centres is longer than the other two together."""
     index_of: dict[frozenset[str], int] = {}
-    for index, distance in enumerate(document.get("distances", [])):
-        if _types(distance["between"], declared) == ("sphere", "sphere"):
+    for index, distance in entries.distances.items():
+        if _types(distance["between"], entries) == ("sphere", "sphere"):
             index_of.setdefault(frozenset(distance["between"]), index)
     names = sorted({name for pair in index_of for name in pair})
     for three in combinations(names, 3):
@@ -104,7 +97,7 @@ def _check_triangles(document: FixtureEntry, declared: Declared) -> Iterator[Fin
         if not all(pair in index_of for pair in pairs):
             continue
         longest, *others = sorted(
-            (document.get("distances", [])[index_of[pair]] for pair in pairs), key=lambda distance: -distance["value"]
+            (entries.distances[index_of[pair]] for pair in pairs), key=lambda distance: -distance["value"]
         )
         excess = longest["value"] - sum(other["value"] for other in others)
         slack = (
@@ -119,5 +112,5 @@ def _check_triangles(document: FixtureEntry, declared: Declared) -> Iterator[Fin
             yield Finding(path, what, "check the three distances between these spheres")
 
 
-def _third(three: tuple[str, ...], side: RelationEntry) -> str:
+def _third(three: tuple[str, ...], side: Entry) -> str:
     return next(name for name in three if name not in side["between"])

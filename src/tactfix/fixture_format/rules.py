@@ -1,22 +1,34 @@
-"""Touch boxes: of features that exist, with a low end below the high one."""
+"""What must make sense together in a fixture file; each rule lives with the section that it is about.
 
-from __future__ import annotations
+A rule sees the entries that are well formed and takes nothing for granted of what they name: a feature may be missing
+or malformed, which is told elsewhere.
+"""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from tactfix.fixture_format.build import AXES
-from tactfix.fixture_format.declared import Declared
+from tactfix.fixture_format.entries import Entries
+from tactfix.fixture_format.feature_rules import check_features, check_lengths
+from tactfix.fixture_format.frame_rules import check_frame
 from tactfix.fixture_format.problems import Finding
-
-if TYPE_CHECKING:
-    from tactfix.fixture_format.entries import FixtureEntry
+from tactfix.fixture_format.relation_rules import check_relations
 
 
-def check_touch(document: FixtureEntry, declared: Declared) -> Iterator[Finding]:
-    """Findings about touch boxes as such; whether a box leaves something of its surface is a matter of geometry."""
-    for name, box in document.get("touch", {}).items():
-        yield from declared.unknown(name, ("touch", name), at_key=True)
+def check_entries(entries: Entries) -> list[Finding]:
+    """Everything that is well formed and makes no sense; places are compared by `geometry_rules`."""
+    return [
+        *check_features(entries),
+        *check_lengths(entries),
+        *check_relations(entries),
+        *check_frame(entries),
+        *_check_touch(entries),
+    ]
+
+
+def _check_touch(entries: Entries) -> Iterator[Finding]:
+    """Boxes of features that exist, with a low end below the high one."""
+    for name, box in entries.touch.items():
+        yield from entries.unknown(name, ("touch", name), at_key=True)
         for axis in AXES:
             low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:

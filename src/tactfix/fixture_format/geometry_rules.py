@@ -1,24 +1,21 @@
-"""Where features carry their place: what else the file says must agree with it."""
+"""Where features carry their place: what else the file says must agree with it, relations, frame and touch boxes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tactfix.fixture_format.box_reach import leaves_nothing
-from tactfix.fixture_format.build import AXES, box_of, recipe_of, surface_of
+from tactfix.fixture import Fixture, TouchBox
+from tactfix.fixture_format.build import AXES
+from tactfix.fixture_format.entries import Entries
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.relation_rules import SIGMAS
 from tactfix.frame import FrameError, frames
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-
-if TYPE_CHECKING:
-    from tactfix.fixture_format.entries import FixtureEntry
 
 # Directions typed with four digits are parallel within this sine.
 _PARALLEL = 1e-4
@@ -30,15 +27,14 @@ _FRAME = 1e-4
 _MOST_ROUNDING = 1e-4
 
 
-def check_agreement(document: FixtureEntry) -> list[Finding]:
-    """Relations, frame and touch boxes that contradict the places, which every feature must have."""
-    places = {name: surface_of(feature) for name, feature in document["features"].items()}
-    surfaces = {name: surface for name, surface in places.items() if surface is not None}
+def check_geometry(entries: Entries, fixture: Fixture) -> list[Finding]:
+    """Relations, frame and touch boxes that contradict the places; fixture: built of entries, all features placed."""
+    surfaces = {name: feature.surface for name, feature in fixture.features.items() if feature.surface is not None}
     return [
-        *_check_distances(document, surfaces),
-        *_check_angles(document, surfaces),
-        *_check_frame(document, surfaces),
-        *_check_boxes(document, surfaces),
+        *_check_distances(entries, surfaces),
+        *_check_angles(entries, surfaces),
+        *_check_frame(fixture, surfaces),
+        *_check_boxes(fixture, surfaces),
     ]
 
 
@@ -49,9 +45,9 @@ def _rounding(value: float) -> float:
     return min(half, _MOST_ROUNDING * abs(value))
 
 
-def _check_distances(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
     size = _size(surfaces)
-    for index, distance in enumerate(document.get("distances", [])):
+    for index, distance in entries.distances.items():
         a, b = (surfaces[name] for name in distance["between"])
         names = " and ".join(distance["between"])
         if not _has_distance(a, b):
@@ -84,8 +80,8 @@ def _has_distance(a: Surface, b: Surface) -> bool:
     return (math.cos(angle) if isinstance(a, Cylinder) or isinstance(b, Cylinder) else math.sin(angle)) < _PARALLEL
 
 
-def _check_angles(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    for index, angle in enumerate(document.get("angles", [])):
+def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    for index, angle in entries.angles.items():
         a, b = (surfaces[name] for name in angle["between"])
         if isinstance(a, Sphere) or isinstance(b, Sphere):
             continue  # refused already
@@ -97,20 +93,19 @@ def _check_angles(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> It
             yield Finding(("angles", index, "value"), what, "correct one of them; the angle may be left out")
 
 
-def _check_boxes(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    for name, model in document.get("touch", {}).items():
-        if leaves_nothing(surfaces[name], box_of(model), _TYPED * _size(surfaces)):
+def _check_boxes(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    for name, box in fixture.touch.items():
+        if _leaves_nothing(surfaces[name], box, _TYPED * _size(surfaces)):
             what = f"the touch box of {name} does not meet its surface"
             yield Finding(
                 ("touch", name), what, "correct the box or the place; a box is in the fixture frame", at_key=True
             )
 
 
-def _check_frame(document: FixtureEntry, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
-    frame = document.get("frame")
-    if frame is None:
+def _check_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
+    recipe = fixture.frame
+    if recipe is None:
         return
-    recipe = recipe_of(frame, document["features"])
     remedy = "leave out the frame: features with places need none"
     try:
         choices = frames(recipe, surfaces)
@@ -143,3 +138,70 @@ def _size(surfaces: Mapping[str, Surface]) -> float:
         for s in surfaces.values()
     ]
     return max(lengths)
+
+
+def _leaves_nothing(surface: Surface, box: TouchBox, slack: float) -> bool:
+    """Whether no point of the surface lies in the box (one frame), by more than slack (a length)."""
+    match surface:
+        case Plane():
+            low, high = _heights(surface, box)
+            return low > slack or high < -slack
+        case Sphere():
+            outside = np.maximum(np.maximum(box.low - surface.center, surface.center - box.high), 0.0)
+            farthest = np.maximum(np.abs(box.low - surface.center), np.abs(box.high - surface.center))
+            nearest_is_beyond = float(np.linalg.norm(outside)) > surface.radius + slack
+            return nearest_is_beyond or float(np.linalg.norm(farthest)) < surface.radius - slack
+        case Cylinder():
+            return _nearest(surface, box) > surface.radius + slack or _farthest(surface, box) < surface.radius - slack
+
+
+def _heights(plane: Plane, box: TouchBox) -> tuple[float, float]:
+    """The lowest and highest signed distance of points of the box from the plane."""
+    along = np.abs(plane.normal) > EPS
+    ends = np.array([box.low - plane.point, box.high - plane.point])[:, along] * plane.normal[along]
+    return float(ends.min(axis=0).sum()), float(ends.max(axis=0).sum())
+
+
+def _nearest(cylinder: Cylinder, box: TouchBox) -> float:
+    """The least distance of the axis from the box.
+
+    The squared distance of a point of the axis from the box is convex and piecewise quadratic in s; it bends where the
+    axis crosses a face of the box, so its least value is at a bend or at the vertex of a piece.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.concatenate([(end - cylinder.point) / cylinder.direction for end in (box.low, box.high)])
+    bends = np.unique(crossings[np.isfinite(crossings)])
+    if not len(bends):
+        return float(_outside(cylinder, box, np.zeros(1))[0])
+    reach = 1.0 + bends[-1] - bends[0]
+    middles = np.concatenate([[bends[0] - reach], (bends[1:] + bends[:-1]) / 2, [bends[-1] + reach]])
+    vertices = np.array([_vertex(cylinder, box, s) for s in middles])
+    return float(_outside(cylinder, box, np.concatenate([bends, vertices])).min())
+
+
+def _vertex(cylinder: Cylinder, box: TouchBox, s: float) -> float:
+    """Where the quadratic that holds around s has its least value; s itself where it is constant."""
+    point = cylinder.point + s * cylinder.direction
+    beyond = np.where(point < box.low, box.low, np.where(point > box.high, box.high, point)) - point
+    moving = np.where(beyond != 0, cylinder.direction, 0.0)
+    rate = float(moving @ moving)
+    return s + float(beyond @ moving) / rate if rate > 0 else s
+
+
+def _outside(cylinder: Cylinder, box: TouchBox, s: Floats) -> Floats:
+    """How far (n,) the points of the axis at s (n,) are from the box."""
+    points = cylinder.point + s[:, None] * cylinder.direction
+    return np.asarray(np.linalg.norm(np.maximum(np.maximum(box.low - points, points - box.high), 0.0), axis=1))
+
+
+def _farthest(cylinder: Cylinder, box: TouchBox) -> float:
+    """The largest distance of a corner of the box from the axis; infinite where the box is open sideways."""
+    open_ = ~(np.isfinite(box.low) & np.isfinite(box.high))
+    across = 1 - cylinder.direction**2 > EPS
+    if (open_ & across).any():
+        return float("inf")
+    # What is still open lies along the axis and does not count.
+    low, high = np.where(open_, cylinder.point, box.low), np.where(open_, cylinder.point, box.high)
+    corners = np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i, j, k in np.ndindex(2, 2, 2)])
+    arms = corners - cylinder.point
+    return float(np.linalg.norm(arms - (arms @ cylinder.direction)[:, None] * cylinder.direction, axis=1).max())
