@@ -86,7 +86,7 @@ class ContactResidual:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocateResult:
-    """The answer of locate; see the contract of each field in the README ("JSON of locate").
+    """The answer of locate; see the contract of each field in samples/README.md ("JSON of locate").
 
     base_from_fixture (4, 4) and covariance (6, 6: d_rot in rad, d_t in units) are None unless status is "located".
     sigmas of the frame are the square roots of the covariance's diagonal. surfaces holds the features in base whenever

@@ -1,4 +1,4 @@
-"""Draw the picture of the README: python tests/report_page/picture.py FIXTURE PICTURE.png (needs Chromium)."""
+"""Draw the picture of README.md: python tests/report_page/picture.py FIXTURE PICTURE.png (needs Chromium)."""
 
 import base64
 import sys

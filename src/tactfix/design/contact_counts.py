@@ -97,7 +97,7 @@ def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, 
 def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
     """Contacts where no body is rigid: each known distance to a located feature spares a sphere one, but for the last.
 
-    (README, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
+    (src/tactfix/README.md, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
     """
     known = sum(name in pair for pair in distances) if feature.type == "sphere" else 0
     return max(ALONE[feature.type] - known, 1)

@@ -33,7 +33,7 @@ class FitCandidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitResult:
-    """The answer of fit; see "JSON of fit" in the README.
+    """The answer of fit; see "JSON of fit" in samples/README.md.
 
     surface, chi2, rms, residuals (n,) and sigma are given when status is "located", else None or empty. residuals:
     along the outward normal, positive out of the material. sigma: one standard deviation of each number of the

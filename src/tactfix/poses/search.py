@@ -10,7 +10,7 @@ equations, close to others: every zero found is a centre for new starts at all s
 and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`balance`):
 where they do not, one is missing, and coverings go on. `complete` says whether all that was reached. The symmetries of
 the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
-complex zeros stands in the README.
+complex zeros stands in tests/README.md.
 """
 
 from collections.abc import Sequence

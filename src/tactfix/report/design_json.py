@@ -19,7 +19,7 @@ _ROUNDING: Final = 1e-14
 
 
 def design_json(report: DesignReport) -> Json:
-    """The JSON of design-check, as the README describes it field by field."""
+    """The JSON of design-check, as samples/README.md describes it field by field."""
     return {
         "schema": DESIGN_SCHEMA,
         "tactfix_version": VERSION,

@@ -1,4 +1,4 @@
-"""Results as JSON, as the README describes it field by field. A number that does not exist is null, never NaN."""
+"""Results as JSON, as samples/README.md describes it field by field. What does not exist is null, never NaN."""
 
 import json
 import math

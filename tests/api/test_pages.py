@@ -1,0 +1,124 @@
+"""The pages tell the truth: their console and Python examples are run, and what they list is what there is."""
+
+import doctest
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from api.pages import PAGES, ROOT, blocks, commands, environment, folder_for_examples, shown
+from command_line import tactfix
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
+EVERYTHING = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+
+
+def name_of(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def assert_alike(printed: str, said: str) -> None:
+    """The same words and, within the last digits that another processor may round otherwise, the same numbers."""
+    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", said).split()
+    ours, theirs = ([float(n) for n in NUMBER.findall(text)] for text in (printed, said))
+    assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "console")], ids=name_of)
+def test_console_examples(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command with the status of the one before it; what needs no shell is run in this process."""
+    monkeypatch.chdir(folder_for_examples(page, tmp_path))
+    for name, value in environment().items():
+        monkeypatch.setenv(name, value)
+    for block in blocks(page, "console"):
+        status = 0
+        for command, said in zip(commands(block), shown(block), strict=True):
+            if re.fullmatch(r"tactfix [\w\s./:-]+", command):
+                done = tactfix(*command.split()[1:], together=True)
+            else:
+                done = subprocess.run(
+                    ["bash", "-c", f"(exit {status}); {command}"],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    check=False,
+                )
+            status = done.returncode
+            assert_alike(done.stdout, said)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=name_of)
+def test_python_examples(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder_for_examples(page, tmp_path))
+    text = "\n".join(blocks(page, "python"))
+    example = doctest.DocTestParser().get_doctest(text, {}, name_of(page), str(page), 0)
+    assert example.examples
+    said: list[str] = []
+    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
+    assert not failed, "".join(said)
+
+
+def test_the_fixture_of_the_paper_is_the_one_that_is_shipped() -> None:
+    shipped = (ROOT / "fixtures" / "cylinder-sphere.yaml").read_text(encoding="utf-8")
+    assert any(text in shipped for text in blocks(ROOT / "fixtures" / "README.md", "yaml"))
+
+
+def test_the_json_of_the_pages_has_the_keys_that_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = {
+        "tactfix/locate/1": "locate fixtures/cylinder-sphere.yaml samples/cylinder-sphere/contacts.csv --json",
+        "tactfix/fit/1": "fit plane samples/three-planes/contacts.csv --feature top --json",
+        "tactfix/design-check/1": "design-check fixtures/three-planes.yaml --json --study 0",
+    }
+    monkeypatch.chdir(ROOT)
+    told = [block for page in PAGES for block in blocks(page, "jsonc")]
+    assert len(told) >= len(calls)
+    for block in told:
+        schema = re.search(r'"schema": "([^"]+)"', block)
+        assert schema
+        printed = tactfix(*calls[schema[1]].split()).stdout
+        assert keys_of(block) == set(json.loads(printed)), schema[1]
+
+
+def keys_of(block: str) -> set[str]:
+    """The keys of the outermost object, comments and whatever is nested left out."""
+    text = re.sub(r"//.*", "", block).strip().removeprefix("{").removesuffix("}")
+    while (flat := re.sub(r"\{[^{}]*\}|\[[^\[\]]*\]", "", text)) != text:
+        text = flat
+    return set(re.findall(r'"(\w+)":', text))
+
+
+def test_every_command_and_dialect_is_told() -> None:
+    from tactfix.cli.app import COMMANDS
+    from tactfix.files.logs import LOG_FORMATS
+    from tactfix.pose_formats import DIALECTS
+
+    first = PAGES[0].read_text(encoding="utf-8")
+    for name in COMMANDS:
+        assert f"`tactfix {name}" in first, name
+    for name in (*DIALECTS, *LOG_FORMATS):
+        assert f"`{name}`" in EVERYTHING, name
+
+
+def test_every_option_that_the_pages_name_exists() -> None:
+    from tactfix.cli.app import COMMANDS
+
+    helps = "".join(tactfix(command, "--help").stdout for command in COMMANDS)
+    known = set(re.findall(r"--[a-z][a-z-]+", helps)) | {"--version", "--install-completion"}
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", OF_OTHERS.sub("", EVERYTHING))) <= known
+
+
+OF_OTHERS = re.compile(r"^python3.*$|`mypy --strict`|`python [^`]*`|`pytest [^`]*`|\(`--seed[^`]*`", re.MULTILINE)
+
+
+def test_every_file_that_the_pages_name_exists() -> None:
+    named = set(re.findall(r"\b(?:fixtures|samples|src|tests)/[\w./-]+\w", EVERYTHING))
+    assert named
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not (page.parent / link).exists()] == []
