@@ -6,12 +6,21 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
-from tactfix.geometry.arrays import Floats, frozen
+import numpy as np
+
+from tactfix.errors import UsageError
+from tactfix.geometry.arrays import Bools, Floats, frozen
 from tactfix.geometry.surfaces import FeatureType, Side, Surface
 
 Axis: TypeAlias = Literal["x", "y", "z"]
+Direction: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
+"""A translation along a base axis, or a rotation about one."""
+DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
+
+SINGULAR = 1e-12
+"""Smallest eigenvalue of a correlation matrix below which the covariance holds a direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,8 +103,70 @@ class Probe:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """What is known of where the fixture stands before it is touched.
+
+    near: base_from_fixture (4, 4), in the fixture's units. within: limits of the translation of the fixture's origin
+    (length) and of the rotation (rad) from near. sigma: near is a measurement with these standard deviations of each
+    component, translation (length) and rotation (rad), or with this covariance (6, 6) in the order of a pose's. free:
+    only these may differ from near, rotations about base axes through the fixture's origin at near, then translations;
+    None: all. Raises UsageError for what cannot be meant.
+    """
+
+    near: Floats
+    within: tuple[float, float] | None = None
+    sigma: tuple[float, float] | Floats | None = None
+    free: frozenset[Direction] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "near", frozen(self.near))
+        if isinstance(self.sigma, np.ndarray):
+            object.__setattr__(self, "sigma", frozen(self.sigma))
+        if self.within is not None and self.sigma is not None:
+            raise UsageError("the pose known beforehand has limits or a sigma, not both")
+        if self.within is not None and not min(self.within) >= 0:
+            raise UsageError("the limits of the pose known beforehand must not be negative")
+        if self.free is not None and not self.free:
+            raise UsageError(f"nothing may differ from the pose known beforehand; name one of {', '.join(DIRECTIONS)}")
+        covariance = self.covariance
+        if covariance is not None and not _is_positive_definite(covariance):
+            what = "the sigma of the pose known beforehand must be above zero in every direction"
+            raise UsageError(f"{what}; where one is held, name the others as free")
+
+    @property
+    def covariance(self) -> Floats | None:
+        """The covariance (6, 6) of near where it is a measurement: rx ry rz (rad), tx ty tz (length)."""
+        if self.sigma is None or isinstance(self.sigma, np.ndarray):
+            return self.sigma
+        translation, rotation = self.sigma
+        return np.diag([rotation**2] * 3 + [translation**2] * 3)
+
+    @property
+    def turns(self) -> Bools:
+        """The base axes (3,) about which the fixture may be turned from near."""
+        return np.array([self.free is None or f"r{axis}" in self.free for axis in "xyz"])
+
+    @property
+    def shifts(self) -> Bools:
+        """The base axes (3,) along which the fixture may be shifted from near."""
+        return np.array([self.free is None or axis in self.free for axis in "xyz"])
+
+
+def _is_positive_definite(covariance: Floats) -> bool:
+    """Whether it is a finite covariance (6, 6) of full rank, whatever the unit of length."""
+    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+        return False
+    sigmas = np.sqrt(np.abs(np.diag(covariance)))
+    scaled = covariance / np.outer(sigmas, sigmas) if sigmas.all() else np.zeros((6, 6))
+    return bool(np.allclose(scaled, scaled.T) and np.linalg.eigvalsh(scaled)[0] > SINGULAR)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Fixture:
-    """A fixture: features by name in file order, what is known between them, its frame, and where it may be touched."""
+    """A fixture: features by name in file order, what is known between them, its frame, and where it may be touched.
+
+    placement: what is known of where it stands, None where nothing is.
+    """
 
     name: str
     units: str
@@ -104,6 +175,7 @@ class Fixture:
     relations: tuple[Relation, ...]
     frame: FrameRecipe | None
     touch: Mapping[str, TouchBox]
+    placement: Placement | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", MappingProxyType(dict(self.features)))
@@ -111,7 +183,7 @@ class Fixture:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Read-only views do not travel to other processes: there the fixture is built again."""
-        rest = (self.relations, self.frame, dict(self.touch))
+        rest = (self.relations, self.frame, dict(self.touch), self.placement)
         return Fixture, (self.name, self.units, self.probe, dict(self.features), *rest)
 
     @property
