@@ -95,11 +95,14 @@ class Probe:
     """What the fixture file says of the probe, None where it says nothing.
 
     approach_distance: how far the probe comes in a straight line before it touches; None: from far away.
+    tip_offset (3,): the tip's centre in the flange frame. tip_within: how far from there it can be at most.
     """
 
     tip_radius: float | None = None
     sigma: float | None = None
     approach_distance: float | None = None
+    tip_offset: tuple[float, float, float] | None = None
+    tip_within: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

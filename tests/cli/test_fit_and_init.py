@@ -110,7 +110,7 @@ def test_init_does_not_overwrite(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert path.read_text() == "mine"
     assert "--force" in capsys.readouterr().err
     assert main(["init", str(path), "--force"]) == 0
-    assert load_fixture(path).name == "cylinder-sphere"
+    assert load_fixture(path).name == "robot-cell-plate"
     assert main(["init", "--like", "tree-spheres"]) == 2
     assert "three-spheres" in capsys.readouterr().err
 

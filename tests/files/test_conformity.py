@@ -19,7 +19,9 @@ ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "fixtures"
 FULL = read_tree(
     PLACED
-    + "probe: {tip_radius: 1, sigma: 0.1, approach_distance: 3}\n"
+    + "probe: {tip_radius: 1, sigma: 0.1, approach_distance: 3, tip_offset: [0, 0, 120], tip_within: 5}\n"
+    + "placement: {near: {matrix: [[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}, free: [x, rz],\n"
+    + "  within: {translation: 5, rotation: 2}, sigma: {translation: 5, rotation: 2}}\n"
     + "distances: [{between: [bar, ball], value: 30, sigma: 0.1}]\n"
     + "angles: [{between: [bar, top], value: 90}]\n"
     + "touch: {ball: {x: [null, 3], y: null}}\n"
@@ -51,6 +53,9 @@ VALUES += [
     {"along": "bar"},
     {"from": "bar", "to": "ball"},
     {"opposite": {"along": "bar"}},
+    {"kuka": "{X 1}"},
+    {"file": "a.json"},
+    ["x", "ry"],
 ]
 KEYS = [
     "tactfix",

@@ -7,13 +7,19 @@ from typing import Any
 import pytest
 from files.texts import PAPER, PLACED
 
+from tactfix.errors import FileError, Problem
 from tactfix.fixture import Fixture
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.read import read_fixture
+from tactfix.pose_formats.pose import Pose
 from tactfix.yaml_tree import read_tree
 
 _SECTIONS = """
-probe: {tip_radius: 1, sigma: 0.1, approach_distance: 3}
+probe: {tip_radius: 1, sigma: 0.1, approach_distance: 3, tip_offset: [0, 0, 120], tip_within: 5}
+placement:
+  near: {matrix: [[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}
+  free: [x, rz]
+  within: {translation: 5, rotation: 2}
 distances: [{between: [bar, ball], value: 30, sigma: 0.1}, {between: [bar, top], value: 15}]
 angles: [{between: [bar, top], value: 90, sigma: 1}]
 touch: {bar: {y: [null, 5]}, ball: {x: [35, null]}, top: {x: [0, 1]}}
@@ -30,9 +36,14 @@ VALUES: list[Any] = [
     *(None, True, 0, -1, 181, 10**25, -(10**299), 1e308, 5e-324, float("nan"), float("inf")),
     *("", "bar", "nobody", "plane", "\x1b[31m"),
     *([], {}, [1, 2, 3], [0, 0, 0], [1e308] * 3, [5e-324, 0, 0], [10**25, 1, 1], ["bar", "ball"], ["bar"]),
+    *({"kuka": "{X 1, Y 2, Z 3, A 4, B 5, C 6}"}, {"file": "a.json"}, [[1e300] * 4] * 4, ["x", "x"]),
     *([None, 1.0], [2, 1], [10**25, None], {"along": "bar"}, {"along": "nobody"}, {"opposite": {"opposite": {}}}),
     *({"from": "bar", "to": "top"}, {"meet_of": ["top", "bar"]}, {"type": "plane"}, {"bar": 1}, {"between": []}),
 ]
+
+
+def no_files(file: str) -> Pose:
+    raise FileError(file, [Problem("there is no such file", "check the path")])
 
 
 def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -66,11 +77,11 @@ def mutants(document: Any) -> Iterator[tuple[str, Any]]:
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_no_mutant_ends_in_an_exception(name: str) -> None:
     document = read_tree(DOCUMENTS[name]).value
-    assert isinstance(read_fixture(document, "sound"), Fixture)
+    assert isinstance(read_fixture(document, "sound", no_files), Fixture)
     refused = 0
     for what, mutant in mutants(document):
         try:
-            answer = read_fixture(mutant, "mutant")
+            answer = read_fixture(mutant, "mutant", no_files)
         except Exception as error:
             raise AssertionError(f"{what}: {error!r}") from error
         assert isinstance(answer, Fixture) or (answer and all(isinstance(f, Finding) and f.remedy for f in answer)), (
@@ -88,7 +99,7 @@ def test_a_malformed_file_is_told_all_its_malformations() -> None:
         .replace("y: [null, 5]", "y: [5, 4]")
         .replace("along: bar", "along: ball")
     )
-    findings = read_fixture(read_tree(text).value, "")
+    findings = read_fixture(read_tree(text).value, "", no_files)
     assert isinstance(findings, list)
     assert {finding.path for finding in findings} == {
         ("features", "bar", "radius"),

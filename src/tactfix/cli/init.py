@@ -21,7 +21,7 @@ def command(
         Option(
             metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=completion.templates
         ),
-    ] = "cylinder-sphere",
+    ] = "robot-cell-plate",
     force: Annotated[bool, Option("--force", help="Replace FILE where it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""

@@ -1,6 +1,8 @@
 """Fixture files: YAML in, a fixture out, or every problem of the file at once with its line and column."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tactfix.errors import FileError, Problem
 from tactfix.files.reading import decode, read_bytes
@@ -8,6 +10,9 @@ from tactfix.fixture import Fixture
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.read import read_fixture
 from tactfix.yaml_tree import Tree, read_tree
+
+if TYPE_CHECKING:
+    from tactfix.pose_formats.pose import Pose
 
 
 def load_fixture(path: str | Path) -> Fixture:
@@ -17,7 +22,7 @@ def load_fixture(path: str | Path) -> Fixture:
     """
     text = decode(str(path), read_bytes(path))
     tree = read_tree(text)
-    fixture = read_fixture(tree.value, Path(path).stem) if tree.is_complete else []
+    fixture = read_fixture(tree.value, Path(path).stem, _beside(Path(path))) if tree.is_complete else []
     if isinstance(fixture, Fixture) and not tree.problems:
         return fixture
     findings = [] if isinstance(fixture, Fixture) else fixture
@@ -25,6 +30,17 @@ def load_fixture(path: str | Path) -> Fixture:
     known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
     problems += [p for p in (_placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
     raise FileError(str(path), sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
+
+
+def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:
+    """Reads the pose files that a fixture file names, from its own folder."""
+
+    def read(file: str) -> "Pose":
+        from tactfix.files.pose_file import load_pose  # not worth its time for a file that names none
+
+        return load_pose(fixture_path.parent.absolute() / file)
+
+    return read
 
 
 def _placed(finding: Finding, tree: Tree) -> Problem:

@@ -7,7 +7,18 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.fixture import Axis, AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
+from tactfix.fixture import (
+    Axis,
+    AxisRule,
+    Feature,
+    Fixture,
+    FrameRecipe,
+    OriginRule,
+    Placement,
+    Probe,
+    Relation,
+    TouchBox,
+)
 from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -15,7 +26,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
-def build_fixture(entries: Entries, name: str) -> Fixture:
+def build_fixture(entries: Entries, name: str, placement: Placement | None) -> Fixture:
     """The fixture of a file in which form and rules found nothing wrong; name: if it gives none itself."""
     return Fixture(
         name=entries.written.get("name") or name,
@@ -25,11 +36,19 @@ def build_fixture(entries: Entries, name: str) -> Fixture:
         relations=_relations(entries),
         frame=None if entries.frame is None else _recipe(entries.frame, entries),
         touch={name: _box(entry) for name, entry in entries.touch.items()},
+        placement=placement,
     )
 
 
 def _probe(entry: Entry) -> Probe:
-    return Probe(*(_number(entry.get(key)) for key in ("tip_radius", "sigma", "approach_distance")))
+    offset = entry.get("tip_offset")
+    return Probe(
+        tip_radius=_number(entry.get("tip_radius")),
+        sigma=_number(entry.get("sigma")),
+        approach_distance=_number(entry.get("approach_distance")),
+        tip_offset=None if offset is None else (float(offset[0]), float(offset[1]), float(offset[2])),
+        tip_within=_number(entry.get("tip_within")),
+    )
 
 
 def _number(value: float | None) -> float | None:

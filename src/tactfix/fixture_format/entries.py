@@ -11,7 +11,7 @@ from tactfix.fixture_format.problems import Finding, Path
 from tactfix.wording import did_you_mean
 
 Entry: TypeAlias = Mapping[str, Any]
-"""A feature, relation, box, frame or probe that keeps to its model in `tactfix.fixture_format.schema`."""
+"""A feature, relation, box, probe, frame or placement that keeps to its model in `tactfix.fixture_format.schema`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,7 @@ class Entries:
     touch: Mapping[str, Entry]
     probe: Entry
     frame: Entry | None
+    placement: Entry | None
 
     @property
     def named(self) -> Mapping[str, Any]:
@@ -56,6 +57,7 @@ def entries_of(value: Mapping[str, Any]) -> Entries:
         touch=_named_entries("touch", value),
         probe=_section("probe", value) or {},
         frame=_section("frame", value),
+        placement=_section("placement", value),
     )
 
 

@@ -20,8 +20,8 @@ PLACE_KEYS: Final = frozenset(key for keys in PLACE.values() for key in keys)
 # What would fall apart in a contact file or on the command line (--features bar:5,ball:3).
 _FORBIDDEN: Final = re.compile(r"^\s|\s$|[,;:#\"'\x00-\x1f]")
 
-_SIZES: Final = ("radius", "sigma", "tip_radius", "approach_distance")
-_PLACES: Final = ("point", "center", "x", "y", "z")
+_SIZES: Final = ("radius", "sigma", "tip_radius", "approach_distance", "tip_within", "translation")
+_PLACES: Final = ("point", "center", "tip_offset", "x", "y", "z")
 _REMEDY: Final = "check the number and the units of the file"
 
 
@@ -70,6 +70,8 @@ def check_lengths(entries: Entries) -> Iterator[Finding]:
         yield from _beyond(("distances", index, "value"), distance["value"])
     for name, box in entries.touch.items():
         yield from _check_sizes(("touch", name), box)
+    for key in ("within", "sigma"):
+        yield from _check_sizes(("placement", key), (entries.placement or {}).get(key) or {})
 
 
 def _check_sizes(path: Path, entry: Entry) -> Iterator[Finding]:

@@ -98,6 +98,7 @@ _SIMPLE: Final[Mapping[str, Callable[[Any, Any], bool]]] = {
     "minItems": lambda value, said: len(value) >= said,
     "maxItems": lambda value, said: len(value) <= said,
     "minProperties": lambda value, said: len(value) >= said,
+    "maxProperties": lambda value, said: len(value) <= said,
 }
 # The parts of a value that a word restricts, each with its schema; False lets nothing be there.
 _PARTS: Final[Mapping[str, Callable[[Any, Mapping[str, Any]], Iterable[tuple[Any, Any]]]]] = {

@@ -4,24 +4,30 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from tactfix.fixture_format.problems import Finding, Path
-from tactfix.fixture_format.schema import (
-    Along,
+from tactfix.fixture_format.entry_schema import (
     AngleModel,
-    CenterOf,
     CylinderModel,
     DistanceModel,
-    FixtureDocument,
-    FootOf,
-    FrameModel,
-    FromTo,
-    MeetOf,
-    Opposite,
     PlaneModel,
     ProbeModel,
     SphereModel,
     TouchModel,
 )
+from tactfix.fixture_format.pose_schema import (
+    Along,
+    CenterOf,
+    FootOf,
+    FrameModel,
+    FromTo,
+    MeetOf,
+    Opposite,
+    PlacementModel,
+    PlacementSigma,
+    PoseFile,
+    WithinModel,
+)
+from tactfix.fixture_format.problems import Finding, Path
+from tactfix.fixture_format.schema import FixtureDocument
 from tactfix.units import which_unit
 from tactfix.wording import did_you_mean
 
@@ -35,6 +41,7 @@ _RULES: Final[dict[Any, type[BaseModel]]] = {
     "opposite": Opposite,
 }
 _ENTRIES: Final[dict[Any, type[BaseModel]]] = {"distances": DistanceModel, "angles": AngleModel, "touch": TouchModel}
+_PLACEMENT: Final[dict[Any, type[BaseModel]]] = {"within": WithinModel, "sigma": PlacementSigma, "file": PoseFile}
 _EXAMPLES: Final[dict[str, str]] = {
     "probe": "write probe: {tip_radius: 1.5, sigma: 0.005}",
     "features": "write features: {ball: {type: sphere, radius: 12.7}}",
@@ -42,6 +49,7 @@ _EXAMPLES: Final[dict[str, str]] = {
     "angles": "write angles: [{between: [top, side], value: 90.0}], or leave angles out",
     "frame": "write frame: {origin: {foot_of: ball, on: bar}, y: {along: bar}, x: {from: bar, to: ball}}",
     "touch": "write touch: {bar: {y: [5.0, 60.0]}}",
+    "placement": "write placement: {near: {file: yesterday.json}, within: {translation: 20.0, rotation: 5.0}}",
 }
 
 
@@ -73,13 +81,16 @@ def _finding(error: Any) -> Finding:
 
 def _plain_path(location: tuple[str | int, ...]) -> Path:
     """A location of pydantic without the names of union members, which are not in the file."""
-    if location[:1] == ("features",):
-        tags: tuple[int, ...] = (2,)
-    elif location[:1] == ("frame",):
-        tags = (2, 4) if location[2:3] == ("opposite",) else (2,)
-    else:
-        tags = ()
-    return tuple(part for index, part in enumerate(location) if index not in tags)
+    match location:
+        case ("frame", _, "opposite", *_):
+            tags: tuple[int, ...] = (2, 4)
+        case ("features", *_) | ("frame", *_) | ("placement", "sigma", *_):
+            tags = (2,)
+        case ("placement", "near", *_):
+            tags = (3,)
+        case _:
+            tags = ()
+    return tuple(part for index, part in enumerate(location) if index not in tags and part != "[key]")
 
 
 def _place(path: Path) -> str:
@@ -97,6 +108,8 @@ def _known_keys(location: tuple[str | int, ...]) -> list[str]:
         model = ProbeModel
     elif head == "frame":
         model = _RULES[rest[-1]] if rest else FrameModel
+    elif head == "placement":
+        model = _PLACEMENT[rest[-1]] if rest else PlacementModel
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
@@ -110,6 +123,9 @@ def _how_to_add(key: str, parent: Path) -> str:
         "to": "add to: and a feature",
         "on": "add on: and a cylinder or plane",
         "origin": "add origin: {center_of: a sphere}, {foot_of: A, on: B} or {meet_of: [...]}",
+        "near": "add near: {file: yesterday.json}, {matrix: [[...], ...]} or a pose by the name of its format",
+        "translation": "add translation: and a length",
+        "rotation": "add rotation: and degrees",
         **_EXAMPLES,
     }
     return examples.get(key, f"add {key}:")
@@ -122,7 +138,9 @@ def _untagged(path: Path, value: Any) -> Finding:
             return Finding(path, f"{place} has no type", "add type: plane, sphere or cylinder", at_key=True)
         remedy = did_you_mean(str(value["type"]), _FEATURES)
         return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
-    if len(path) > 1 and path[1] == "origin":
+    if path[0] == "placement":
+        remedy = _NEAR if path[1] == "near" else "write {translation: 0.5, rotation: 0.1} or {file: yesterday.json}"
+    elif path[1] == "origin":
         remedy = "write {center_of: sphere}, {foot_of: A, on: B} or {meet_of: [plane, plane, plane]}"
     else:
         remedy = "write {along: cylinder or plane}, {from: A, to: B} or {opposite: one of these}"
@@ -155,11 +173,12 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
         return f"write one of: {context['expected']}".replace("'", "")
     if len(path) == 1 and path[0] in _EXAMPLES:
         return _EXAMPLES[str(path[0])]
-    if kind in ("too_short", "too_long", "list_type"):
+    if kind in ("too_short", "too_long", "list_type") or path[1:] == ("near",):
         return _list_remedy(path)
     return _REMEDIES.get(kind) or _BY_CONTEXT.get(kind, "see 'tactfix schema' for what stands here").format(**context)
 
 
+_NEAR: Final = "write one pose: {file: yesterday.json}, {matrix: [[...], ...]}, or the text of any format by its name"
 _BY_CONTEXT: Final[dict[str, str]] = {
     "greater_than": "write a number above {gt:g}",
     "greater_than_equal": "write a number of at least {ge:g}",
@@ -174,7 +193,11 @@ _REMEDIES: Final[dict[str, str]] = {
 
 
 def _list_remedy(path: Path) -> str:
+    if path[:2] == ("placement", "near"):
+        return _NEAR
     match path[-1]:
+        case "free":
+            return "write those of x, y, z, rx, ry, rz that may differ from near: [x, y, rz]"
         case "between":
             return "write two features: [bar, ball]"
         case "meet_of":

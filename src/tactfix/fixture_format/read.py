@@ -5,18 +5,21 @@
 3. Geometry: a file that passed both is built, and its relations, frame and boxes are held to the places it gives.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tactfix.fixture import Fixture
+from tactfix.fixture import Fixture, Placement
 from tactfix.fixture_format.build import build_fixture
-from tactfix.fixture_format.entries import entries_of
+from tactfix.fixture_format.entries import Entries, entries_of
 from tactfix.fixture_format.json_schema import is_well_formed
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.rules import check_entries
 
+if TYPE_CHECKING:
+    from tactfix.fixture_format.placement import PoseFiles
 
-def read_fixture(value: Any, name: str) -> Fixture | list[Finding]:
-    """The fixture that value says; name: its name if the file gives none."""
+
+def read_fixture(value: Any, name: str, pose_files: "PoseFiles") -> Fixture | list[Finding]:
+    """The fixture that value says; name: its name if the file gives none; pose_files: reads poses that it names."""
     if not isinstance(value, dict):
         remedy = "begin with tactfix: 1, then units: and features:"
         what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
@@ -25,12 +28,23 @@ def read_fixture(value: Any, name: str) -> Fixture | list[Finding]:
     findings = [*_malformations(value), *check_entries(entries)]
     if findings:
         return findings
-    fixture = build_fixture(entries, name)
+    placement = _placement(entries, pose_files)
+    if isinstance(placement, list):
+        return placement
+    fixture = build_fixture(entries, name, placement)
     if not fixture.is_placed:
         return fixture
     from tactfix.fixture_format.geometry_rules import check_geometry  # not worth its time where there are no places
 
     return check_geometry(entries, fixture) or fixture
+
+
+def _placement(entries: Entries, pose_files: "PoseFiles") -> Placement | list[Finding] | None:
+    if entries.placement is None:
+        return None
+    from tactfix.fixture_format.placement import read_placement  # pose formats are not worth their time without one
+
+    return read_placement(entries.placement, entries.written["units"], pose_files)
 
 
 def _malformations(value: Any) -> list[Finding]:

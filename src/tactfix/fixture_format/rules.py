@@ -21,8 +21,17 @@ def check_entries(entries: Entries) -> list[Finding]:
         *check_lengths(entries),
         *check_relations(entries),
         *check_frame(entries),
+        *_check_probe(entries),
         *_check_touch(entries),
+        *_check_placement(entries),
     ]
+
+
+def _check_probe(entries: Entries) -> Iterator[Finding]:
+    """A limit of the tip's offset needs the offset."""
+    if entries.probe.get("tip_within") is not None and entries.probe.get("tip_offset") is None:
+        what = "probe.tip_within limits how far the tip is from tip_offset, and there is no tip_offset"
+        yield Finding(("probe", "tip_within"), what, "give tip_offset: [x, y, z] too", at_key=True)
 
 
 def _check_touch(entries: Entries) -> Iterator[Finding]:
@@ -35,3 +44,11 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
                 what = f"touch.{name}.{axis} goes from {low:g} to {high:g}"
                 remedy = "write [low, high] with low below high, null for an open end, or leave the axis out"
                 yield Finding(("touch", name, axis), what, remedy)
+
+
+def _check_placement(entries: Entries) -> list[Finding]:
+    if entries.placement is None:
+        return []
+    from tactfix.fixture_format.placement import check_placement  # pose formats are not worth their time without one
+
+    return list(check_placement(entries.placement))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from tactfix.errors import Problem, TactfixError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import homogeneous, orthonormalized
-from tactfix.units import factor
+from tactfix.units import MOST_LENGTH, factor
 
 # A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
 MOST_SKEW = 1e-5
@@ -82,6 +82,8 @@ def rigid_matrix(values: ArrayLike, place: str = "the matrix") -> Floats:
         raise syntax_error(f"{place} is {' x '.join(map(str, matrix.shape)) or 'a number'}", "a pose is 4 x 4 numbers")
     if not np.isfinite(matrix).all():
         raise syntax_error(f"{place} holds a value that is not a finite number", "write numbers")
+    if np.abs(matrix).max() > MOST_LENGTH:
+        raise syntax_error(f"{place} holds a value beyond {MOST_LENGTH:g}", "check the numbers: no length is so large")
     if np.abs(matrix[3] - [0, 0, 0, 1]).max() > LEAST_SKEW:
         raise syntax_error(f"the last row of {place} is not 0 0 0 1", "transpose it if the translation is in that row")
     rotation = matrix[:3, :3]
