@@ -16,7 +16,17 @@ from tactfix.version import VERSION
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts, contacts_from_arrays
     from tactfix.design.design_check import DesignReport, Wishes, design_check
-    from tactfix.errors import FileError, TactfixError, UsageError
+    from tactfix.errors import (
+        DegenerateContactsError,
+        FileError,
+        MissingExtraError,
+        NotLocatedError,
+        PoseRefusedError,
+        Problem,
+        TactfixError,
+        TipDoesNotFitError,
+        UsageError,
+    )
     from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
@@ -42,18 +52,24 @@ __all__ = [
     "ContactOptions",
     "Contacts",
     "CylinderStack",
+    "DegenerateContactsError",
     "DesignReport",
     "Fault",
     "FileError",
     "FitResult",
     "Fixture",
     "LocateResult",
+    "MissingExtraError",
     "Movement",
+    "NotLocatedError",
     "Plan",
     "Pose",
+    "PoseRefusedError",
+    "Problem",
     "Simulation",
     "SphereCenters",
     "TactfixError",
+    "TipDoesNotFitError",
     "UsageError",
     "Wishes",
     "__version__",
@@ -85,8 +101,14 @@ _HOMES = {
     "Movement": "tactfix.pose_formats.comparison",
     "Plan": "tactfix.planning.result",
     "Pose": "tactfix.pose_formats.pose",
+    "Problem": "tactfix.errors",
     "Simulation": "tactfix.simulation.simulate",
     "SphereCenters": "tactfix.stacks.sphere_centers",
+    "DegenerateContactsError": "tactfix.errors",
+    "MissingExtraError": "tactfix.errors",
+    "NotLocatedError": "tactfix.errors",
+    "PoseRefusedError": "tactfix.errors",
+    "TipDoesNotFitError": "tactfix.errors",
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
     "Wishes": "tactfix.design.design_check",

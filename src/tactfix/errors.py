@@ -65,6 +65,14 @@ class TipDoesNotFitError(TactfixError):
         )
 
 
+class NotLocatedError(TactfixError):
+    """A pose is asked of a result that has none."""
+
+    def __init__(self, fixture: str, status: str) -> None:
+        self.fixture, self.status = fixture, status
+        super().__init__(f"{fixture} is {status}: there is no pose; ask for status, warnings and free_motions instead")
+
+
 class PoseRefusedError(TactfixError):
     """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
 

@@ -5,10 +5,17 @@ The report layer turns these into text and JSON; the names here are the names th
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tactfix.errors import NotLocatedError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.surfaces import Surface
+
+if TYPE_CHECKING:
+    from tactfix.pose_formats.pose import Pose
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
 ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path"]
@@ -108,3 +115,59 @@ class LocateResult:
     free_motions: tuple[FreeMotion, ...] = ()
     next_contact: NextContact | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def pose(self) -> "Pose":
+        """The pose with its covariance, for `write_pose` and `compare`.
+
+        Raises NotLocatedError unless status is "located".
+        """
+        from tactfix.pose_formats.pose import Pose
+
+        if self.base_from_fixture is None:
+            raise NotLocatedError(self.fixture, self.status)
+        return Pose(self.base_from_fixture, self.units, self.covariance, self.fixture)
+
+    def sigma_at(self, point_fixture: ArrayLike = (0.0, 0.0, 0.0)) -> float:
+        """One standard deviation (units) of a point (3,) of the fixture frame along its worst direction.
+
+        Raises NotLocatedError unless status is "located".
+        """
+        from tactfix.acceptance import sigma_at
+
+        sigma = sigma_at(self, np.asarray(point_fixture, dtype=np.float64))
+        if sigma is None:
+            raise NotLocatedError(self.fixture, self.status)
+        return sigma
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix locate --json` as dictionaries, lists and numbers."""
+        from tactfix.report.json_report import locate_json
+
+        return locate_json(self)
+
+    def to_json(self) -> str:
+        """The text that `tactfix locate --json` prints."""
+        from tactfix.report.json_report import locate_json, text_of
+
+        return text_of(locate_json(self))
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> "LocateResult":
+        """The result that `to_json`, or `tactfix locate --json`, has written.
+
+        Raises UsageError for a text that is no such JSON. Surfaces of candidates are not written and come back empty.
+        """
+        from tactfix.report.json_reader import locate_result
+
+        return locate_result(text)
+
+    def _repr_html_(self) -> str:
+        """The summary for a notebook."""
+        from tactfix.report.summary import summary_html
+
+        return summary_html(self)
+
+    def __repr__(self) -> str:
+        rms = "" if self.rms is None else f", rms {self.rms:.2g} {self.units}"
+        return f"<LocateResult {self.fixture!r}: {self.status}, {len(self.contacts)} contacts{rms}>"

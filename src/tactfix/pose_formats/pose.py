@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tactfix.errors import Problem, TactfixError
+from tactfix.errors import Problem, TactfixError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import homogeneous, orthonormalized
 from tactfix.units import MOST_LENGTH, factor
@@ -36,6 +36,7 @@ class Pose:
 
     units: None where the file does not say. covariance (6, 6): of (d_rot in rad, d_t in units), base axes, rotation
     about the fixture's origin, as in the JSON of locate; None where unknown. fixture: its name, "" where unknown.
+    Raises UsageError for what is no rigid motion: a scale, a shear, a mirror image, nan.
     """
 
     base_from_fixture: Floats
@@ -44,9 +45,16 @@ class Pose:
     fixture: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
+        try:
+            matrix = rigid_matrix(self.base_from_fixture, "base_from_fixture")
+        except PoseSyntaxError as error:
+            raise UsageError(str(error)) from None
+        object.__setattr__(self, "base_from_fixture", frozen(matrix))
         if self.covariance is not None:
-            object.__setattr__(self, "covariance", frozen(self.covariance))
+            covariance = np.asarray(self.covariance, dtype=np.float64)
+            if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+                raise UsageError("the covariance of a pose is 6 x 6 finite numbers, or None")
+            object.__setattr__(self, "covariance", frozen(covariance))
 
     @property
     def rotation(self) -> Floats:

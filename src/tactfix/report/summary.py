@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from io import StringIO
 from typing import IO, Final
 
 import numpy as np
@@ -30,6 +31,13 @@ def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None)
     """Print the summary on a file; at: a point (3,) of the fixture frame whose sigma is told too."""
     console = Console(file=file, highlight=False)
     console.print(summary(result, at, ascii_only=console.options.ascii_only))
+
+
+def summary_html(result: LocateResult) -> str:
+    """The summary as HTML with its styles inline, for notebooks."""
+    console = Console(file=StringIO(), record=True, width=100, highlight=False)
+    console.print(summary(result))
+    return console.export_html(inline_styles=True, code_format="<pre style='line-height:1.2'><code>{code}</code></pre>")
 
 
 def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool = False) -> RenderableType:

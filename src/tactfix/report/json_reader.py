@@ -1,0 +1,89 @@
+"""The JSON of locate read back into a result."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from tactfix.errors import UsageError
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.report.json_report import LOCATE_SCHEMA, Json
+from tactfix.results import Candidate, ContactResidual, FreeMotion, LocateResult, NextContact, Reason
+
+_LINE = "write it with result.to_json() or tactfix locate --json"
+
+
+def locate_result(text: str | bytes) -> LocateResult:
+    """The result of locate that a JSON text says.
+
+    Raises UsageError where it is no JSON, of another schema, or a part of it is missing.
+    """
+    try:
+        report = json.loads(text)
+    except ValueError as error:
+        raise UsageError(f"this is no JSON ({error}); {_LINE}") from None
+    if not isinstance(report, dict) or report.get("schema") != LOCATE_SCHEMA:
+        raise UsageError(f"this is no JSON of the schema {LOCATE_SCHEMA}; {_LINE}")
+    try:
+        return _result(report)
+    except (KeyError, TypeError, ValueError) as error:
+        raise UsageError(f"this JSON is not whole: {error!r}; {_LINE}") from None
+
+
+def _result(report: Json) -> LocateResult:
+    return LocateResult(
+        fixture=report["fixture"],
+        units=report["units"],
+        status=report["status"],
+        base_from_fixture=_optional(report["transform"], (4, 4)),
+        covariance=_optional(report["covariance"], (6, 6)),
+        dof=report["dof"],
+        chi2=report["chi2"],
+        chi2_limit=report.get("chi2_limit"),
+        rms=report["rms"],
+        candidates=tuple(_candidate(one) for one in report["candidates"]),
+        surfaces={name: _surface(one) for name, one in report["features"].items()},
+        contacts=tuple(ContactResidual(**one) for one in report["contacts"]),
+        free_motions=tuple(_free_motion(one) for one in report["free_motions"]),
+        next_contact=_next_contact(report["next_contact"]),
+        warnings=tuple(report["warnings"]),
+    )
+
+
+def _optional(values: Any, shape: tuple[int, ...]) -> Floats | None:
+    return None if values is None else _array(values, shape)
+
+
+def _array(values: Any, shape: tuple[int, ...]) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"an array of shape {array.shape} stands where {shape} is wanted")
+    return array
+
+
+def _candidate(one: Json) -> Candidate:
+    reasons = tuple(Reason(**reason) for reason in one["reasons"])
+    return Candidate(_array(one["transform"], (4, 4)), {}, one["chi2"], one["rms"], reasons)
+
+
+def _surface(one: Json) -> Surface:
+    match one["type"]:
+        case "plane":
+            return Plane(_array(one["point"], (3,)), _array(one["normal"], (3,)))
+        case "sphere":
+            return Sphere(_array(one["center"], (3,)), one["radius"])
+        case "cylinder":
+            return Cylinder(_array(one["point"], (3,)), _array(one["direction"], (3,)), one["radius"])
+        case other:
+            raise ValueError(f"no surface is a {other!r}")
+
+
+def _free_motion(one: Json) -> FreeMotion:
+    return FreeMotion(_array(one["rotation"], (3,)), _array(one["translation"], (3,)), one["message"])
+
+
+def _next_contact(one: Json | None) -> NextContact | None:
+    if one is None:
+        return None
+    return NextContact(one["feature"], _array(one["point"], (3,)), _array(one["approach"], (3,)), one["message"])

@@ -1,0 +1,100 @@
+"""What a result offers from Python: its pose, its sigmas, its JSON and back."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import tactfix as command
+
+import tactfix
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def fixture() -> tactfix.Fixture:
+    return tactfix.load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+
+
+@pytest.fixture(scope="module")
+def located(fixture: tactfix.Fixture) -> tactfix.LocateResult:
+    contacts = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
+    return tactfix.locate(fixture, contacts)
+
+
+@pytest.fixture(scope="module")
+def free(fixture: tactfix.Fixture) -> tactfix.LocateResult:
+    contacts = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
+    return tactfix.locate(fixture, contacts.on("plate"))
+
+
+def test_the_pose_of_a_result_is_what_is_written(located: tactfix.LocateResult) -> None:
+    assert "X 1184.19" in tactfix.write_pose("kuka", located.pose).text
+    assert located.pose.units == "mm"
+
+
+def test_there_is_no_pose_where_none_was_found(free: tactfix.LocateResult) -> None:
+    with pytest.raises(tactfix.NotLocatedError, match="underdetermined"):
+        _ = free.pose
+    with pytest.raises(tactfix.NotLocatedError):
+        free.sigma_at((0, 0, 0))
+
+
+def test_sigma_of_a_point_is_that_of_its_covariance(located: tactfix.LocateResult) -> None:
+    point = np.array([300.0, 180.0, 60.0])
+    arm = located.base_from_fixture[:3, :3] @ point
+    jacobian = np.hstack([-np.cross(np.eye(3), arm), np.eye(3)])
+    # The rows of cross(I, arm) are e_k x arm, the columns of -[arm]x.
+    jacobian[:, :3] = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=1)
+    spread = jacobian @ located.covariance @ jacobian.T
+    assert located.sigma_at(point) == pytest.approx(np.sqrt(np.linalg.eigvalsh(spread)[-1]), rel=1e-9)
+
+
+def test_the_json_is_that_of_the_command(located: tactfix.LocateResult, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    line = "locate fixtures/robot-cell-plate.yaml samples/robot-cell-plate/contacts.csv --json"
+    assert command(*line.split()).stdout == located.to_json()
+    assert json.loads(located.to_json()) == located.to_dict()
+
+
+@pytest.mark.parametrize("which", ["located", "free"])
+def test_a_result_comes_back_from_its_json(which: str, request: pytest.FixtureRequest) -> None:
+    result = request.getfixturevalue(which)
+    assert tactfix.LocateResult.from_json(result.to_json()).to_json() == result.to_json()
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "tactfix/fit/1"}', '{"schema": "tactfix/locate/1"}'])
+def test_what_is_no_result_is_refused(text: str) -> None:
+    with pytest.raises(tactfix.UsageError, match="to_json"):
+        tactfix.LocateResult.from_json(text)
+
+
+def test_the_texts_for_people_are_short(located: tactfix.LocateResult) -> None:
+    assert repr(located).startswith("<LocateResult 'robot-cell-plate': located, 15 contacts")
+    assert len(repr(located)) < 100
+    page = located._repr_html_()
+    assert page.startswith("<pre")
+    assert "located" in page
+    assert "1184.1" in page
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        np.diag([1.0, 1.0, 2.0, 1.0]),
+        np.diag([1.0, 1.0, -1.0, 1.0]),
+        np.full((4, 4), np.nan),
+        np.eye(3),
+        np.eye(4) + np.eye(4, k=1) * 1e-3,
+    ],
+    ids=["scale", "mirror", "nan", "shape", "shear"],
+)
+def test_what_is_no_rigid_motion_is_no_pose(matrix: np.ndarray) -> None:
+    with pytest.raises(tactfix.UsageError):
+        tactfix.Pose(matrix, "mm")
+
+
+def test_a_covariance_has_six_rows() -> None:
+    with pytest.raises(tactfix.UsageError, match="6 x 6"):
+        tactfix.Pose(np.eye(4), "mm", np.eye(3))
