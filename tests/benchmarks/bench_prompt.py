@@ -14,6 +14,13 @@ from clock import IMPORT_NUMPY, best_processes, heading, table
 from tactfix.cli.commands import COMMANDS
 
 TACTFIX = str(Path(sys.executable).with_name("tactfix"))
+WITHOUT_QUICK_VALUES = (
+    sys.executable,
+    "-c",
+    "import sys\nfrom tactfix.cli import main, quick_values\n"
+    "quick_values._sparing_pydantic = lambda parameters: parameters\nsys.exit(main())",
+)
+"""The program without what `tactfix.cli.quick_values` saves."""
 LOCATE = (TACTFIX, "locate", "fixtures/cylinder-sphere.yaml", "samples/cylinder-sphere/contacts.csv")
 
 
@@ -24,6 +31,8 @@ def main(rounds: int) -> None:
         'python -c "import numpy"': IMPORT_NUMPY,
         "tactfix locate (the paper's fixture)": LOCATE,
         "tactfix locate --json": (*LOCATE, "--json"),
+        "tactfix locate without quick_values": (*WITHOUT_QUICK_VALUES, *LOCATE[1:]),
+        "tactfix --help without quick_values": (*WITHOUT_QUICK_VALUES, "--help"),
         "tactfix --help": (TACTFIX, "--help"),
         **{f"tactfix {name} --help": (TACTFIX, name, "--help") for name in COMMANDS},
         "tactfix --version": (TACTFIX, "--version"),

@@ -1,7 +1,7 @@
 """The command line: arguments -> one call -> one report -> exit status. Each command has a module of its name here.
 
 A new command is a module `tactfix/cli/NAME.py` with a function `command`, and a line in
-`COMMANDS` of `tactfix.cli.app`.
+`COMMANDS` of `tactfix.cli.commands`.
 """
 
 from collections.abc import Sequence

@@ -6,9 +6,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from tactfix.cli.commands import COMMANDS, command_of
+from tactfix.cli.application import run_application
 from tactfix.cli.exits import Exit, exit_of_error
-from tactfix.cli.plain_line import plain_values
 from tactfix.cli.streams import discard, refusal, say, settle
 from tactfix.errors import TactfixError
 
@@ -18,7 +17,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     settle()
     try:
-        status = _run(words)
+        status = run_application(words)
         sys.stdout.flush()
     except BrokenPipeError:
         discard(sys.stdout)
@@ -28,18 +27,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _say("interrupted", Exit.INTERRUPTED)
     return status
-
-
-def _run(words: Sequence[str]) -> int:
-    """Run a plain line at once, and have typer run any other."""
-    if words and words[0] in COMMANDS and "_TACTFIX_COMPLETE" not in os.environ:
-        command = command_of(words[0])
-        values = plain_values(command, words[1:])
-        if values is not None:
-            return int(command(**values))
-    from tactfix.cli.application import run_application
-
-    return run_application(words)
 
 
 _OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)

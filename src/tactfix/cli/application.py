@@ -1,16 +1,14 @@
-"""The application that typer makes of the commands: for help, completion, and complaints about a command line."""
+"""The typer application of the commands: it reads a command line, helps, completes and complains."""
 
 import os
 import sys
 from collections.abc import Sequence
-from types import FunctionType
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
 
-from tactfix.cli.commands import COMMANDS, Command, command_of
+from tactfix.cli.commands import COMMANDS, command_of
 from tactfix.cli.completion import words_of_shell
-from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.quick_values import QuickCommand, QuickGroup
 from tactfix.version import VERSION
 
@@ -40,7 +38,7 @@ def _application(words: Sequence[str]) -> typer.Typer:
     app.callback(context_settings={"help_option_names": ["-h", "--help"]})(_options)
     chosen = _chosen(words)
     for name, summary in COMMANDS.items():
-        function = as_typer_wants(command_of(name)) if name == chosen else _placeholder
+        function = command_of(name) if name == chosen else _placeholder
         app.command(name, cls=QuickCommand, short_help=summary)(function)
     return app
 
@@ -50,28 +48,6 @@ def _chosen(words: Sequence[str]) -> str | None:
     if "_TACTFIX_COMPLETE" in os.environ:
         words = words_of_shell()
     return next((word for word in words if word in COMMANDS), None)
-
-
-def as_typer_wants(command: Command) -> Command:
-    """The same function, its parameters declared by typer's own words."""
-    if not isinstance(command, FunctionType):
-        return command
-    twin = FunctionType(
-        command.__code__, command.__globals__, command.__name__, command.__defaults__, command.__closure__
-    )
-    twin.__doc__, twin.__kwdefaults__ = command.__doc__, command.__kwdefaults__
-    twin.__annotations__ = {name: _translated(hint) for name, hint in command.__annotations__.items()}
-    return twin
-
-
-def _translated(hint: Any) -> Any:
-    """A type annotated with a declaration, annotated with typer's."""
-    declared = next(iter(getattr(hint, "__metadata__", ())), None)
-    if isinstance(declared, Option):
-        return Annotated[hint.__origin__, typer.Option(*declared.names, **declared.settings)]
-    if isinstance(declared, Argument):
-        return Annotated[hint.__origin__, typer.Argument(**declared.settings)]
-    return hint
 
 
 def _placeholder() -> None:

@@ -7,8 +7,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
 from tactfix.cli.arguments import vector
-from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import (
     AsJson,
@@ -41,7 +42,7 @@ def command(
     fixture: FixturePath,
     contacts: Annotated[
         list[str],
-        Argument(
+        typer.Argument(
             metavar="CONTACTS...",
             help="Contact files, directories of them, or tables (CSV or parquet) with a column set.",
             show_default=False,
@@ -49,12 +50,12 @@ def command(
     ],
     output: Annotated[
         Path | None,
-        Option(
+        typer.Option(
             "--output", "-o", metavar="FILE", help="A .parquet, .csv or .jsonl file; without it JSON lines are printed."
         ),
     ] = None,
     jobs: Annotated[
-        int | None, Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
     ] = None,
     scheduler: Scheduler = None,
     units: Units = None,
@@ -62,19 +63,21 @@ def command(
     sigma: Sigma = None,
     max_sigma: Annotated[
         float | None,
-        Option(metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."),
+        typer.Option(
+            metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."
+        ),
     ] = None,
     max_rms: Annotated[
-        float | None, Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
+        float | None, typer.Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
     ] = None,
     at: Annotated[
-        str | None, Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
+        str | None, typer.Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
     ] = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final, TypeAlias, cast
 
 Command: TypeAlias = Callable[..., int]
-"""What a command does; its parameters are Annotated with what a command line may say."""
+"""What a command does; its parameters are Annotated with typer.Option and typer.Argument."""
 
 COMMANDS: Final[dict[str, str]] = {
     "locate": "Find where a fixture stands from contacts.",
@@ -23,8 +23,8 @@ COMMANDS: Final[dict[str, str]] = {
 }
 """Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
 
-Only the module of the command that runs is imported. At its top it imports no more than its parameters need, so that
-its help is there at once; all else is imported where it is used."""
+Only the module of the command that runs is imported. At its top it imports what its parameters name; what is heavy
+besides is imported in the function that uses it, so that help and completion do not wait for numpy."""
 
 
 def module_of(command: str) -> str:

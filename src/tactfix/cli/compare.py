@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Annotated
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
 from tactfix.cli.output import emit, tell
@@ -11,20 +12,22 @@ from tactfix.errors import UsageError
 
 
 def command(
-    before: Annotated[str, Argument(metavar="BEFORE", help="The pose that was: output of locate, or else.")],
-    after: Annotated[str, Argument(metavar="AFTER", help="The pose that is; - is standard input.")],
+    before: Annotated[str, typer.Argument(metavar="BEFORE", help="The pose that was: output of locate, or else.")],
+    after: Annotated[str, typer.Argument(metavar="AFTER", help="The pose that is; - is standard input.")],
     limit_translation: Annotated[
         float | None,
-        Option(metavar="L", min=0, help="Exit 1 where the origin moved more than L, in the unit of BEFORE."),
+        typer.Option(metavar="L", min=0, help="Exit 1 where the origin moved more than L, in the unit of BEFORE."),
     ] = None,
     limit_rotation: Annotated[
-        float | None, Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
+        float | None, typer.Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
     ] = None,
     units: Annotated[
-        str | None, Option(metavar="U", help="Unit of a pose whose file does not say: mm, m, um or in.")
+        str | None, typer.Option(metavar="U", help="Unit of a pose whose file does not say: mm, m, um or in.")
     ] = None,
     as_json: AsJson = False,
-    junit: Annotated[Path | None, Option(metavar="FILE", help="Write the verdict to FILE as JUnit XML too.")] = None,
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the verdict to FILE as JUnit XML too.")
+    ] = None,
     output: Output = None,
 ) -> int:
     """Tell how far a fixture has moved since it was located last, in base and in its own frame.

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterator
 
-from tactfix.cli.vocabulary import CONTACT_FORMATS, POSE_FORMATS
 from tactfix.errors import TactfixError
 from tactfix.files.templates import TEMPLATES
 from tactfix.units import UNITS
@@ -11,12 +10,16 @@ from tactfix.units import UNITS
 
 def pose_formats(incomplete: str) -> list[str]:
     """The formats of poses."""
-    return [name for name in POSE_FORMATS if name.startswith(incomplete)]
+    from tactfix.pose_formats import DIALECTS
+
+    return [name for name in DIALECTS if name.startswith(incomplete)]
 
 
 def contact_formats(incomplete: str) -> list[str]:
     """The formats of contacts."""
-    return [name for name in ("csv", *CONTACT_FORMATS) if name.startswith(incomplete)]
+    from tactfix.files.logs import LOG_FORMATS
+
+    return [name for name in ("csv", *LOG_FORMATS) if name.startswith(incomplete)]
 
 
 def templates(incomplete: str) -> list[str]:

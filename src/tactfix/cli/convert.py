@@ -1,40 +1,40 @@
 """tactfix convert."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.options import Output, Quiet
 from tactfix.cli.output import emit, tell
-from tactfix.cli.vocabulary import LEVER_ARM_MM, POSE_FORMATS
 from tactfix.errors import UsageError
+from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.pose_formats.convert import LEVER_ARM_MM, find_dialect, write_pose
+from tactfix.pose_formats.dialect import Dialect
 
-if TYPE_CHECKING:
-    from tactfix.pose_formats.dialect import Dialect
-
-_NAMES = ", ".join(POSE_FORMATS)
+_NAMES = ", ".join(DIALECTS)
 
 
 def command(
     pose: Annotated[
         str,
-        Argument(metavar="POSE", help="Output of locate, or a pose in any dialect; - is standard input."),
+        typer.Argument(metavar="POSE", help="Output of locate, or a pose in any dialect; - is standard input."),
     ],
     to: Annotated[
-        str | None, Option("--to", metavar="NAME", help=f"The dialect to write: {_NAMES}.", show_default=False)
+        str | None, typer.Option("--to", metavar="NAME", help=f"The dialect to write: {_NAMES}.", show_default=False)
     ] = None,
     from_: Annotated[
         str | None,
-        Option("--from", metavar="NAME", help="The dialect of POSE; by default told by its ending or content."),
+        typer.Option("--from", metavar="NAME", help="The dialect of POSE; by default told by its ending or content."),
     ] = None,
     units: Annotated[
-        str | None, Option(metavar="U", help="Unit of POSE where its file does not say: mm, m, um or in.")
+        str | None, typer.Option(metavar="U", help="Unit of POSE where its file does not say: mm, m, um or in.")
     ] = None,
     lever_arm: Annotated[
         float,
-        Option(metavar="MM", min=0, help="How far from the fixture's origin rounding is judged, in mm."),
+        typer.Option(metavar="MM", min=0, help="How far from the fixture's origin rounding is judged, in mm."),
     ] = LEVER_ARM_MM,
     force: Annotated[
-        bool, Option("--force", help="Write it though it loses more than a tenth of sigma, or a tilt.")
+        bool, typer.Option("--force", help="Write it though it loses more than a tenth of sigma, or a tilt.")
     ] = False,
     output: Output = None,
     quiet: Quiet = False,
@@ -45,7 +45,6 @@ def command(
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     from tactfix.files.pose_file import load_pose
-    from tactfix.pose_formats.convert import write_pose
 
     dialect = _wanted(to, None if output is None else output.suffix.lower())
     written = write_pose(dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm)
@@ -54,11 +53,8 @@ def command(
     return 0
 
 
-def _wanted(to: str | None, suffix: str | None) -> "Dialect":
+def _wanted(to: str | None, suffix: str | None) -> Dialect:
     """The dialect that --to names, else the one that the output's ending means."""
-    from tactfix.pose_formats import DIALECTS, SUFFIXES
-    from tactfix.pose_formats.convert import find_dialect
-
     if to is not None:
         return find_dialect(to)
     if suffix is None or suffix not in SUFFIXES:

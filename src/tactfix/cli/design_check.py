@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
 from tactfix.cli.arguments import vector
-from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, Scheduler, TipOffset, Units
 from tactfix.cli.output import emit
@@ -23,11 +24,11 @@ if TYPE_CHECKING:
 
 def command(
     fixture: Annotated[
-        Path | None, Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
+        Path | None, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
     ] = None,
     contacts: Annotated[
         str | None,
-        Argument(
+        typer.Argument(
             metavar="CONTACTS-OR-PLAN",
             help="Contacts made in base, or planned in the fixture frame (CSV); - is standard input.",
             show_default=False,
@@ -35,37 +36,39 @@ def command(
     ] = None,
     at: Annotated[
         list[str] | None,
-        Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
+        typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
     ] = None,
     sigma: Annotated[
         float | None,
-        Option(metavar="S", min=0, help="Sigma of a contact, in the unit of the contacts or fixture."),
+        typer.Option(metavar="S", min=0, help="Sigma of a contact, in the unit of the contacts or fixture."),
     ] = None,
     tip_radius: Annotated[
-        float | None, Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
+        float | None, typer.Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
     ] = None,
     max_sigma: Annotated[
-        float | None, Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
+        float | None, typer.Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
     ] = None,
     study: Annotated[
         int | None,
-        Option(
+        typer.Option(
             metavar="N",
             min=0,
             help="Locate N random layouts with six contacts, seven and so on, instead of a few; 0 leaves that out.",
         ),
     ] = None,
-    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
     scheduler: Scheduler = None,
     units: Units = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     as_json: AsJson = False,
-    junit: Annotated[Path | None, Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")] = None,
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
+    ] = None,
     output: Output = None,
     explain: Annotated[
-        str | None, Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
+        str | None, typer.Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
     ] = None,
     quiet: Quiet = False,
 ) -> int:

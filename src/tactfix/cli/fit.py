@@ -3,7 +3,8 @@
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units
 from tactfix.cli.output import emit, tell
@@ -31,15 +32,15 @@ class Side(StrEnum):
 
 
 def command(
-    kind: Annotated[Kind, Argument(help="The kind of surface.", show_default=False)],
+    kind: Annotated[Kind, typer.Argument(help="The kind of surface.", show_default=False)],
     contacts: ContactsPath,
     radius: Annotated[
-        float | None, Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
+        float | None, typer.Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
     ] = None,
-    side: Annotated[Side, Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
+    side: Annotated[Side, typer.Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
     feature: Annotated[
         str | None,
-        Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
+        typer.Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,

@@ -2,23 +2,24 @@
 
 from typing import Annotated
 
+import typer
+
 from tactfix.cli.arguments import vector
-from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.options import Features, Output, Quiet, Sigma, TipOffset, TipRadius
 from tactfix.cli.output import emit, tell
-from tactfix.cli.vocabulary import CONTACT_FORMATS
 from tactfix.errors import UsageError
+from tactfix.files.logs import LOG_FORMATS
 
 
 def command(
-    log: Annotated[str, Argument(metavar="LOG", help="The log of a machine; - is standard input.")],
+    log: Annotated[str, typer.Argument(metavar="LOG", help="The log of a machine; - is standard input.")],
     contacts_format: Annotated[
         str | None,
-        Option("--contacts-format", metavar="NAME", help=f"What LOG is: {', '.join(CONTACT_FORMATS)}."),
+        typer.Option("--contacts-format", metavar="NAME", help=f"What LOG is: {', '.join(LOG_FORMATS)}."),
     ] = None,
     features: Features = None,
     units: Annotated[
-        str | None, Option(metavar="U", help="Unit of the log and of the lengths below: mm, m, um or in.")
+        str | None, typer.Option(metavar="U", help="Unit of the log and of the lengths below: mm, m, um or in.")
     ] = None,
     tip_radius: TipRadius = None,
     sigma: Sigma = None,
@@ -36,7 +37,7 @@ def command(
     from tactfix.files.logs.load import parse_features, read_log
 
     if contacts_format is None:
-        raise UsageError(f"which format? give --contacts-format {', '.join(CONTACT_FORMATS)}")
+        raise UsageError(f"which format? give --contacts-format {', '.join(LOG_FORMATS)}")
     runs = () if features is None else parse_features(features)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
     options = ContactOptions(units, tip_radius, sigma)

@@ -4,8 +4,9 @@ import os
 from pathlib import Path
 from typing import Annotated
 
+import typer
+
 from tactfix.cli import completion
-from tactfix.cli.declarations import Argument, Option
 from tactfix.cli.output import emit
 from tactfix.errors import UsageError
 from tactfix.files.templates import TEMPLATES, template_text
@@ -14,15 +15,15 @@ from tactfix.files.templates import TEMPLATES, template_text
 def command(
     output: Annotated[
         Path | None,
-        Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
+        typer.Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
     ] = None,
     like: Annotated[
         str,
-        Option(
+        typer.Option(
             metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=completion.templates
         ),
     ] = "robot-cell-plate",
-    force: Annotated[bool, Option("--force", help="Replace FILE where it exists.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE where it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""
     if output is not None and os.path.exists(output) and not force:  # noqa: PTH110 - where one may not look it says no

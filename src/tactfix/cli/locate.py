@@ -2,9 +2,10 @@
 
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
 from tactfix.cli.arguments import vector
 from tactfix.cli.completion import pose_formats
-from tactfix.cli.declarations import Option
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     AsJson,
@@ -33,7 +34,7 @@ def command(
     contacts: ContactsPath,
     format: Annotated[  # noqa: A002 - the name of the option
         str | None,
-        Option(
+        typer.Option(
             "--format",
             "-f",
             metavar="F",
@@ -48,21 +49,23 @@ def command(
     sigma: Sigma = None,
     max_sigma: Annotated[
         float | None,
-        Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
+        typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
     ] = None,
     max_rms: Annotated[
-        float | None, Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
+        float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
     ] = None,
     at: Annotated[
-        str | None, Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
     ] = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
-    force: Annotated[bool, Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
+    ] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:

@@ -3,23 +3,26 @@
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
-from tactfix.cli import completion
-from tactfix.cli.declarations import Argument, Option
+import typer
 
-FixturePath: TypeAlias = Annotated[Path, Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)]
+from tactfix.cli import completion
+
+FixturePath: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
+]
 ContactsPath: TypeAlias = Annotated[
-    str, Argument(metavar="CONTACTS", help="Contact file (CSV); - is standard input.", show_default=False)
+    str, typer.Argument(metavar="CONTACTS", help="Contact file (CSV); - is standard input.", show_default=False)
 ]
 Output: TypeAlias = Annotated[
-    Path | None, Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all.")
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all.")
 ]
-AsJson: TypeAlias = Annotated[bool, Option("--json", help="Print everything that is known, as JSON.")]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything that is known, as JSON.")]
 Scheduler: TypeAlias = Annotated[
-    str | None, Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
+    str | None, typer.Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
 ]
 Units: TypeAlias = Annotated[
     str | None,
-    Option(
+    typer.Option(
         metavar="U",
         help="Unit of the contact file and of the lengths below: mm, m, um or in.",
         autocompletion=completion.units,
@@ -27,17 +30,17 @@ Units: TypeAlias = Annotated[
 ]
 TipRadius: TypeAlias = Annotated[
     float | None,
-    Option(metavar="R", help="Radius of the probe tip, in the contact file's unit; 0: points of the surface."),
+    typer.Option(metavar="R", help="Radius of the probe tip, in the contact file's unit; 0: points of the surface."),
 ]
 Sigma: TypeAlias = Annotated[
     float | None,
-    Option(metavar="S", help="One standard deviation of a contact along the normal, in the contact file's unit."),
+    typer.Option(metavar="S", help="One standard deviation of a contact along the normal, in the contact file's unit."),
 ]
-Quiet: TypeAlias = Annotated[bool, Option("--quiet", "-q", help="No warnings and no summary.")]
-Verbose: TypeAlias = Annotated[bool, Option("--verbose", "-v", help="A summary on standard error in any case.")]
+Quiet: TypeAlias = Annotated[bool, typer.Option("--quiet", "-q", help="No warnings and no summary.")]
+Verbose: TypeAlias = Annotated[bool, typer.Option("--verbose", "-v", help="A summary on standard error in any case.")]
 ContactsFormat: TypeAlias = Annotated[
     str,
-    Option(
+    typer.Option(
         "--contacts-format",
         metavar="NAME",
         help="csv, or the machine log that CONTACTS is (see README).",
@@ -46,12 +49,12 @@ ContactsFormat: TypeAlias = Annotated[
 ]
 Features: TypeAlias = Annotated[
     str | None,
-    Option(
+    typer.Option(
         metavar="NAME:N,...",
         help="Which contacts of a machine log are on which feature, in order.",
         autocompletion=completion.feature_runs,
     ),
 ]
 TipOffset: TypeAlias = Annotated[
-    str | None, Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for a log of flange poses.")
+    str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for a log of flange poses.")
 ]

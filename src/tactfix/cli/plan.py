@@ -2,7 +2,8 @@
 
 from typing import Annotated, Literal
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Scheduler, Verbose
 from tactfix.cli.output import emit, tell, wants_summary
@@ -15,30 +16,32 @@ def command(
     fixture: FixturePath,
     made: Annotated[
         str | None,
-        Argument(metavar="CONTACTS", help="Contacts already made (CSV); - is standard input.", show_default=False),
+        typer.Argument(
+            metavar="CONTACTS", help="Contacts already made (CSV); - is standard input.", show_default=False
+        ),
     ] = None,
     add: Annotated[
         int | None,
-        Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
+        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
     ] = None,
     contacts: Annotated[
         int | None,
-        Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
+        typer.Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
     ] = None,
     criterion: Annotated[
         Literal["worst", "d", "e"],
-        Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
+        typer.Option(help="Smallest worst sigma over the fixture, D-optimal, or largest smallest singular value."),
     ] = "worst",
-    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
     starts: Annotated[
         int | None,
-        Option(metavar="N", min=1, help="Search from N random sets, instead of a few, and tell how many agree."),
+        typer.Option(metavar="N", min=1, help="Search from N random sets, instead of a few, and tell how many agree."),
     ] = None,
     scheduler: Scheduler = None,
-    sigma: Annotated[float | None, Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
+    sigma: Annotated[float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,
     tip_radius: Annotated[
         float | None,
-        Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,

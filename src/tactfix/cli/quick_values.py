@@ -1,11 +1,13 @@
-"""Values of arguments without pydantic, for help and completion, which need none of it.
+"""Values of arguments and options without pydantic.
 
 typer, from version 0.29 on, makes a pydantic validator for each parameter, even for one that is not given. Importing
-pydantic takes longer than importing numpy. So what is plainly a text, path, number or choice is
-taken here as what it is; everything else, and with it every complaint, is left to typer. Where typer no longer works
-like this nothing is changed, and only the time is lost.
+pydantic takes longer than importing numpy: without this module `locate` takes more than twice as long
+(tests/benchmarks/bench_prompt.py measures both). So what is plainly a text, path, number or choice is converted here;
+everything else, and with it every complaint, is left to typer. Where typer no longer works like this nothing is
+changed, and only the time is lost.
 """
 
+import re
 from enum import Enum
 from pathlib import Path
 from typing import Any, Final, Literal, get_args, get_origin
@@ -13,6 +15,11 @@ from typing import Any, Final, Literal, get_args, get_origin
 from typer.core import TyperCommand, TyperGroup
 
 _NOT_PLAIN: Final = object()
+_NUMBERS: Final[dict[type, str]] = {
+    int: r"[-+]?[0-9]{1,15}",
+    float: r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?",
+}
+"""Texts that are beyond doubt numbers of a kind."""
 
 
 class QuickCommand(TyperCommand):
@@ -76,9 +83,8 @@ def plain_value(value: Any, annotation: Any, low: float | None, high: float | No
 
 
 def _plain_number(value: Any, kind: type, low: float | None, high: float | None) -> Any:
-    try:
-        number = kind(value)
-    except (TypeError, ValueError):
+    if isinstance(value, str) and not re.fullmatch(_NUMBERS[kind], value):
         return _NOT_PLAIN
+    number = kind(value)
     is_within = (low is None or number >= low) and (high is None or number <= high)
     return number if is_within else _NOT_PLAIN

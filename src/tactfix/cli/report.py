@@ -4,7 +4,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     ContactsFormat,
@@ -27,10 +28,10 @@ def command(
     fixture: FixturePath,
     contacts: Annotated[
         str | None,
-        Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
+        typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
     ] = None,
     output: Annotated[
-        Path | None, Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
     ] = None,
     units: Units = None,
     tip_radius: TipRadius = None,
@@ -39,7 +40,7 @@ def command(
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: Annotated[
-        bool, Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
     ] = False,
     quiet: Quiet = False,
 ) -> int:

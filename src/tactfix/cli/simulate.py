@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tactfix.cli.declarations import Argument, Option
+import typer
+
 from tactfix.cli.options import AsJson, FixturePath, Output
 from tactfix.cli.output import emit
-from tactfix.cli.vocabulary import FAULTS
+from tactfix.simulation.faults import FAULT_KINDS, parse_fault
 
 if TYPE_CHECKING:
     from tactfix.fixture import Fixture
@@ -17,29 +18,29 @@ def command(
     fixture: FixturePath,
     plan: Annotated[
         str | None,
-        Argument(
+        typer.Argument(
             metavar="PLAN", help="Contacts to make, as plan writes them (CSV, fixture frame); - is standard input."
         ),
     ] = None,
     pose: Annotated[
-        str | None, Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
+        str | None, typer.Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
     ] = None,
     sigma: Annotated[
         float | None,
-        Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
+        typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
     ] = None,
     tip_radius: Annotated[
         float | None,
-        Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
+        typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
-    seed: Annotated[int, Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
     contacts: Annotated[
         int | None,
-        Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
+        typer.Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
     ] = None,
     fault: Annotated[
         str | None,
-        Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULTS)}."),
+        typer.Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULT_KINDS)}."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -58,7 +59,6 @@ def command(
     from tactfix.report.json_report import text_of
     from tactfix.report.plan_csv import simulation_csv
     from tactfix.report.plan_json import simulation_json
-    from tactfix.simulation.faults import parse_fault
     from tactfix.simulation.simulate import simulate
 
     asked = None if fault is None else parse_fault(fault)
