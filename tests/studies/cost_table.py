@@ -67,16 +67,16 @@ def megabytes(who: int) -> float:
     return resource.getrusage(who).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def measure_locate(fixture: str, contacts: str) -> None:
+def measure_locate(fixture_path: str, contacts: str) -> None:
     """In a process of its own: read and locate, and print times (s) and memory (MB)."""
     from tactfix import load_contacts, load_fixture, locate
 
     times = [time.process_time()]
-    there = load_fixture(fixture)
-    read = load_contacts(contacts, there)
+    fixture = load_fixture(fixture_path)
+    read = load_contacts(contacts, fixture)
     times.append(time.process_time())
     memory = megabytes(resource.RUSAGE_SELF)
-    result = locate(there, read)
+    result = locate(fixture, read)
     times.append(time.process_time())
     took = [after - before for before, after in pairwise(times)]
     print(json.dumps([*took, memory, megabytes(resource.RUSAGE_SELF), result.status]))

@@ -17,6 +17,7 @@ from tactfix.cli.options import (
     Features,
     FixturePath,
     Quiet,
+    ScaleSigma,
     Scheduler,
     Sigma,
     TipOffset,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    fixture: FixturePath,
+    fixture_path: FixturePath,
     contacts: Annotated[
         list[str],
         typer.Argument(
@@ -76,9 +77,7 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
-    scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
-    ] = False,
+    scale_sigma: ScaleSigma = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
@@ -105,7 +104,7 @@ def command(
     spread = _spread(jobs, scheduler)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
     task = BatchTask(
-        fixture=load_fixture(fixture),
+        fixture=load_fixture(fixture_path),
         read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), features, offset),
         describe=in_one_line,
         scale_sigma=scale_sigma,
@@ -118,7 +117,7 @@ def command(
     with _journal(output) as journal:
         with _told_how_to_go_on(journal, len(sets), output), progress_bar("locating", quiet=quiet) as told:
             rows = run_batch(
-                task, sets, spread, journal, _digest(fixture, task), lambda n: told(n / len(sets), f"{n} sets")
+                task, sets, spread, journal, _digest(fixture_path, task), lambda n: told(n / len(sets), f"{n} sets")
             )
         _write(count.counted(rows), write, output)
         journal.remove()
@@ -149,14 +148,14 @@ def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
     return here if wanted == 1 else partial(spread_over, LocalProcesses(wanted))
 
 
-def _digest(fixture: Path, task: "BatchTask") -> str:
+def _digest(fixture_path: Path, task: "BatchTask") -> str:
     """A checksum of all that the rows depend on but the contacts."""
     from hashlib import sha256
 
     from tactfix.files.reading import read_bytes
 
     rest = (VERSION, task.read, task.scale_sigma, task.max_sigma, task.max_rms, task.point_fixture)
-    return sha256(read_bytes(fixture) + repr(rest).encode()).hexdigest()
+    return sha256(read_bytes(fixture_path) + repr(rest).encode()).hexdigest()
 
 
 @contextmanager

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    fixture: Annotated[
+    fixture_path: Annotated[
         Path | None, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
     ] = None,
     contacts: Annotated[
@@ -89,20 +89,20 @@ def command(
     if explain is not None:
         emit(explanation(explain), output)
         return Exit.DONE
-    if fixture is None:
+    if fixture_path is None:
         raise UsageError("name a fixture file, or a finding with --explain CODE")
     if scheduler is not None and not study:
         raise UsageError("--scheduler is for a study; say how many layouts with --study N")
     points = tuple(vector(text, "--at") for text in at or ())
-    there = load_fixture(fixture)
+    fixture = load_fixture(fixture_path)
     options = ContactOptions(units, tip_radius, sigma)
-    given = _contacts(contacts, there, options, contacts_format, features, tip_offset, quiet=quiet)
+    given = _contacts(contacts, fixture, options, contacts_format, features, tip_offset, quiet=quiet)
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)
     layouts = DEFAULT_LAYOUTS if study is None else study
     wishes = Wishes(points, own_sigma, own_tip, max_sigma, layouts, seed)
     is_quick = layouts <= DEFAULT_LAYOUTS
     with progress_bar("studying", quiet=quiet or is_quick) as progress, mapping(scheduler) as over:
-        report = design_check(there, given, wishes, progress, over)
+        report = design_check(fixture, given, wishes, progress, over)
     if junit is not None:
         write_whole(junit, design_junit(report))
     emit(_text(report, output, as_json=as_json), output)

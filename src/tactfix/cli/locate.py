@@ -15,6 +15,7 @@ from tactfix.cli.options import (
     FixturePath,
     Output,
     Quiet,
+    ScaleSigma,
     Sigma,
     TipOffset,
     TipRadius,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    fixture: FixturePath,
+    fixture_path: FixturePath,
     contacts: ContactsPath,
     format: Annotated[  # noqa: A002 - the name of the option
         str | None,
@@ -60,9 +61,7 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
-    scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
-    ] = False,
+    scale_sigma: ScaleSigma = False,
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
     ] = False,
@@ -87,10 +86,10 @@ def command(
 
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
-    there = load_fixture(fixture)
+    fixture = load_fixture(fixture_path)
     options = ContactOptions(units, tip_radius, sigma)
-    read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
-    result = locate(there, read.contacts, scale_sigma=scale_sigma)
+    read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
+    result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
     text = render_pose(result, style, point, force=force, quiet=quiet)
     if text is not None:
         emit(text, output)

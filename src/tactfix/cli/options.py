@@ -36,6 +36,9 @@ Sigma: TypeAlias = Annotated[
     float | None,
     typer.Option(metavar="S", help="One standard deviation of a contact along the normal, in the contact file's unit."),
 ]
+ScaleSigma: TypeAlias = Annotated[
+    bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
+]
 Quiet: TypeAlias = Annotated[bool, typer.Option("--quiet", "-q", help="No warnings and no summary.")]
 Verbose: TypeAlias = Annotated[bool, typer.Option("--verbose", "-v", help="A summary on standard error in any case.")]
 ContactsFormat: TypeAlias = Annotated[

@@ -13,7 +13,7 @@ from tactfix.errors import UsageError
 
 
 def command(
-    fixture: FixturePath,
+    fixture_path: FixturePath,
     made: Annotated[
         str | None,
         typer.Argument(
@@ -65,10 +65,10 @@ def command(
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
-    there = load_fixture(fixture)
-    existing = None if made is None else load_contacts(made, there, ContactOptions(None, tip_radius, sigma))
+    fixture = load_fixture(fixture_path)
+    existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress, mapping(scheduler) as over:
-        found = plan(there, contacts, existing, add, criterion, seed, sigma, tip_radius, progress, starts, over)
+        found = plan(fixture, contacts, existing, add, criterion, seed, sigma, tip_radius, progress, starts, over)
     emit(text_of(plan_json(found)) if as_json else plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):
         tell(plan_lines(found))

@@ -12,6 +12,7 @@ from tactfix.cli.options import (
     Features,
     FixturePath,
     Quiet,
+    ScaleSigma,
     Sigma,
     TipOffset,
     TipRadius,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    fixture: FixturePath,
+    fixture_path: FixturePath,
     contacts: Annotated[
         str | None,
         typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
@@ -39,9 +40,7 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
-    scale_sigma: Annotated[
-        bool, typer.Option("--scale-sigma", help="Scale the covariance by the residuals instead of trusting sigma.")
-    ] = False,
+    scale_sigma: ScaleSigma = False,
     quiet: Quiet = False,
 ) -> int:
     """Locate a fixture, or check its design, and write the record as one HTML page that works offline.
@@ -57,7 +56,7 @@ def command(
     from tactfix.report.html_page import Record, locate_page
     from tactfix.report.text_report import verdict_lines
 
-    there = load_fixture(fixture)
+    fixture = load_fixture(fixture_path)
     said = {
         "--features": features,
         "--units": units,
@@ -67,7 +66,7 @@ def command(
         "--scale-sigma": "yes" if scale_sigma else None,
     }
     settings = {name: str(value) for name, value in said.items() if value is not None}
-    record = Record(there, [_input("fixture", str(fixture))], settings, datetime.now(UTC))
+    record = Record(fixture, [_input("fixture", str(fixture_path))], settings, datetime.now(UTC))
     if contacts is None:
         if contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
             raise UsageError("without contacts only --sigma and --tip-radius can be given")
@@ -77,8 +76,8 @@ def command(
     record.inputs.append(_input("contacts", contacts))
     record.settings["contacts format"] = contacts_format
     options = ContactOptions(units, tip_radius, sigma)
-    read = read_contacts(contacts, contacts_format, there, options, features, tip_offset, quiet=quiet)
-    result = locate(there, read.contacts, scale_sigma=scale_sigma)
+    read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
+    result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
     emit(locate_page(record, read.contacts, result), output)
     tell(verdict_lines(result))
     tell(result.warnings, quiet=quiet)

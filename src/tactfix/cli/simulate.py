@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    fixture: FixturePath,
+    fixture_path: FixturePath,
     plan: Annotated[
         str | None,
         typer.Argument(
@@ -62,10 +62,10 @@ def command(
     from tactfix.simulation.simulate import simulate
 
     asked = None if fault is None else parse_fault(fault)
-    there = load_fixture(fixture)
-    planned = None if plan is None else load_contacts(plan, there, ContactOptions(None, tip_radius, sigma))
-    base_from_fixture = None if pose is None else _pose(pose, there)
-    simulation = simulate(there, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked)
+    fixture = load_fixture(fixture_path)
+    planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
+    base_from_fixture = None if pose is None else _pose(pose, fixture)
+    simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked)
     emit(text_of(simulation_json(simulation)) if as_json else simulation_csv(simulation), output)
     return 0
 
