@@ -1,0 +1,170 @@
+"""The joints and links of a URDF text, each with its place in it; nothing else of the file is looked at.
+
+expat tells the byte at which each tag begins, so that a corrected file can be the same file with other origins. A
+document type is refused: with it come entities, and with these other files and the network.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, TypeAlias, get_args
+from xml.parsers import expat
+
+import numpy as np
+
+from tactfix.errors import Problem, TactfixError
+from tactfix.geometry.arrays import Floats
+
+JointType: TypeAlias = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar"]
+
+
+class UrdfError(TactfixError):
+    """A text is no URDF that can be used; whoever knows the file's name makes a FileError of it."""
+
+    def __init__(self, what: str, remedy: str, line: int | None = None, column: int | None = None) -> None:
+        self.problem = Problem(what, remedy, line=line, column=column)
+        super().__init__(str(self.problem))
+
+
+@dataclass(slots=True)
+class UrdfJoint:
+    """A <joint> of the robot: lengths in m, angles in rad.
+
+    start, end: the bytes of its own tag; origin_span: those of its <origin> tag, None where it has none.
+    """
+
+    name: str
+    type: JointType
+    line: int
+    start: int
+    end: int
+    parent: str = ""
+    child: str = ""
+    xyz: Floats = field(default_factory=lambda: np.zeros(3))
+    rpy: Floats = field(default_factory=lambda: np.zeros(3))
+    axis: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    lower: float = -np.inf
+    upper: float = np.inf
+    mimics: str | None = None
+    origin_span: tuple[int, int] | None = None
+
+
+@dataclass(slots=True)
+class UrdfTree:
+    """Names of the links and the joints, in the order of the file."""
+
+    links: list[str]
+    joints: list[UrdfJoint]
+
+
+def read_urdf(text: str) -> UrdfTree:
+    """The joints and links of a URDF text. Raises UrdfError with line and column for what is none."""
+    parser = expat.ParserCreate("utf-8")
+    reader = _Reader(text.encode(), parser)
+    parser.StartElementHandler = reader.start
+    parser.EndElementHandler = reader.end
+    parser.StartDoctypeDeclHandler = reader.doctype
+    try:
+        parser.Parse(reader.content, True)
+    except expat.ExpatError as error:
+        what = f"this is not XML: {expat.errors.messages.get(error.code, error)}"
+        raise UrdfError(what, "mend the tag there", error.lineno, error.offset + 1) from None
+    if not reader.is_robot:
+        raise UrdfError("this is no URDF: its outermost tag is not <robot>", "name the robot's URDF file", 1)
+    return UrdfTree(reader.links, reader.joints)
+
+
+_TAG_END: Final = re.compile(rb"""(?:[^>"']|"[^"]*"|'[^']*')*>""")
+
+
+class _Reader:
+    """Handlers of the parser, and what they have found so far."""
+
+    def __init__(self, content: bytes, parser: Any) -> None:
+        self.content, self.parser = content, parser
+        self.links: list[str] = []
+        self.joints: list[UrdfJoint] = []
+        self.path: list[str] = []
+        self.is_robot = False
+
+    def doctype(self, *_: object) -> None:
+        raise self.error("the file has a document type (<!DOCTYPE>)", "remove it: no URDF needs one")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        if ":" in tag and tag.startswith("xacro:"):
+            raise self.error(f"<{tag}> is xacro, not URDF", "expand it first: xacro robot.xacro > robot.urdf")
+        self.path.append(tag)
+        match self.path:
+            case ["robot"]:
+                self.is_robot = True
+            case ["robot", "link"]:
+                self.links.append(self.needed(attributes, "name", tag))
+            case ["robot", "joint"]:
+                self.joints.append(self.joint(attributes))
+            case ["robot", "joint", part]:
+                self.part(self.joints[-1], part, attributes)
+
+    def end(self, _: str) -> None:
+        self.path.pop()
+
+    def joint(self, attributes: dict[str, str]) -> UrdfJoint:
+        name, kind = self.needed(attributes, "name", "joint"), self.needed(attributes, "type", "joint")
+        if any(joint.name == name for joint in self.joints):
+            raise self.error(f"there is a second joint {name!r}", "give each joint its own name")
+        if kind not in get_args(JointType):
+            raise self.error(f"joint {name!r} has the unknown type {kind!r}", "write revolute, prismatic or fixed")
+        start, end = self.span()
+        return UrdfJoint(name, kind, self.parser.CurrentLineNumber, start, end)  # type: ignore[arg-type]
+
+    def part(self, joint: UrdfJoint, part: str, attributes: dict[str, str]) -> None:
+        """One of the tags inside a joint."""
+        match part:
+            case "parent" | "child":
+                setattr(joint, part, self.needed(attributes, "link", part))
+            case "origin":
+                joint.origin_span = self.span()
+                joint.xyz = self.vector(attributes, "xyz", joint.xyz)
+                joint.rpy = self.vector(attributes, "rpy", joint.rpy)
+            case "axis":
+                joint.axis = self.vector(attributes, "xyz", joint.axis)
+                if not joint.axis.any() and joint.type != "fixed":
+                    raise self.error(f"the axis of joint {joint.name!r} is zero", "write its direction")
+            case "limit":
+                joint.lower = self.number(attributes, "lower", 0.0)
+                joint.upper = self.number(attributes, "upper", 0.0)
+            case "mimic":
+                joint.mimics = attributes.get("joint", "")
+
+    def span(self) -> tuple[int, int]:
+        """The bytes of the tag that begins here."""
+        start = int(self.parser.CurrentByteIndex)
+        end = _TAG_END.match(self.content, start)
+        assert end is not None  # the parser has read it
+        return start, end.end()
+
+    def needed(self, attributes: dict[str, str], key: str, tag: str) -> str:
+        if not attributes.get(key):
+            raise self.error(f"<{tag}> has no {key}", f'write <{tag} {key}="...">')
+        return attributes[key]
+
+    def number(self, attributes: dict[str, str], key: str, default: float) -> float:
+        try:
+            value = float(attributes.get(key, default))
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            raise self.error(f"{key} is {attributes[key]!r}, not a number", "write a finite number")
+        return value
+
+    def vector(self, attributes: dict[str, str], key: str, default: Floats) -> Floats:
+        if key not in attributes:
+            return default
+        try:
+            values = np.array([float(word) for word in attributes[key].split()])
+        except ValueError:
+            values = np.array([])
+        if values.shape != (3,) or not np.isfinite(values).all():
+            raise self.error(f"{key} is {attributes[key]!r}, not three numbers", f'write {key}="0 0 0"')
+        return values
+
+    def error(self, what: str, remedy: str) -> UrdfError:
+        return UrdfError(what, remedy, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)
