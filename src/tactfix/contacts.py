@@ -1,7 +1,7 @@
 """Contacts: the touches that a probe reports, as arrays in base coordinates and in the fixture's units."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -77,6 +77,10 @@ class Contacts:
             rows=tuple(self.rows[i] for i in pick),
             ids=tuple(self.ids[i] for i in pick),
         )
+
+    def labelled(self, features: Sequence[str]) -> "Contacts":
+        """The same contacts on other features (n names)."""
+        return replace(self, features=tuple(features))
 
     def label(self, index: int) -> str:
         """How messages call a contact: its row, and its id where the file gives one."""

@@ -3,7 +3,7 @@
 `tactfix.fixture_format` makes these from the YAML file; nothing else knows how the file looks.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, TypeAlias, get_args
@@ -25,7 +25,7 @@ SINGULAR = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feature:
-    """One thing to touch. radius is None for a plane; surface is its place in the fixture frame, or None.
+    """One thing to touch. radius is None for a plane and a point; surface is its place in the fixture frame, or None.
 
     sigma is the feature's own form and calibration error along the normal, added to the probe's in quadrature.
     """
@@ -36,6 +36,11 @@ class Feature:
     side: Side
     sigma: float
     surface: Surface | None
+
+    @property
+    def equations(self) -> int:
+        """How many equations a contact on it gives: three on a point, one on all others."""
+        return 3 if self.type == "point" else 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +193,10 @@ class Fixture:
         """Read-only views do not travel to other processes: there the fixture is built again."""
         rest = (self.relations, self.frame, dict(self.touch), self.placement)
         return Fixture, (self.name, self.units, self.probe, dict(self.features), *rest)
+
+    def equations(self, features: Iterable[str]) -> int:
+        """How many equations contacts on these features, one named for each contact, give in all."""
+        return sum(self.features[name].equations for name in features)
 
     @property
     def is_placed(self) -> bool:

@@ -12,12 +12,14 @@ import numpy as np
 from tactfix.errors import TactfixError
 from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule
 from tactfix.geometry.arrays import Floats, cross, dot, lengths, unit
-from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
+from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points, other_point
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
 SQUARE = 1e-6
 """Sine of the angle, and share of the features' distance, below which a direction cannot be built."""
+ROUNDING = 1e-6
+"""Share of the coordinates of points, times SQUARE, that rounding may have made of one place."""
 
 
 class FrameError(TactfixError):
@@ -73,13 +75,15 @@ def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
     sign = -1.0 if rule.opposite else 1.0
     one = surfaces[rule.features[0]]
     if rule.kind == "along":
-        if isinstance(one, Sphere):
-            raise FrameError(f"frame: {rule.features[0]} is a sphere and has no direction; use from and to")
+        if isinstance(one, Sphere | Point):
+            kind = type(one).__name__.lower()
+            raise FrameError(f"frame: {rule.features[0]} is a {kind} and has no direction; use from and to")
         return sign * direction_of(one)
     other = surfaces[rule.features[1]]
     a, b = nearest_points(one, other)
     gap = b - a
-    scale = max(s.radius for s in (one, other) if not isinstance(s, Plane))
+    # Two points have no radius: there the rounding of their places decides.
+    scale = max(radius_of(one), radius_of(other), float(np.abs([a, b]).max()) * ROUNDING)
     if lengths(gap).min() < SQUARE * scale:
         raise FrameError(f"frame: {' and '.join(rule.features)} coincide, so that no axis leads from one to the other")
     return np.asarray(sign * unit(gap))
@@ -89,10 +93,10 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
     """The origin (..., 3)."""
     chosen = [surfaces[name] for name in rule.features]
     match rule.kind, chosen:
-        case "center_of", [Sphere() as sphere]:
-            return sphere.center
-        case "foot_of", [Sphere() as sphere, surface]:
-            return foot(surface, sphere.center)
+        case "center_of", [(Sphere() | Point()) as sphere]:
+            return other_point(sphere)
+        case "foot_of", [(Sphere() | Point()) as sphere, surface]:
+            return foot(surface, other_point(sphere))
         case "foot_of", [Cylinder() as one, Cylinder() as axis]:
             if lengths(cross(one.direction, axis.direction)).min() < ALMOST_PARALLEL:
                 names = " and ".join(rule.features)

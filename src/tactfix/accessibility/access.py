@@ -13,7 +13,7 @@ from tactfix.accessibility.approach_path import path_blocked
 from tactfix.accessibility.touchable import closed_box, extreme_points, sample_touches
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats, frozen
-from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Point, Sphere, Surface, offset_radius
 from tactfix.units import factor
 
 # A chosen touch keeps this share of the fixture's radius away from other features and from the edge of its box: a plan
@@ -73,6 +73,9 @@ class Access:
         """About count well spread points (m, 3) that can be touched square to the surface, and their normals."""
         surface, limit = self.surfaces[feature], self.limits[feature]
         points, normals = sample_touches(surface, limit, count, self.centre, self.radius, start)
+        if isinstance(surface, Point):
+            # How the tip comes into it is not known, and need not be.
+            return points, normals
         free = self.can_touch(feature, points, normals, -normals)
         return points[free], normals[free]
 
@@ -83,14 +86,14 @@ def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: flo
     Raises TipDoesNotFitError where the tip is larger than a bore.
     """
     for name, surface in surfaces.items():
-        if not isinstance(surface, Plane):
+        if isinstance(surface, Sphere | Cylinder):
             offset_radius(name, surface.radius, surface.side, tip_radius)
     corners = extreme_points(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
     centre, reach = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
     limits: dict[str, TouchBox | None] = {}
     for name, surface in surfaces.items():
         box = fixture.touch.get(name)
-        limits[name] = box if isinstance(surface, Sphere) else closed_box(surface, box, centre, reach)
+        limits[name] = box if isinstance(surface, Sphere | Point) else closed_box(surface, box, centre, reach)
     return Access(surfaces, fixture.touch, limits, tip_radius, fixture.probe.approach_distance, corners)
 
 

@@ -55,7 +55,7 @@ def path_blocked(
                 blocked = _through_bar(surface, boxes.get(name), points, approaches, length, margins, strict)
             case Plane() if name in boxes:
                 sides = (surface, Plane(surface.point, -surface.normal))
-                both = strict and not isinstance(own, Plane) and own.side == "outer"
+                both = strict and isinstance(own, Sphere | Cylinder) and own.side == "outer"
                 blocked = np.zeros(len(points), dtype=bool)
                 for side in sides[: 1 + both]:
                     crossed = _through_face(side, boxes[name], points, approaches, length, margins)
@@ -150,6 +150,6 @@ def _in_opening(surfaces: Mapping[str, Surface], plane: Plane, points: Floats, a
     crossing = _crossing(plane, points, approaches)[1]
     opening = np.zeros(len(points), dtype=bool)
     for surface in surfaces.values():
-        if not isinstance(surface, Plane) and surface.side == "inner":
+        if isinstance(surface, Sphere | Cylinder) and surface.side == "inner":
             opening |= residuals(surface, crossing, 0.0) > 0
     return opening

@@ -11,7 +11,17 @@ import numpy as np
 
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, perpendicular, unit
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, outward_normals
+from tactfix.geometry.nearest import other_point
+from tactfix.geometry.surfaces import (
+    Cylinder,
+    Plane,
+    Point,
+    SidedSurface,
+    Sphere,
+    Surface,
+    outward_normals,
+    radius_of,
+)
 
 # Boxes are typed by people: a plane at z = 0 in a box z: [0, 0] must not be lost to rounding.
 _EDGE = 1e-9
@@ -90,8 +100,8 @@ def _clipped(corners: Floats, excess: Floats) -> Floats:
 def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: float) -> TouchBox:
     """The box with its open sides closed: at radius from the point of the plane or axis nearest to centre (3,)."""
     match surface:
-        case Sphere():
-            anchor, reach = surface.center, surface.radius
+        case Sphere() | Point():
+            anchor, reach = other_point(surface), radius_of(surface)
         case Cylinder():
             anchor = surface.point + ((centre - surface.point) @ surface.direction) * surface.direction
             reach = radius + surface.radius
@@ -125,7 +135,7 @@ def bounds_of(
     centre = (low + high) / 2
     radius = float(np.linalg.norm(high - low)) / 2
     if not bounded:
-        radius = max([radius, *(s.radius for s in surfaces.values() if not isinstance(s, Plane))])
+        radius = max([radius, *(radius_of(s) for s in surfaces.values())])
     # Planes that meet in one point, as far as rounding lets them, have no size.
     rounding = _ROUNDING * max(float(np.abs([low, high]).max()), least)
     radius = radius if radius > rounding else least
@@ -151,7 +161,7 @@ def extent_of(
 
 def _is_bounded(surface: Surface, box: TouchBox) -> bool:
     """Whether the box leaves a finite piece of the surface."""
-    if isinstance(surface, Sphere):
+    if isinstance(surface, Sphere | Point):
         return True
     if isinstance(surface, Cylinder):
         return bool(np.isfinite(axial_interval(surface, box)).all())
@@ -163,8 +173,8 @@ def _is_bounded(surface: Surface, box: TouchBox) -> bool:
 def _bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats]:
     """Corners of a box around the part of the surface in a box that bounds it."""
     match surface:
-        case Sphere():
-            low, high = surface.center - surface.radius, surface.center + surface.radius
+        case Sphere() | Point():
+            low, high = other_point(surface) - radius_of(surface), other_point(surface) + radius_of(surface)
         case Cylinder():
             rim = surface.radius * np.sqrt(np.clip(1 - surface.direction**2, 0.0, 1.0))
             ends = surface.point + np.outer(axial_interval(surface, box), surface.direction)
@@ -183,7 +193,7 @@ def _hull(bounds: Iterable[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
 
 def _middle_points(surfaces: Iterable[Surface]) -> Floats:
     """Feet (n, 3), on the planes and axes, of the point nearest to all of them in the least-squares sense."""
-    listed = [s for s in surfaces if not isinstance(s, Sphere)]
+    listed = [s for s in surfaces if not isinstance(s, Sphere | Point)]
     points = np.array([s.point for s in listed])
     blocks = [
         np.outer(s.normal, s.normal) if isinstance(s, Plane) else np.eye(3) - np.outer(s.direction, s.direction)
@@ -209,6 +219,11 @@ def sample_touches(
     low-discrepancy sequence, uniform in area; start in [0, 1)^2 shifts it (random starts give random point sets). Fewer
     than count come back only where the box leaves less than a hundredth of the surface, none where it leaves nothing.
     """
+    if isinstance(surface, Point):
+        # Nothing says from where a tip comes to rest in it: from outside, as far as can be told.
+        way = surface.point - centre
+        away = unit(way) if way.any() else np.eye(3)[2]
+        return np.tile(surface.point, (min(count, 1), 1)), np.tile(away, (min(count, 1), 1))
     closed = closed_box(surface, box, centre, radius)
     found: list[Floats] = []
     have = 0
@@ -224,7 +239,7 @@ def sample_touches(
     return points, np.array(outward_normals(surface, points))
 
 
-def _placed(surface: Surface, closed: TouchBox, square: Floats) -> Floats:
+def _placed(surface: SidedSurface, closed: TouchBox, square: Floats) -> Floats:
     """Points (n, 3) of the surface at parameters (n, 2) in the unit square, equal areas for equal areas."""
     if isinstance(surface, Plane):
         corners = face(surface, closed)

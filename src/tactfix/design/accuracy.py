@@ -11,11 +11,12 @@ import numpy as np
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Ints, frozen
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.free_motions import tidied
 from tactfix.localization.motion_words import twist_in_words
+from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
 
@@ -131,7 +132,8 @@ def certainty(
     seen = _sensitivity(contacts, surfaces, sigmas)
     covariance = seen.covariance(np.zeros(3))
     found = tuple(_sigma_at(covariance, corner) for corner in corners)
-    influences = _influences(contacts, seen, covariance, corners)
+    of = one_equation_each(surfaces, contacts, sigmas).of
+    influences = _influences(contacts, seen, of, covariance, corners)
     values, motions = seen.svd()
     weakest = seen.twists(motions[-1:] / values[-1], np.zeros(3))[0]
     return Certainty(
@@ -149,8 +151,9 @@ def certainty(
 
 
 def _sensitivity(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats) -> Sensitivity:
-    _, normals = contact_residuals(surfaces, contacts)
-    return sensitivity(contacts, normals, sigmas)
+    single = one_equation_each(surfaces, contacts, sigmas)
+    _, normals = contact_residuals(single.surfaces, single.contacts)
+    return sensitivity(single.contacts, normals, single.sigmas)
 
 
 def _observability(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Observability:
@@ -167,20 +170,23 @@ def _sigma_at(covariance: Floats, point: Floats) -> PointSigma:
 _ALONE = 1e-9
 
 
-def _influences(contacts: Contacts, seen: Sensitivity, covariance: Floats, corners: Floats) -> list[Influence]:
+def _influences(
+    contacts: Contacts, seen: Sensitivity, of: Ints, covariance: Floats, corners: Floats
+) -> list[Influence]:
     """The worst sigma of a corner without each contact in turn.
 
-    Taking the row j away from the information adds (C j)(C j)^T / (1 - j^T C j) to the covariance C (Sherman and
-    Morrison); j^T C j is the contact's leverage, 1 where no other contact sees what it sees.
+    Taking the rows J away from the information adds C J^T (I - J C J^T)^-1 J C to the covariance C (Woodbury); J C J^T
+    is the contact's leverage, with an eigenvalue of 1 where no other contact sees what it sees. of: as in `Equations`.
     """
     # Rows about the fixture's origin: the twist there is what the covariance is of.
-    rows = np.hstack([seen.jacobian[:, :3] * seen.scale, np.zeros((len(contacts), 3))])
+    rows = np.hstack([seen.jacobian[:, :3] * seen.scale, np.zeros((len(seen.jacobian), 3))])
     rows += np.hstack([np.cross(seen.centre, seen.jacobian[:, 3:]), seen.jacobian[:, 3:]])
-    told = rows @ covariance
-    rest = 1 - (told * rows).sum(axis=1)
-    lost = rest <= _ALONE
-    more = told / np.sqrt(np.where(lost, 1.0, rest))[:, None]
-    without = covariance + more[:, :, None] * more[:, None, :]
+    blocks = _by_contact(rows, of, len(contacts))
+    told = blocks @ covariance
+    rest = np.eye(blocks.shape[1]) - told @ np.swapaxes(blocks, 1, 2)
+    lost = np.linalg.eigvalsh(rest)[:, 0] <= _ALONE
+    rest[lost] = np.eye(blocks.shape[1])
+    without = covariance + np.swapaxes(told, 1, 2) @ np.linalg.solve(rest, told)
     worst = np.zeros(len(contacts))
     for corner in corners:
         variances = np.linalg.eigvalsh(point_covariance(_HERE, without, corner))[:, -1]
@@ -190,6 +196,14 @@ def _influences(contacts: Contacts, seen: Sensitivity, covariance: Floats, corne
         Influence(contacts.label(i), feature, (x, y, z), None if lost[i] else float(sigmas[i]))
         for i, (feature, (x, y, z)) in enumerate(zip(contacts.features, contacts.points.tolist(), strict=True))
     ]
+
+
+def _by_contact(rows: Floats, of: Ints, count: int) -> Floats:
+    """The rows (m, 6) of each contact (count, k, 6), zeros behind where others have more."""
+    place = np.arange(len(of)) - np.searchsorted(of, of)
+    blocks = np.zeros((count, int(place.max(initial=0)) + 1, 6))
+    blocks[of, place] = rows
+    return blocks
 
 
 def _in_words(twist: Floats, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> FreeMotion:

@@ -21,10 +21,12 @@ from tactfix.design.nominal_contacts import Locator, Touched, most_telling, norm
 from tactfix.design.swapped_contacts import least_visible_swaps
 from tactfix.design.symmetries import Symmetry
 from tactfix.diagnosis.feasibility import least_chi_square
+from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
-from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.noise import SUSPICIOUS, chi_square_limit
-from tactfix.poses.pose_fit import refine
+from tactfix.poses.points_as_planes import one_equation_each
+from tactfix.poses.pose_fit import PoseFit, refine
 from tactfix.simulation.faults import Fault, growth, mistaken
 from tactfix.wording import listed
 
@@ -170,7 +172,7 @@ def _wrong_numbers(touched: Touched, misplaced: Iterable[Misplaced]) -> Iterator
 
 def _with_wrong_radius(surfaces: Mapping[str, Surface], off: float) -> Iterator[tuple[str, Mapping[str, Surface]]]:
     for name, surface in surfaces.items():
-        if not isinstance(surface, Plane):
+        if isinstance(surface, Sphere | Cylinder):
             yield name, {**surfaces, name: replace(surface, radius=surface.radius + off)}
 
 
@@ -192,7 +194,7 @@ def _exchanged_labels(touched: Touched, exchanges: Iterable[Symmetry]) -> BlindS
     for exchange in exchanges:
         features = tuple(exchange.images[name] for name in touched.contacts.features)
         contacts = replace(touched.contacts, features=features)
-        fit = refine(touched.surfaces, contacts, touched.sigmas, inverse(exchange.image_from_fixture))
+        fit = _refined(touched, contacts, inverse(exchange.image_from_fixture))
         what = f"labels of {listed([n for n, image in exchange.images.items() if n != image])} exchanged"
         found.append(
             _spot("labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), what)
@@ -212,9 +214,14 @@ def _no_pose(error: Mistake, what: str) -> BlindSpot:
     return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
 
 
+def _refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
+    single = one_equation_each(touched.surfaces, contacts, touched.sigmas)
+    return refine(single.surfaces, single.contacts, single.sigmas, start)
+
+
 def _refitted(error: Mistake, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
     """The verdict on a small mistake: contacts and surfaces as they are believed to be, fitted from the truth."""
-    fit = refine(touched.surfaces, contacts, touched.sigmas, np.eye(4))
+    fit = _refined(touched, contacts, np.eye(4))
     power = power_of(fit.chi2, touched.dof)
     return _spot(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
 

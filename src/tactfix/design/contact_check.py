@@ -29,7 +29,7 @@ from tactfix.design.symmetries import symmetries
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import size_of
-from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import WORTHLESS_ANGLE
 from tactfix.probe import residual_sigmas
 from tactfix.units import factor
@@ -176,6 +176,6 @@ def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:
     said = touched.contacts.tip_radius or fixture.probe.tip_radius or 0.0
     if said > 0:
         return said
-    curved = [surface for surface in touched.surfaces.values() if not isinstance(surface, Plane)]
+    curved = [surface for surface in touched.surfaces.values() if isinstance(surface, Sphere | Cylinder)]
     bores = [_BORE_SHARE * surface.radius for surface in curved if surface.side == "inner"]
     return min([_USUAL_TIP * factor("m", fixture.units), *bores])

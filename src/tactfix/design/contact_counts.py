@@ -2,7 +2,8 @@
 
 n_i contacts on feature i are independent in general position if and only if, for every subset of the features, the sum
 of n_i is at most the rank of that subset (Rado's theorem on independent transversals, the contacts on a feature being
-general rows of its constraint space). The rank of a subset is 6 less the dimension of its common motions.
+general rows of its constraint space). The rank of a subset is 6 less the dimension of its common motions. One contact
+on a point holds all that the point can hold: with points touched, the condition is asked of what they leave.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -15,14 +16,14 @@ from typing import Final, TypeAlias
 from tactfix.fixture import Feature, Relation
 from tactfix.geometry.motions import common_motions, dimension
 from tactfix.geometry.scale import Tolerance
-from tactfix.geometry.surfaces import FeatureType, Surface
+from tactfix.geometry.surfaces import FeatureType, Point, Surface
 
 # Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.
-ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 4})
-ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
+ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 4, "point": 1})
+ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "sphere": 4, "cylinder": 5})
 # The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth where the radius is unknown.
-PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 5})
-PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 6})
+PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "cylinder": 5})
+PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "sphere": 4, "cylinder": 6})
 # Section 6, eqs. 48-51: a sphere at a known distance from a located cylinder's axis.
 PAPER_SPHERE_AT_DISTANCE: Final = 2
 
@@ -49,7 +50,8 @@ class FeatureCounts:
 class ContactCounts:
     """What design-check says of numbers of contacts.
 
-    minimum_total: the rank of all features together, 6 where nothing is left free. minimal_sets: contacts by feature;
+    minimum_total: the fewest that leave free what all features together do; without points their rank, 6 where nothing
+    is left free. minimal_sets: contacts by feature;
     complete is False where there are more of them than MOST_SETS.
     """
 
@@ -72,9 +74,10 @@ def contact_counts(
     sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1)
     total = _rank(surfaces, tolerance)
     others = {name: {n: s for n, s in surfaces.items() if n != name} for name in surfaces}
-    beside = {name: total - (_rank(rest, tolerance) if rest else 0) for name, rest in others.items()}
+    beside = {name: total - _rank(rest, tolerance) for name, rest in others.items()}
+    beside = {name: min(n, 1) if features[name].type == "point" else n for name, n in beside.items()}
     return ContactCounts(
-        minimum_total=total,
+        minimum_total=sum(sets[0].values()),
         each=_each(features, distances, beside),
         minimal_sets=sets[:MOST_SETS],
         complete=len(sets) <= MOST_SETS,
@@ -83,7 +86,7 @@ def contact_counts(
 
 def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> int:
     """How many degrees of freedom contacts on these surfaces can hold."""
-    return 6 - dimension(common_motions(surfaces.values(), tolerance))
+    return 6 - dimension(common_motions(surfaces.values(), tolerance)) if surfaces else 0
 
 
 def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
@@ -134,8 +137,26 @@ def minimal_sets(surfaces: Mapping[str, Surface], tolerance: Tolerance, most: in
         return _rank({name: surface for name, surface in surfaces.items() if name in subset}, tolerance)
 
     names = tuple(surfaces)
-    distributions = _distributions({}, names, rank(frozenset(names)), rank)
-    return tuple({name: chosen.get(name, 0) for name in names} for chosen in islice(distributions, most))
+    points = [name for name in names if isinstance(surfaces[name], Point)]
+    sided = tuple(name for name in names if name not in points)
+    total = rank(frozenset(names))
+    choices = [frozenset(c) for size in range(len(points) + 1) for c in combinations(points, size)]
+    enough = [chosen for chosen in choices if rank(chosen.union(sided)) == total]
+    fewest = min(len(chosen) + total - rank(chosen) for chosen in enough)
+
+    def sets() -> Iterator[Mapping[str, int]]:
+        for touched in enough:
+            left = total - rank(touched)
+            if len(touched) + left == fewest:
+                beyond = _beyond(rank, touched)
+                yield from ({**dict.fromkeys(touched, 1), **d} for d in _distributions({}, sided, left, beyond))
+
+    return tuple({name: chosen.get(name, 0) for name in names} for chosen in islice(sets(), most))
+
+
+def _beyond(rank: Rank, touched: frozenset[str]) -> Rank:
+    """What subsets can hold of what the points touched leave."""
+    return lambda subset: rank(subset | touched) - rank(touched)
 
 
 def _distributions(

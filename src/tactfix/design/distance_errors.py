@@ -7,9 +7,10 @@ from itertools import permutations
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.nearest import other_point
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.scale import EXACT, anchor_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,11 +42,11 @@ def separation(from_surface: Surface, to_surface: Surface) -> Floats | None:
             return _off_plane(plane, other)
         case Cylinder(), Cylinder():
             return _between_axes(from_surface, to_surface)
-        case Sphere(), _:
-            return _along(anchor_of(to_surface, from_surface.center) - from_surface.center)
-        case _, Sphere():
-            return _along(to_surface.center - anchor_of(from_surface, to_surface.center))
-        case _:  # pragma: no cover - all pairs of the three types stand above
+        case ((Sphere() | Point()), _):
+            return _along(anchor_of(to_surface, other_point(from_surface)) - other_point(from_surface))
+        case _, (Sphere() | Point()):
+            return _along(other_point(to_surface) - anchor_of(from_surface, other_point(to_surface)))
+        case _:  # pragma: no cover - all pairs of the four types stand above
             return None
 
 
@@ -56,7 +57,7 @@ def _off_plane(plane: Plane, other: Surface) -> Floats | None:
             has_distance = bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= EXACT)
         case Cylinder():
             has_distance = bool(abs(plane.normal @ other.direction) <= EXACT)
-        case Sphere():
+        case Sphere() | Point():
             has_distance = True
     return plane.normal if has_distance else None
 

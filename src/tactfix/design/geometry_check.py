@@ -21,7 +21,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
-from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.motion_words import free_motions
 from tactfix.results import FreeMotion
 
@@ -115,5 +115,9 @@ def _same(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> Iterator[tup
         a, b = surfaces[one], surfaces[other]
         if not same_surface(a, b, tolerance.length, tolerance.angle):
             continue
-        if isinstance(a, Plane) or isinstance(b, Plane) or (a.radius, a.side) == (b.radius, b.side):
+        if _size_and_side(a) == _size_and_side(b):
             yield one, other
+
+
+def _size_and_side(surface: Surface) -> tuple[float, str] | None:
+    return (surface.radius, surface.side) if isinstance(surface, Sphere | Cylinder) else None

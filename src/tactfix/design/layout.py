@@ -10,14 +10,14 @@ from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, standoff
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 
 Source: TypeAlias = Literal["plan", "contacts", "spread"]
 
 # What each feature needs alone whatever its size, and one more to check it by.
-_PLENTY: Final = {Plane: 4, Cylinder: 6}
+_PLENTY: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
 _PLENTY_BALL: Final = 5
 # Touches to choose the spread ones from.
 _CHOICE: Final = 200
@@ -38,12 +38,12 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
         if not len(pick):
             unreachable.append(name)
         names += [name] * len(pick)
-        points.append(choice[pick].reshape(-1, 3))
         normals.append(outward[pick].reshape(-1, 3))
-    surface_points, outward_normals = np.concatenate(points), np.concatenate(normals)
+        points.append(choice[pick].reshape(-1, 3) + standoff(surface, access.tip_radius) * normals[-1])
+    outward_normals = np.concatenate(normals)
     contacts = Contacts(
         features=tuple(names),
-        points=surface_points + access.tip_radius * outward_normals,
+        points=np.concatenate(points),
         approaches=-outward_normals,
         sigmas=np.full(len(names), sigma),
         tip_radius=access.tip_radius,

@@ -9,7 +9,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import transform_points
-from tactfix.geometry.surfaces import Surface, outward_normals
+from tactfix.geometry.surfaces import Point, Surface, outward_normals
 from tactfix.results import LocateResult
 
 Locator: TypeAlias = Callable[[Contacts], LocateResult]
@@ -29,8 +29,9 @@ class Touched:
 
     @property
     def dof(self) -> int:
-        """Contacts beyond the six that a pose takes."""
-        return len(self.contacts) - 6
+        """Equations beyond the six that a pose takes."""
+        on_points = sum(isinstance(self.surfaces[name], Point) for name in self.contacts.features)
+        return len(self.contacts) + 2 * on_points - 6
 
 
 def normals_of(touched: Touched) -> Floats:

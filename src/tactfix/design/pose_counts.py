@@ -16,7 +16,7 @@ from tactfix.geometry.surfaces import FeatureType
 
 Source: TypeAlias = Literal["reference", "reasoned", "tracked"]
 
-_KINDS: Final[tuple[FeatureType, ...]] = ("plane", "sphere", "cylinder")
+_KINDS: Final[tuple[FeatureType, ...]] = ("plane", "sphere", "cylinder", "point")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ def pose_count(types: Mapping[str, FeatureType], counts: Mapping[str, int]) -> P
 
 
 def kind_of(touched: Sequence[tuple[FeatureType, int]]) -> str:
-    """The name of a kind from type and contacts of each feature: planes, spheres, cylinders, by rising count."""
+    """The name of a kind from type and contacts of each feature: in the order of _KINDS, by rising count."""
     ordered = sorted((_KINDS.index(name), count) for name, count in touched)
     return ", ".join(f"{_KINDS[index]} {count}" for index, count in ordered)
 

@@ -16,7 +16,7 @@ from tactfix.geometry.motions import Fixed, common_motions
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, middle_of, size_of, tolerance_for
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.results import FreeMotion
 
 # A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
@@ -48,7 +48,7 @@ def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], 
     Spheres first, which are easiest to move; a feature's touch box goes with it.
     """
     length = float(f"{_MOVE * (size_of(surfaces.values()) or _length(surfaces, None)):.1g}")
-    order = {Sphere: 0, Cylinder: 1}
+    order = {Sphere: 0, Point: 0, Cylinder: 1}
     for name in sorted(surfaces, key=lambda n: order.get(type(surfaces[n]), 2)):
         for k in range(3):
             shift = length * np.eye(3)[k]
@@ -90,7 +90,7 @@ def _one_sided(
     """Boxes that leave one side of a feature, cylinders first: name, box, and the line for the fixture file."""
     middle = middle_of(surfaces.values(), cutoff=_MIDDLE_CUTOFF)
     order = {Cylinder: 0, Plane: 1}
-    kept = [name for name, image in symmetry.images.items() if name == image]
+    kept = [n for n, image in symmetry.images.items() if n == image and not isinstance(surfaces[n], Point)]
     for name in sorted(kept, key=lambda n: order.get(type(surfaces[n]), 2)):
         size = size_of(surfaces.values()) or _length(surfaces, boxes.get(name))
         for k in _axes(surfaces[name]):

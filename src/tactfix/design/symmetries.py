@@ -18,7 +18,7 @@ from tactfix.geometry.arrays import Bools, Floats, frozen
 from tactfix.geometry.motions import Fixed, Line, are_parallel, common_motions
 from tactfix.geometry.rigid import homogeneous, rotation_angle
 from tactfix.geometry.scale import Tolerance, anchored, middle_of, tolerance_for
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.localization.motion_words import line_in_words
 from tactfix.wording import listed
 
@@ -107,7 +107,7 @@ def _arrows(surfaces: list[Surface], tolerance: Tolerance) -> _Arrows:
         match surface:
             case Plane():
                 add("plane", point / distance if is_off else surface.normal, distance, both_ways=not is_off)
-            case Sphere():
+            case Sphere() | Point():
                 if is_off:
                     add("sphere", point / distance, distance, both_ways=False)
             case Cylinder():
@@ -180,6 +180,8 @@ def _coincide(a: Surface, b: Surface, tolerance: Tolerance) -> bool:
             return are_parallel(a.normal, b.normal, tolerance) and _near(a.point, b.point, tolerance)
         case Sphere(), Sphere():
             return abs(a.radius - b.radius) <= tolerance.length and _near(a.center, b.center, tolerance)
+        case Point(), Point():
+            return _near(a.point, b.point, tolerance)
         case Cylinder(), Cylinder():
             same_size = abs(a.radius - b.radius) <= tolerance.length
             return (
@@ -229,7 +231,9 @@ def _keeps_side(motion: Floats, surface: Surface, image: Surface) -> bool:
     if isinstance(surface, Plane):
         assert isinstance(image, Plane)
         return bool((motion[:3, :3] @ surface.normal) @ image.normal > 0)
-    return not isinstance(image, Plane) and surface.side == image.side
+    if isinstance(surface, Point):
+        return True
+    return isinstance(image, Sphere | Cylinder) and surface.side == image.side
 
 
 def _keeps_box(motion: Floats, box: TouchBox | None, surface: Surface, length: float) -> bool:

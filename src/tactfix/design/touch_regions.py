@@ -13,7 +13,7 @@ import numpy as np
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import block_of, size_of
-from tactfix.geometry.surfaces import Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Sphere, Surface, radius_of
 
 # Open sides of a box are closed this many lengths away: beyond that no contact on the fixture is made.
 _FAR = 1e3
@@ -36,7 +36,7 @@ def regions_meet(
     if not len(corners):
         return False
     nearest = _stationary(block, normals, offsets, (0, 1, 2, 3))
-    radius = 0.0 if isinstance(surface, Plane) else surface.radius / length
+    radius = radius_of(surface) / length
     least = np.linalg.norm(nearest @ block, axis=1).min()
     greatest = np.linalg.norm(corners @ block, axis=1).max()
     return bool(least <= radius + _SLACK and greatest >= radius - _SLACK)

@@ -19,7 +19,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import distance_between
-from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Plane, Point, Sphere, Surface, offset_radius
 
 
 def least_chi_square(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> float:
@@ -66,19 +66,19 @@ def _limits(surfaces: Mapping[str, Surface], one: str, other: str, tip_radius: f
     """How near and how far apart the tip's centres can be at touches of two features, or twice of one."""
     a, b = surfaces[one], surfaces[other]
     if one == other:
-        return 0.0, 2 * _reach(one, a, tip_radius) if isinstance(a, Sphere) else np.inf
-    if not (isinstance(a, Sphere) or isinstance(b, Sphere)):
+        return 0.0, 2 * _reach(one, a, tip_radius) if isinstance(a, Sphere | Point) else np.inf
+    if not (isinstance(a, Sphere | Point) or isinstance(b, Sphere | Point)):
         return 0.0, np.inf
     distance, reaches = distance_between(a, b), _reach(one, a, tip_radius) + _reach(other, b, tip_radius)
     # A plane's distance is signed, and the tip's centre runs a tip radius above it.
     near = abs(distance - tip_radius) if isinstance(a, Plane) or isinstance(b, Plane) else distance
-    both = isinstance(a, Sphere) and isinstance(b, Sphere)
+    both = isinstance(a, Sphere | Point) and isinstance(b, Sphere | Point)
     return max(near - reaches, 0.0), distance + reaches if both else np.inf
 
 
 def _reach(name: str, surface: Surface, tip_radius: float) -> float:
-    """How far from its centre or axis a feature holds the tip's centre; 0 for a plane."""
-    if isinstance(surface, Plane):
+    """How far from its centre or axis a feature holds the tip's centre; 0 for a plane or point."""
+    if isinstance(surface, Plane | Point):
         return 0.0
     return offset_radius(name, surface.radius, surface.side, tip_radius)
 

@@ -16,7 +16,7 @@ from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.fitting.result import FitCandidate, FitResult
 from tactfix.fitting.trial import judged, surface_below_tip
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, FeatureType, Plane, Side, Sphere, Surface, offset_radius, residuals
+from tactfix.geometry.surfaces import Cylinder, Plane, Side, SidedSurface, SidedType, Sphere, offset_radius, residuals
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
@@ -27,14 +27,14 @@ from tactfix.results import Reason
 
 __all__ = ["FitCandidate", "FitResult", "fit"]
 
-PARAMETERS: Mapping[FeatureType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
+PARAMETERS: Mapping[SidedType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
 """What a surface has to be found for, its radius included."""
 
 WORTHLESS = 0.3
 """Standard deviation, in rad or parts of the contacts' extent, beyond which a surface is not located."""
 
 
-def fit(kind: FeatureType, contacts: Contacts, radius: float | None = None, side: Side = "outer") -> FitResult:
+def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: Side = "outer") -> FitResult:
     """Every surface of one kind that explains the contacts, told apart by fit and approach.
 
     kind: what is fitted; contacts: all of them on that one surface; radius: of the surface itself, found where it is
@@ -61,11 +61,11 @@ def fit(kind: FeatureType, contacts: Contacts, radius: float | None = None, side
     return _verdict(kind, contacts, candidates, dof, radius is not None)
 
 
-def _underdetermined(kind: FeatureType, dof: int, why: str) -> FitResult:
+def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
     return FitResult(kind, "underdetermined", None, (), dof, None, None, None, warnings=(why,))
 
 
-def _localize(kind: FeatureType, contacts: Contacts, offset: float | None) -> tuple[SurfaceCandidate, ...]:
+def _localize(kind: SidedType, contacts: Contacts, offset: float | None) -> tuple[SurfaceCandidate, ...]:
     """Every candidate, with the radius of the tip's centres."""
     match kind:
         case "plane":
@@ -76,7 +76,7 @@ def _localize(kind: FeatureType, contacts: Contacts, offset: float | None) -> tu
             return localize_cylinder(contacts.points, offset, contacts.sigmas)
 
 
-def _of_other_radius(kind: FeatureType, contacts: Contacts, side: Side, radius: float) -> list[FitCandidate]:
+def _of_other_radius(kind: SidedType, contacts: Contacts, side: Side, radius: float) -> list[FitCandidate]:
     """The surfaces through as many contacts as would do without the radius, which the radius excludes (Table 1)."""
     try:
         found = _localize(kind, contacts, None)
@@ -94,7 +94,7 @@ def _of_other_radius(kind: FeatureType, contacts: Contacts, side: Side, radius: 
     return others
 
 
-def _radius(surface: Surface) -> float:
+def _radius(surface: SidedSurface) -> float:
     return 0.0 if isinstance(surface, Plane) else surface.radius
 
 
@@ -113,7 +113,7 @@ def _without_twins(candidates: Sequence[FitCandidate], contacts: Contacts, dof: 
     return kept
 
 
-def _halfway(first: Surface, second: Surface) -> Surface:
+def _halfway(first: SidedSurface, second: SidedSurface) -> SidedSurface:
     """The surface half-way between two of one kind."""
     if isinstance(first, Sphere) and isinstance(second, Sphere):
         return Sphere((first.center + second.center) / 2, (first.radius + second.radius) / 2, first.side)
@@ -126,7 +126,7 @@ def _halfway(first: Surface, second: Surface) -> Surface:
 
 
 def _verdict(
-    kind: FeatureType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
+    kind: SidedType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
 ) -> FitResult:
     """The status, and the surface where just one is left."""
     limit = chi_square_limit(dof)
@@ -168,14 +168,14 @@ def _located(result: FitResult, candidate: FitCandidate, contacts: Contacts, rad
     )
 
 
-def _surface_of_tip(surface: Surface, tip_radius: float) -> Surface:
+def _surface_of_tip(surface: SidedSurface, tip_radius: float) -> SidedSurface:
     """The surface on which the centres of the tip lie."""
     if isinstance(surface, Plane):
         return Plane(surface.point + tip_radius * surface.normal, surface.normal)
     return replace(surface, radius=offset_radius("surface", surface.radius, surface.side, tip_radius))
 
 
-def _sigma(surface: Surface, known: SurfaceCovariance) -> dict[str, Floats]:
+def _sigma(surface: SidedSurface, known: SurfaceCovariance) -> dict[str, Floats]:
     """One standard deviation of each number of the surface, under its name in the JSON."""
     deviations = np.sqrt(np.diag(known.covariance))
     match surface:

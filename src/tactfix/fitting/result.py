@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.geometry.surfaces import FeatureType, Surface
+from tactfix.geometry.surfaces import SidedSurface, SidedType
 from tactfix.results import Reason, Status
 
 
@@ -18,7 +18,7 @@ class FitCandidate:
     doubts: approaches too close to grazing to speak for or against it, in words.
     """
 
-    surface: Surface
+    surface: SidedSurface
     chi2: float
     rms: float
     poorly_determined: bool
@@ -41,9 +41,9 @@ class FitResult:
     chi2_limit: what every candidate's chi2 was held against. dof: contacts minus parameters.
     """
 
-    kind: FeatureType
+    kind: SidedType
     status: Status
-    surface: Surface | None
+    surface: SidedSurface | None
     candidates: tuple[FitCandidate, ...]
     dof: int
     chi2: float | None

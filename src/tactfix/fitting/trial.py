@@ -11,8 +11,8 @@ from tactfix.geometry.surfaces import (
     Cylinder,
     Plane,
     Side,
+    SidedSurface,
     Sphere,
-    Surface,
     offset_radius,
     outward_normals,
     residuals,
@@ -37,7 +37,7 @@ def judged(candidate: SurfaceCandidate, contacts: Contacts, side: Side, dof: int
     return FitCandidate(surface, candidate.chi2, candidate.rms, candidate.poorly_determined, reasons, doubts)
 
 
-def surface_below_tip(offset: Surface, tip_radius: float, side: Side, radius: float | None) -> Surface:
+def surface_below_tip(offset: SidedSurface, tip_radius: float, side: Side, radius: float | None) -> SidedSurface:
     """The surface itself, from the one on which the tip's centres lie; a radius that was given comes back unchanged."""
     match offset:
         case Plane():
@@ -47,7 +47,7 @@ def surface_below_tip(offset: Surface, tip_radius: float, side: Side, radius: fl
             return replace(offset, radius=found if radius is None else radius, side=side)
 
 
-def _misfit(surface: Surface, chi2: float, contacts: Contacts, dof: int) -> tuple[Reason, ...]:
+def _misfit(surface: SidedSurface, chi2: float, contacts: Contacts, dof: int) -> tuple[Reason, ...]:
     """Why the contacts do not lie on the surface, if they do not."""
     if not isinstance(surface, Plane) and surface.radius <= 0:
         message = f"a tip of radius {contacts.tip_radius:g} would have to touch a surface of radius {surface.radius:g}"
@@ -65,7 +65,7 @@ def _misfit(surface: Surface, chi2: float, contacts: Contacts, dof: int) -> tupl
 
 
 def _against_approach(
-    surface: Surface, known: SurfaceCovariance, contacts: Contacts
+    surface: SidedSurface, known: SurfaceCovariance, contacts: Contacts
 ) -> tuple[tuple[Reason, ...], tuple[str, ...]]:
     """Eq. 11: the probe travels into the material, approach . outward normal < 0. Also what is too close to tell."""
     normals = outward_normals(surface, contacts.points)
@@ -89,7 +89,7 @@ def _against_approach(
     return reasons, doubts
 
 
-def _cosine_sigmas(surface: Surface, known: SurfaceCovariance, contacts: Contacts) -> Floats:
+def _cosine_sigmas(surface: SidedSurface, known: SurfaceCovariance, contacts: Contacts) -> Floats:
     """One standard deviation (n,) of approach . outward normal at each contact, from the covariance of the surface."""
     if isinstance(surface, Plane):
         tilt = np.einsum("ni,ij,nj->n", contacts.approaches, known.covariance[3:, 3:], contacts.approaches)

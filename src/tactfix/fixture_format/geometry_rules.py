@@ -15,7 +15,7 @@ from tactfix.fixture_format.relation_rules import SIGMAS
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
 # Directions typed with four digits are parallel within this sine.
 _PARALLEL = 1e-4
@@ -55,7 +55,7 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
             yield Finding(("distances", index, "between"), what, "leave out the distance, or correct the places")
             continue
         measured = distance_between(a, b)
-        if not isinstance(a, Sphere) and not isinstance(b, Sphere):
+        if not isinstance(a, Sphere | Point) and not isinstance(b, Sphere | Point):
             measured = abs(measured)  # only a sphere has a side of a plane
         slack = SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
         if all(abs(meant - distance["value"]) > slack for meant in (measured, *_askew(a, b))):
@@ -74,7 +74,11 @@ def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
 
 def _has_distance(a: Surface, b: Surface) -> bool:
     """Whether a distance means something: planes, and a plane and an axis, have one only where parallel."""
-    if isinstance(a, Sphere) or isinstance(b, Sphere) or (isinstance(a, Cylinder) and isinstance(b, Cylinder)):
+    if (
+        isinstance(a, Sphere | Point)
+        or isinstance(b, Sphere | Point)
+        or (isinstance(a, Cylinder) and isinstance(b, Cylinder))
+    ):
         return True
     angle = angle_between(a, b)
     return (math.cos(angle) if isinstance(a, Cylinder) or isinstance(b, Cylinder) else math.sin(angle)) < _PARALLEL
@@ -83,7 +87,7 @@ def _has_distance(a: Surface, b: Surface) -> bool:
 def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
     for index, angle in entries.angles.items():
         a, b = (surfaces[name] for name in angle["between"])
-        if isinstance(a, Sphere) or isinstance(b, Sphere):
+        if isinstance(a, Sphere | Point) or isinstance(b, Sphere | Point):
             continue  # refused already
         measured = math.degrees(angle_between(a, b))
         slack = SIGMAS * angle.get("sigma", 0.0) + _rounding(angle["value"]) + math.degrees(_PARALLEL)
@@ -133,7 +137,7 @@ def _size(surfaces: Mapping[str, Surface]) -> float:
     lengths = [
         max(
             float(np.abs(s.center if isinstance(s, Sphere) else s.point).max()),
-            0.0 if isinstance(s, Plane) else s.radius,
+            radius_of(s),
         )
         for s in surfaces.values()
     ]
@@ -146,6 +150,8 @@ def _leaves_nothing(surface: Surface, box: TouchBox, slack: float) -> bool:
         case Plane():
             low, high = _heights(surface, box)
             return low > slack or high < -slack
+        case Point():
+            return bool((np.maximum(box.low - surface.point, surface.point - box.high) > slack).any())
         case Sphere():
             outside = np.maximum(np.maximum(box.low - surface.center, surface.center - box.high), 0.0)
             farthest = np.maximum(np.abs(box.low - surface.center), np.abs(box.high - surface.center))

@@ -1,6 +1,6 @@
 """Small displacements of surfaces in their own coordinates: as many numbers as the surface has degrees of freedom.
 
-plane: tilt (2, rad, about its given point), shift along the normal. sphere: shift of the centre (3). cylinder: tilt (2,
+plane: tilt (2, rad, about its given point), shift along the normal. sphere and point: shift (3). cylinder: tilt (2,
 rad), shift square to the axis (2), at its given point. The two directions across come from `perpendicular`.
 """
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
 from tactfix.geometry.nearest import direction_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, radial_directions
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radial_directions, residuals
 
 
 def dimension(surface: Surface) -> int:
-    """Degrees of freedom of the surface in space: plane 3, sphere 3, cylinder 4."""
+    """Degrees of freedom of the surface in space: plane 3, sphere 3, point 3, cylinder 4."""
     return 4 if isinstance(surface, Cylinder) else 3
 
 
@@ -30,6 +30,8 @@ def displaced(surface: Surface, step: Floats) -> Surface:
     match surface:
         case Sphere():
             return replace(surface, center=surface.center + step)
+        case Point():
+            return Point(surface.point + step)
         case Plane():
             normal = unit(surface.normal + step[..., :2] @ across(surface))
             return Plane(surface.point + step[..., 2:] * surface.normal, normal)
@@ -39,7 +41,21 @@ def displaced(surface: Surface, step: Floats) -> Surface:
             return replace(surface, point=surface.point + step[..., 2:] @ basis, direction=direction)
 
 
-def residual_jacobian(surface: Surface, points: Floats) -> Floats:
+def equations(surface: Surface, points: Floats, tip_radius: float) -> Floats:
+    """What vanishes (n, k) where tip centres points (n, 3) touch: the residual, or three offsets from a point."""
+    if isinstance(surface, Point):
+        return np.asarray(points - surface.point)
+    return residuals(surface, points, tip_radius)[:, None]
+
+
+def equations_jacobian(surface: Surface, points: Floats) -> Floats:
+    """Derivative (n, k, dimension) of the equations of tip centres points (n, 3) with respect to a displacement."""
+    if isinstance(surface, Point):
+        return np.broadcast_to(-np.eye(3), (len(points), 3, 3))
+    return residual_jacobian(surface, points)[:, None]
+
+
+def residual_jacobian(surface: Plane | Sphere | Cylinder, points: Floats) -> Floats:
     """Derivative (n, dimension) of the residuals of tip centres points (n, 3) with respect to a displacement."""
     match surface:
         case Sphere():
@@ -58,7 +74,7 @@ def residual_jacobian(surface: Surface, points: Floats) -> Floats:
 def material_displacement(surface: Surface, point: Floats) -> Floats:
     """How a point (3,) carried by the surface moves (3, dimension) with a displacement; of planes along the normal."""
     match surface:
-        case Sphere():
+        case Sphere() | Point():
             return np.eye(3)
         case Plane():
             tilts = -(across(surface) @ (point - surface.point))[:, None] * surface.normal
@@ -73,7 +89,7 @@ def rigid_displacements(surface: Surface, centre: Floats) -> Floats:
     turn, shift = np.eye(3), np.eye(3)
     point = surface.center if isinstance(surface, Sphere) else surface.point
     moves = np.hstack([cross(turn, point - centre).T, shift])
-    if isinstance(surface, Sphere):
+    if isinstance(surface, Sphere | Point):
         return moves
     basis = across(surface)
     tilts = np.hstack([basis @ cross(turn, direction_of(surface)).T, np.zeros((2, 3))])

@@ -15,7 +15,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats, frozen, perpendicular
 from tactfix.geometry.scale import Tolerance, anchored, middle_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +89,8 @@ def motions_of(surface: Surface) -> Motions:
             return Planar(surface.normal)
         case Sphere():
             return Spherical(surface.center)
+        case Point():
+            return Spherical(surface.point)
         case Cylinder():
             return Cylindrical(Line(surface.point, surface.direction))
 

@@ -6,7 +6,7 @@ Where vectors are (..., 3) a surface may be a stack: many positions of it, as `c
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, dot
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 PARALLEL = 1e-9
 """Sine of the angle below which two directions are parallel: rounding, not manufacture."""
@@ -21,8 +21,8 @@ def foot(surface: Surface, point: Floats) -> Floats:
     match surface:
         case Plane():
             return np.asarray(point - dot(point - surface.point, surface.normal) * surface.normal)
-        case Sphere():
-            return surface.center
+        case Sphere() | Point():
+            return other_point(surface)
         case Cylinder():
             return np.asarray(surface.point + dot(point - surface.point, surface.direction) * surface.direction)
 
@@ -34,10 +34,10 @@ def nearest_points(one: Surface, other: Surface, parallel: bool = False) -> tupl
     the pair next to the given point of the first or of the axis.
     """
     match one, other:
-        case Sphere(), _:
-            return one.center, foot(other, one.center)
-        case _, Sphere():
-            return foot(one, other.center), other.center
+        case ((Sphere() | Point()), _):
+            return other_point(one), foot(other, other_point(one))
+        case _, (Sphere() | Point()):
+            return foot(one, other_point(other)), other_point(other)
         case Cylinder(), Cylinder():
             return _between_axes(one, other, parallel)
         case Cylinder(), Plane():

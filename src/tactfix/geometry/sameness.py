@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import cross
 from tactfix.geometry.nearest import direction_of, foot
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 
 def same_surface(one: Surface, other: Surface, length: float, angle: float = 1e-6) -> bool:
@@ -12,6 +12,8 @@ def same_surface(one: Surface, other: Surface, length: float, angle: float = 1e-
     match one, other:
         case Sphere(), Sphere():
             return bool(np.linalg.norm(one.center - other.center) <= length)
+        case Point(), Point():
+            return bool(np.linalg.norm(one.point - other.point) <= length)
         case Plane(), Plane():
             facing = float(one.normal @ other.normal) > 0
         case Cylinder(), Cylinder():

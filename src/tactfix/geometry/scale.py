@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
 EXACT = 1e-6
 """Ratio below which a position counts as special: fixture files are typed with six decimals or more."""
@@ -32,7 +32,7 @@ def block_of(surface: Surface) -> Floats:
     match surface:
         case Plane():
             return np.outer(surface.normal, surface.normal)
-        case Sphere():
+        case Sphere() | Point():
             return np.eye(3)
         case Cylinder():
             return np.eye(3) - np.outer(surface.direction, surface.direction)
@@ -46,7 +46,7 @@ def anchor_of(surface: Surface, near: Floats) -> Floats:
 
 def anchored(surface: Surface, near: Floats) -> Surface:
     """The same surface, with the point of a plane or axis moved to where it is nearest to near (3,)."""
-    return surface if isinstance(surface, Sphere) else replace(surface, point=anchor_of(surface, near))
+    return surface if isinstance(surface, Sphere | Point) else replace(surface, point=anchor_of(surface, near))
 
 
 def middle_of(surfaces: Iterable[Surface], cutoff: float = _FLATTEST) -> Floats:
@@ -69,7 +69,7 @@ def size_of(surfaces: Iterable[Surface]) -> float:
     listed = list(surfaces)
     middle = middle_of(listed)
     reach = [np.linalg.norm(anchor_of(s, middle) - middle) for s in listed]
-    radii = [0.0 if isinstance(s, Plane) else s.radius for s in listed]
+    radii = [radius_of(s) for s in listed]
     return float(max(r + d for r, d in zip(radii, reach, strict=True)))
 
 

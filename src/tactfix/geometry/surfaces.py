@@ -1,4 +1,4 @@
-"""Planes, spheres and cylinders in some frame, and where the centre of a probe tip can be when it touches them.
+"""Planes, spheres, cylinders and points in some frame, and where the centre of a probe tip is when it touches them.
 
 The outward normal of a surface points out of the material: away from the centre or axis of an outer surface (a boss),
 towards it on an inner one (a bore). A tip of radius t touches where its centre is t away from the surface along the
@@ -7,7 +7,7 @@ never moved along its approach: that would cost 46 um for a 3 mm tip at 10 degre
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, overload
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from tactfix.errors import TipDoesNotFitError
 from tactfix.geometry.arrays import Floats, frozen, lengths, perpendicular, unit
 
 Side: TypeAlias = Literal["outer", "inner"]
-FeatureType: TypeAlias = Literal["plane", "sphere", "cylinder"]
+SidedType: TypeAlias = Literal["plane", "sphere", "cylinder"]
+FeatureType: TypeAlias = SidedType | Literal["point"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +57,22 @@ class Cylinder:
         object.__setattr__(self, "direction", frozen(unit(self.direction)))
 
 
-Surface: TypeAlias = Plane | Sphere | Cylinder
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """The place point (3,) where a seat, cone, nest or mark holds the centre of the tip, whatever its radius.
+
+    A surface of no extent: a contact on it tells all three coordinates, and it has no side to be approached from.
+    """
+
+    point: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+
+
+SidedSurface: TypeAlias = Plane | Sphere | Cylinder
+"""What has an extent and a side from which it is touched."""
+Surface: TypeAlias = SidedSurface | Point
 
 _UP = np.array([0.092, 0.188, 1.0])
 """Which end of an axis is called its direction. Oblique on purpose: no direction of whole degrees in steps of five or
@@ -68,6 +84,10 @@ def signed_axis(direction: Floats) -> Floats:
     return direction if direction @ _UP > 0 else -direction
 
 
+@overload
+def moved(a_from_b: Floats, surface: SidedSurface) -> SidedSurface: ...
+@overload
+def moved(a_from_b: Floats, surface: Surface) -> Surface: ...
 def moved(a_from_b: Floats, surface: Surface) -> Surface:
     """The surface of frame b in frame a, for a_from_b (4, 4)."""
     rotation, translation = a_from_b[:3, :3], a_from_b[:3, 3]
@@ -80,6 +100,18 @@ def moved(a_from_b: Floats, surface: Surface) -> Surface:
             return replace(
                 surface, point=rotation @ surface.point + translation, direction=rotation @ surface.direction
             )
+        case Point():
+            return Point(rotation @ surface.point + translation)
+
+
+def radius_of(surface: Surface, without: float = 0.0) -> float:
+    """The radius of a sphere or cylinder; what planes and points count for without one."""
+    return surface.radius if isinstance(surface, Sphere | Cylinder) else without
+
+
+def standoff(surface: Surface, tip_radius: float) -> float:
+    """How far the tip's centre stands off the place that it touches: its radius, and nothing on a point."""
+    return 0.0 if isinstance(surface, Point) else tip_radius
 
 
 def offset_radius(name: str, radius: float, side: Side, tip_radius: float) -> float:
@@ -93,37 +125,42 @@ def offset_radius(name: str, radius: float, side: Side, tip_radius: float) -> fl
     return offset
 
 
-def radial(surface: Sphere | Cylinder, points: Floats) -> Floats:
+def radial(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
     """Vectors (..., 3) from the centre, or square from the axis, to points (..., 3)."""
-    if isinstance(surface, Sphere):
-        return np.asarray(points - surface.center)
+    if not isinstance(surface, Cylinder):
+        return np.asarray(points - (surface.center if isinstance(surface, Sphere) else surface.point))
     arm = points - surface.point
     return np.asarray(arm - (arm @ surface.direction)[..., None] * surface.direction)
 
 
-def radial_directions(surface: Sphere | Cylinder, points: Floats) -> Floats:
+def radial_directions(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
     """Unit vectors (..., 3) from the centre, or square from the axis, to points (..., 3); any such on it."""
     arms = radial(surface, points)
     size = lengths(arms)[..., None]
     if not size.all():
-        anywhere = np.eye(3)[0] if isinstance(surface, Sphere) else perpendicular(surface.direction)
+        anywhere = perpendicular(surface.direction) if isinstance(surface, Cylinder) else np.eye(3)[0]
         arms, size = np.where(size > 0, arms, anywhere), np.where(size > 0, size, 1.0)
     return np.asarray(arms / size)
 
 
 def outward_normals(surface: Surface, points: Floats) -> Floats:
-    """Unit outward normals (..., 3) of the surface below points (..., 3)."""
+    """Unit outward normals (..., 3) of the surface below points (..., 3); of a point the direction away from it."""
     if isinstance(surface, Plane):
         return np.full(points.shape, surface.normal)
-    sign = 1.0 if surface.side == "outer" else -1.0
+    sign = -1.0 if isinstance(surface, Sphere | Cylinder) and surface.side == "inner" else 1.0
     return sign * radial_directions(surface, points)
 
 
 def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
-    """How far (...,) tip centres (..., 3) are from touching: along the outward normal, positive out of the material."""
+    """How far (...,) tip centres (..., 3) are from touching: along the outward normal, positive out of the material.
+
+    Of a point, whatever the tip's radius, the distance in space: the length of three residuals, one along each axis.
+    """
     if isinstance(surface, Plane):
         return np.asarray((points - surface.point) @ surface.normal - tip_radius)
     distance = lengths(radial(surface, points))
+    if isinstance(surface, Point):
+        return distance
     sign = 1.0 if surface.side == "outer" else -1.0
     return np.asarray(sign * (distance - surface.radius) - tip_radius)
 

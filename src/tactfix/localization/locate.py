@@ -42,6 +42,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
     """
     _refuse_foreign(fixture, contacts)
+    contacts = _without_approach_to_points(fixture, contacts)
     sigmas = residual_sigmas(fixture, contacts)
     solutions = solve(fixture, contacts, sigmas, with_misses=explain)
     verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
@@ -89,6 +90,14 @@ def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
         feature = fixture.features[name]
         if feature.radius is not None:
             offset_radius(name, feature.radius, feature.side, contacts.tip_radius)
+
+
+def _without_approach_to_points(fixture: Fixture, contacts: Contacts) -> Contacts:
+    """The contacts without what is said of how the tip came to a point: it has no side to come from."""
+    on_point = np.array([fixture.features[name].type == "point" for name in contacts.features])
+    if not (on_point & contacts.has_approach).any():
+        return contacts
+    return replace(contacts, approaches=np.where(on_point[:, None], np.nan, contacts.approaches))
 
 
 def _verdict(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True) -> Verdict:

@@ -19,8 +19,9 @@ from tactfix.geometry.motions import (
     is_on,
     twists,
 )
+from tactfix.geometry.nearest import other_point
 from tactfix.geometry.scale import Tolerance
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import FreeMotion
 from tactfix.wording import listed
 
@@ -52,7 +53,7 @@ def _messages(motions: Motions, surfaces: Surfaces, tolerance: Tolerance) -> lis
             words = line_in_words(motions.line, surfaces, tolerance)
             return [f"slides along {words}", f"rotates about {words}"]
         case Spherical():
-            balls = listed([n for n, s in surfaces.items() if isinstance(s, Sphere)])
+            balls = listed([n for n, s in surfaces.items() if isinstance(s, Sphere | Point)])
             return [f"rotates about the line through the centre of {balls} parallel to {axis}" for axis in "xyz"]
         case Planar():
             planes = listed(list(surfaces))
@@ -84,7 +85,7 @@ def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
     coaxial = [n for n, s in surfaces.items() if isinstance(s, Cylinder) and _is_axis(s, line, tolerance)]
     if coaxial:
         return f"the axis of {listed(coaxial)}"
-    balls = [n for n, s in surfaces.items() if isinstance(s, Sphere) and is_on(s.center, line, tolerance)]
+    balls = [n for n, s in surfaces.items() if isinstance(s, Sphere | Point) and is_on(other_point(s), line, tolerance)]
     if _span(balls, surfaces) > tolerance.length:
         return f"the line through {listed(balls)}"
     for name, s in surfaces.items():
@@ -132,7 +133,7 @@ def _widened(tolerance: Tolerance, arm: Floats) -> Tolerance:
 
 def _span(balls: Sequence[str], surfaces: Surfaces) -> float:
     """The largest distance between the centres of the named spheres, 0 for fewer than two."""
-    centers = [s.center for name in balls if isinstance(s := surfaces[name], Sphere)]
+    centers = [other_point(surfaces[name]) for name in balls]
     return max((float(np.linalg.norm(a - b)) for a in centers for b in centers), default=0.0)
 
 

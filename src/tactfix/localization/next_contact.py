@@ -9,7 +9,7 @@ from tactfix.accessibility.touchable import extent_of, sample_touches
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
-from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
+from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals, residuals, standoff
 from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
@@ -34,7 +34,7 @@ def next_contact(
     best: tuple[float, str, Floats, Floats] | None = None
     for name, surface in surfaces.items():
         points, normals = sample_touches(surface, fixture.touch.get(name), TRIED_PER_FEATURE, centre, extent)
-        free = _reachable(fixture, surfaces, name, points + tip_radius * normals, -normals)
+        free = _reachable(fixture, surfaces, name, points + standoff(surface, tip_radius) * normals, -normals)
         points, normals = points[free], normals[free]
         if not len(points):
             continue
@@ -76,13 +76,16 @@ def _disagreement(
     A probe that finds no surface, or comes out of the material, or touches outside the touch box tells as well: such a
     pose counts as disagreeing by the fixture's size.
     """
-    tips = transform_points(first.base_from_fixture, points + tip_radius * normals)
+    off = standoff(first.surfaces[name], tip_radius)
+    tips = transform_points(first.base_from_fixture, points + off * normals)
     approaches = -normals @ first.base_from_fixture[:3, :3].T
     worst = np.full(len(points), np.inf)
     for other in others:
         surface = other.surfaces[name]
         gap = np.abs(residuals(surface, tips, tip_radius))
         from_behind = np.einsum("ij,ij->i", approaches, outward_normals(surface, tips)) > 0
+        if isinstance(surface, Point):
+            from_behind[:] = False
         size = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) + tip_radius
         gap = np.where(from_behind, np.maximum(gap, size), gap)
         box = fixture.touch.get(name)

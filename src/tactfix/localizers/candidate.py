@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tactfix.geometry.surfaces import Surface
+from tactfix.geometry.surfaces import SidedSurface
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,7 +17,7 @@ class SurfaceCandidate:
     neighbour or make both complex.
     """
 
-    surface: Surface
+    surface: SidedSurface
     chi2: float
     rms: float
     condition: float

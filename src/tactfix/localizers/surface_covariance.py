@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.localizers.cylinder_refinement import CylinderProblem
 from tactfix.localizers.plane import PlaneProblem
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
@@ -36,7 +36,7 @@ class SurfaceCovariance:
 
 
 def surface_covariance(
-    surface: Surface, points: Floats, sigmas: Floats | float | None, *, radius_known: bool
+    surface: SidedSurface, points: Floats, sigmas: Floats | float | None, *, radius_known: bool
 ) -> SurfaceCovariance:
     """Covariance of a surface that was fitted to contacts, from the Jacobian of its residuals.
 
@@ -65,7 +65,7 @@ def surface_covariance(
 
 
 def _problem(
-    surface: Surface, contacts: UnitContacts, radius_known: bool
+    surface: SidedSurface, contacts: UnitContacts, radius_known: bool
 ) -> tuple[PlaneProblem | SphereProblem | CylinderProblem, Floats]:
     """The least-squares problem of a surface and its state there."""
     points, weights = contacts.points, contacts.weights
@@ -82,7 +82,7 @@ def _problem(
             return CylinderProblem(points, weights, radius_known), state
 
 
-def _numbers(surface: Surface) -> Floats:
+def _numbers(surface: SidedSurface) -> Floats:
     match surface:
         case Plane():
             return np.concatenate([surface.point, surface.normal])
@@ -92,7 +92,7 @@ def _numbers(surface: Surface) -> Floats:
             return np.concatenate([surface.point, surface.direction, [surface.radius]])
 
 
-def _lengths(surface: Surface, scale: float) -> Floats:
+def _lengths(surface: SidedSurface, scale: float) -> Floats:
     """The unit of each number of a surface: scale for lengths, 1 for directions."""
     match surface:
         case Plane():

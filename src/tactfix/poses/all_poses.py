@@ -16,7 +16,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import TURNS, feature_rotations
@@ -66,7 +66,7 @@ class PoseSearch:
 
 
 def all_poses(
-    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
 ) -> PoseSearch:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
@@ -110,7 +110,7 @@ def zero_limit(count: int, unit: float) -> float:
 
 
 def _zeros(
-    surfaces: Mapping[str, Surface],
+    surfaces: Mapping[str, SidedSurface],
     contacts: Contacts,
     sigmas: Floats,
     searched: PoseEquations,
@@ -149,7 +149,7 @@ TWO_CYLINDERS = 2000
 from all others, each met by one start in 1600."""
 
 
-def _starts(surfaces: Mapping[str, Surface], contacts: Contacts, searched: int) -> int:
+def _starts(surfaces: Mapping[str, SidedSurface], contacts: Contacts, searched: int) -> int:
     """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few."""
     touched = [type(surfaces[name]) for name in contacts.by_feature]
     roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)

@@ -17,7 +17,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.rigid import skew
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, offset_radius
 
 STILL = 1e-6
 """A free motion that moves a contact less than this share of how far it moves any of them does not move it."""
@@ -56,7 +56,7 @@ def _curvatures(surfaces: Mapping[str, Surface], contacts: Contacts, normals: Fl
     curvatures = np.zeros((len(contacts), 3, 3))
     for name, index in contacts.by_feature.items():
         surface = surfaces[name]
-        if isinstance(surface, Plane):
+        if isinstance(surface, Plane | Point):
             continue
         own = normals[index]
         rho = offset_radius(name, surface.radius, surface.side, contacts.tip_radius)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere, offset_radius
 
 OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])
 
@@ -48,7 +48,7 @@ class PoseEquations:
 
 
 def pose_equations(
-    surfaces: Sequence[Surface], feature_index: Sequence[int], points: Floats, weights: Floats, tip_radius: float
+    surfaces: Sequence[SidedSurface], feature_index: Sequence[int], points: Floats, weights: Floats, tip_radius: float
 ) -> PoseEquations:
     """The equations of contacts points (n, 3) on surfaces[feature_index[i]], in the units in which they come.
 
@@ -62,7 +62,7 @@ def pose_equations(
     return PoseEquations(np.ascontiguousarray(points.T), anchors, quadrics, normals, constants, radii, weights)
 
 
-def _quadric(surface: Surface, tip_radius: float) -> tuple[Floats, Floats, Floats, float, float]:
+def _quadric(surface: SidedSurface, tip_radius: float) -> tuple[Floats, Floats, Floats, float, float]:
     """p, Q, n, k and rho of one surface."""
     if isinstance(surface, Plane):
         return surface.point, np.zeros((3, 3)), surface.normal, -tip_radius, 0.0

@@ -15,7 +15,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Bools, Floats, cross, perpendicular, unit
 from tactfix.geometry.rigid import rotation_from_vector
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, offset_radius, radius_of
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
@@ -34,7 +34,7 @@ MOST = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
 
 
-def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> Floats | None:
+def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> Floats | None:
     """Rotations (3, 3, N) of fixture_from_base near that of every pose; None where no direction is known alone.
 
     surfaces in the fixture frame; sigmas (n,) of the residuals.
@@ -53,10 +53,10 @@ def feature_rotations(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
     return np.moveaxis(found, 0, -1) if len(found) else None
 
 
-def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> dict[str, list[Surface]]:
+def _located(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> dict[str, list[SidedSurface]]:
     """Planes, spheres and cylinders on a plane that their own contacts locate well, with every place they may have."""
-    located: dict[str, list[Surface]] = {}
-    upright: dict[str, list[Surface]] = {}
+    located: dict[str, list[SidedSurface]] = {}
+    upright: dict[str, list[SidedSurface]] = {}
     for name in _worth_locating(surfaces, contacts):
         index = contacts.by_feature[name]
         try:
@@ -77,7 +77,7 @@ def _located(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
     return {name: places for name, places in located.items() if centred != [name]}
 
 
-def _worth_locating(surfaces: Mapping[str, Surface], contacts: Contacts) -> list[str]:
+def _worth_locating(surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> list[str]:
     """Touched planes, and spheres where there is another, or a cylinder on a plane: one alone gives no direction."""
     planes = [name for name in contacts.by_feature if isinstance(surfaces[name], Plane)]
     spheres = [name for name in contacts.by_feature if isinstance(surfaces[name], Sphere)]
@@ -87,7 +87,9 @@ def _worth_locating(surfaces: Mapping[str, Surface], contacts: Contacts) -> list
     return [name for name in contacts.by_feature if name in planes or name in spheres]
 
 
-def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: float) -> tuple[SurfaceCandidate, ...]:
+def _candidates(
+    surface: SidedSurface, points: Floats, sigmas: Floats, tip_radius: float
+) -> tuple[SurfaceCandidate, ...]:
     if isinstance(surface, Plane):
         return localize_plane(points, sigmas, tip_radius)
     if isinstance(surface, Sphere):
@@ -95,20 +97,20 @@ def _candidates(surface: Surface, points: Floats, sigmas: Floats, tip_radius: fl
     return ()
 
 
-def _pairs(places: Sequence[Surface]) -> list[tuple[int, int]]:
+def _pairs(places: Sequence[SidedSurface]) -> list[tuple[int, int]]:
     """The first sphere, or else the first cylinder, and each other that lies clear of it, by number."""
     spheres = [number for number, place in enumerate(places) if isinstance(place, Sphere)]
     centred = spheres + [number for number, place in enumerate(places) if isinstance(place, Cylinder)]
     return [(centred[0], other) for other in centred[1:] if _are_clear(places[centred[0]], places[other])]
 
 
-def _are_clear(one: Surface, other: Surface) -> bool:
+def _are_clear(one: SidedSurface, other: SidedSurface) -> bool:
     """Whether two spheres or cylinders lie so far apart that the way between them has a direction."""
-    radii = sum(place.radius for place in (one, other) if not isinstance(place, Plane))
+    radii = radius_of(one) + radius_of(other)
     return float(np.linalg.norm(_way(one, other))) > radii
 
 
-def _way(one: Surface, other: Surface) -> Floats:
+def _way(one: SidedSurface, other: SidedSurface) -> Floats:
     """From centre to centre (3,), or across the axis where one of them has an axis."""
     start, end = (place.center if isinstance(place, Sphere) else place.point for place in (one, other))
     way = end - start
@@ -118,7 +120,7 @@ def _way(one: Surface, other: Surface) -> Floats:
     return np.asarray(way)
 
 
-def _directions(places: Sequence[Surface], pairs: Sequence[tuple[int, int]]) -> Floats:
+def _directions(places: Sequence[SidedSurface], pairs: Sequence[tuple[int, int]]) -> Floats:
     """Unit vectors (d, 3): the normals of the planes, then the ways between pairs of spheres and cylinders."""
     normals = [place.normal for place in places if isinstance(place, Plane)]
     return unit(np.array([*normals, *(_way(places[one], places[other]) for one, other in pairs)]).reshape(-1, 3))

@@ -15,7 +15,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
-from tactfix.geometry.surfaces import Surface, moved, outward_normals, residuals
+from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, residuals
 
 MOST_STEPS = 50
 SMALLEST_RATIO = 1e-9
@@ -63,7 +63,7 @@ class PoseFit:
     """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity."""
 
     base_from_fixture: Floats
-    surfaces: Mapping[str, Surface]
+    surfaces: Mapping[str, SidedSurface]
     residuals: Floats
     normals: Floats
     chi2: float
@@ -86,7 +86,9 @@ def sensitivity(contacts: Contacts, normals: Floats, sigmas: Floats) -> Sensitiv
     return Sensitivity(rows, contacts.centre, contacts.spread)
 
 
-def refine(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats) -> PoseFit:
+def refine(
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats
+) -> PoseFit:
     """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
 
     Gauss-Newton with step halving. A motion that the contacts leave free is not moved along.
@@ -103,7 +105,9 @@ def refine(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, 
     return fit
 
 
-def fit_at(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats) -> PoseFit:
+def fit_at(
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats
+) -> PoseFit:
     """The fit as it stands at a pose."""
     in_base = {name: moved(base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
@@ -125,7 +129,7 @@ def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
 
 
 def _line_search(
-    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, fit: PoseFit, step: Floats
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, fit: PoseFit, step: Floats
 ) -> PoseFit | None:
     """The first of the halved steps that does not make chi-square larger; None when none does."""
     for halvings in range(20):

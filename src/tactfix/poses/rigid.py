@@ -7,9 +7,10 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import axial
-from tactfix.geometry.surfaces import Surface
+from tactfix.geometry.surfaces import Surface, moved
 from tactfix.poses.all_poses import all_poses
-from tactfix.poses.pose_fit import PoseFit
+from tactfix.poses.points_as_planes import Equations, one_equation_each
+from tactfix.poses.pose_fit import PoseFit, contact_residuals
 from tactfix.poses.rigid_sigma_points import rigid_spread
 from tactfix.poses.solution import Solution, Solutions, solution_from
 
@@ -24,9 +25,10 @@ def rigid_solutions(
 
     Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
-    search = all_poses(surfaces, contacts, sigmas, with_misses)
-    found = [_solution(fit, contacts, sigmas) for fit in distinct(search.fits)]
-    return Solutions(tuple(found), len(contacts) - 6, search.limit, search.complete, search.continuum)
+    single = one_equation_each(surfaces, contacts, sigmas)
+    search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses)
+    found = [_solution(fit, surfaces, contacts, single) for fit in distinct(search.fits)]
+    return Solutions(tuple(found), len(single.contacts) - 6, search.limit, search.complete, search.continuum)
 
 
 def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
@@ -50,7 +52,9 @@ def _unresolved(one: PoseFit, other: PoseFit) -> bool:
     return bool(np.linalg.norm(change) < UNRESOLVED)
 
 
-def _solution(fit: PoseFit, contacts: Contacts, sigmas: Floats) -> Solution:
-    """The fit with its uncertainty spelled out."""
-    spread = rigid_spread(fit, contacts, sigmas)
-    return solution_from(fit.base_from_fixture, fit.surfaces, contacts, fit.residuals, fit.normals, fit.chi2, spread)
+def _solution(fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations) -> Solution:
+    """The fit with its uncertainty spelled out, in terms of the contacts and surfaces as they were given."""
+    spread = rigid_spread(fit, single.contacts, single.sigmas)
+    in_base = {name: moved(fit.base_from_fixture, surface) for name, surface in surfaces.items()}
+    values, normals = contact_residuals(in_base, contacts)
+    return solution_from(fit.base_from_fixture, in_base, contacts, values, normals, fit.chi2, spread)

@@ -7,7 +7,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.rigid import homogeneous, inverse
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.poses.descent import damped_step, turned
 from tactfix.poses.equations import PoseEquations, evaluate, pose_equations
 from tactfix.poses.pose_fit import SMALLEST_RATIO, PoseFit
@@ -106,7 +106,7 @@ def _moves(steps: Floats) -> tuple[Floats, Floats]:
     return turned(steps[:3], still), steps[3:].copy()
 
 
-def _scaled(surface: Surface, centre: Floats, scale: float) -> Surface:
+def _scaled(surface: SidedSurface, centre: Floats, scale: float) -> SidedSurface:
     if isinstance(surface, Plane):
         return Plane((surface.point - centre) / scale, surface.normal)
     if isinstance(surface, Sphere):

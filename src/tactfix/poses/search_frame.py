@@ -11,7 +11,7 @@ from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.zeros import Zeros
 
@@ -33,7 +33,7 @@ class SearchFrame:
     length: float
 
     @staticmethod
-    def of(surfaces: Mapping[str, Surface], contacts: Contacts) -> "SearchFrame":
+    def of(surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> "SearchFrame":
         """Those of contacts and the surfaces that they touch, in the fixture frame."""
         touched = [surfaces[name] for name in contacts.by_feature]
         middle = middle_of(touched)
@@ -42,7 +42,7 @@ class SearchFrame:
         reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
         return SearchFrame(base_origin, middle, _length(float(np.sqrt(max(spread, reach))), touched, contacts))
 
-    def equations(self, surfaces: Mapping[str, Surface], contacts: Contacts, weights: Floats) -> PoseEquations:
+    def equations(self, surfaces: Mapping[str, SidedSurface], contacts: Contacts, weights: Floats) -> PoseEquations:
         """The equations of the contacts, scaled; weights (n,) of their residuals."""
         names = list(contacts.by_feature)
         scaled = [self._scale(surfaces[name]) for name in names]
@@ -50,7 +50,7 @@ class SearchFrame:
         points = (contacts.points - self.base_origin) / self.length
         return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
 
-    def half_turns(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> list[Floats]:
+    def half_turns(self, surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> list[Floats]:
         """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
 
         The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
@@ -71,7 +71,7 @@ class SearchFrame:
                 found.append(turn)
         return found
 
-    def _scale(self, surface: Surface) -> Surface:
+    def _scale(self, surface: SidedSurface) -> SidedSurface:
         """The surface in the search's frame, its point moved to where the fixture's middle projects."""
         point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
         if isinstance(surface, Plane):
@@ -90,7 +90,7 @@ class SearchFrame:
         return poses
 
 
-def _length(size: float, touched: Sequence[Surface], contacts: Contacts) -> float:
+def _length(size: float, touched: Sequence[SidedSurface], contacts: Contacts) -> float:
     """What scales the search: size, but where all touches are one place a radius, or one, instead of its rounding."""
     largest = max((surface.radius for surface in touched if not isinstance(surface, Plane)), default=0.0)
     rounding = ROUNDING * float(np.abs(contacts.points).max())

@@ -18,7 +18,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, lengths
 from tactfix.geometry.rigid import axial
-from tactfix.geometry.surfaces import Plane, Surface
+from tactfix.geometry.surfaces import Surface, radius_of
 
 STEP = 6**0.5
 """Sigmas to each sigma point: the distance of a pose from the best one, root mean square, in the six of a pose."""
@@ -104,7 +104,7 @@ def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterabl
     need no closer look.
     """
     spread = contacts.spread
-    smallest = min([surface.radius for surface in surfaces if not isinstance(surface, Plane)], default=spread)
+    smallest = min([radius_of(surface, spread) for surface in surfaces], default=spread)
     far = float(np.linalg.norm(origin - contacts.centre))
     sharpest = max(1 / smallest, 1 / spread, far / spread**2)
     return float(np.sqrt(len(contacts)) * (STEP * move) ** 2 * sharpest / sigmas.min())

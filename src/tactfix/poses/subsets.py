@@ -12,7 +12,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
-from tactfix.geometry.surfaces import Surface
+from tactfix.geometry.surfaces import SidedSurface
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import feature_rotations
 from tactfix.poses.search import find_zeros, find_zeros_near
@@ -25,7 +25,7 @@ PARTS = 6
 
 
 def agreed_poses(
-    surfaces: Mapping[str, Surface],
+    surfaces: Mapping[str, SidedSurface],
     contacts: Contacts,
     sigmas: Floats,
     equations: PoseEquations,

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Floats, cross, lengths
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface
 from tactfix.localizers.cylinder_refinement import basis_across
 
 CONTACTS = 3
@@ -19,7 +19,7 @@ SQUARE = 1e-3
 
 
 def upright_cylinders(
-    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, plane: Plane, normal: Floats, tilt: float
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, plane: Plane, normal: Floats, tilt: float
 ) -> dict[str, tuple[Cylinder, float]]:
     """The cylinders on a plane that their contacts locate, each in base, and how surely its axis stands there.
 

@@ -19,7 +19,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.surfaces import Sphere, Surface
+from tactfix.geometry.surfaces import Point, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.sigma_points import motions_between
@@ -113,7 +113,9 @@ def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, 
 
 
 def _anchor(surface: Surface, points: Floats) -> Surface:
-    return surface if isinstance(surface, Sphere) else replace(surface, point=foot(surface, points.mean(axis=0)))
+    return (
+        surface if isinstance(surface, Sphere | Point) else replace(surface, point=foot(surface, points.mean(axis=0)))
+    )
 
 
 def _distinct(fits: Sequence[JointFit], problem: JointProblem) -> list[JointFit]:
@@ -195,7 +197,7 @@ def _solutions(fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit]
 
     Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
     """
-    dof = fits[0].dof if fits else len(problem.contacts) - 6
+    dof = fits[0].dof if fits else fixture.equations(problem.contacts.features) - 6
     limit = chi_square_limit(dof)
     explaining = [fit for fit in fits if fit.chi2 <= limit]
     found: list[Solution] = []

@@ -12,8 +12,7 @@ from tactfix.errors import DegenerateContactsError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
-from tactfix.localizers.candidate import SurfaceCandidate
-from tactfix.relations.features_alone import candidates_alone, candidates_by_distance, is_weak
+from tactfix.relations.features_alone import FeatureCandidate, candidates_alone, candidates_by_distance, is_weak
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +31,7 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
 
     sigmas (n,) of the residuals. A feature whose contacts no surface explains leaves no combination.
     """
-    alone: dict[str, Sequence[SurfaceCandidate]] = {}
+    alone: dict[str, Sequence[FeatureCandidate]] = {}
     for name, feature in fixture.features.items():
         if name not in contacts.by_feature:
             continue
@@ -42,7 +41,7 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
             continue
     weak = any(is_weak(candidate) for candidates in alone.values() for candidate in candidates)
     choices = islice(product(*alone.values()), most)
-    found: list[dict[str, SurfaceCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
+    found: list[dict[str, FeatureCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
     missing = [name for name in fixture.features if name not in alone]
     while missing and found:
         reached = next((n for n in missing if _is_reached(fixture, contacts, n, found[0])), None)
@@ -61,14 +60,14 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
 
 
 def _with_one_more(
-    fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, SurfaceCandidate]
-) -> list[dict[str, SurfaceCandidate]]:
+    fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]
+) -> list[dict[str, FeatureCandidate]]:
     """A combination with each place of one more sphere; raises DegenerateContactsError where it may be anywhere."""
     placed = candidates_by_distance(fixture, fixture.features[name], contacts.on(name), known)
     return [{**known, name: candidate} for candidate in placed]
 
 
-def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, SurfaceCandidate]) -> bool:
+def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]) -> bool:
     """Whether a sphere has three contacts and distances to known features together."""
     if fixture.features[name].type != "sphere":
         return False

@@ -23,7 +23,7 @@ from tactfix.geometry.nearest import (
     nearest_points,
     other_point,
 )
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 STEP = 1e-6
 """Relative step of the central differences: their error, its square, stays below 1e-11."""
@@ -77,14 +77,14 @@ def relation_residuals(relation: Relation, one: Surface, other: Surface, paralle
 
 def _side(relation: Relation, one: Surface, other: Surface) -> float:
     """1 or -1: on which side of a plane an axis or another plane lies; only spheres have the side in their distance."""
-    if relation.value == 0 or isinstance(one, Sphere) or isinstance(other, Sphere):
+    if relation.value == 0 or isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
         return 1.0
     return 1.0 if distance_between(one, other) >= 0 else -1.0
 
 
 def _angle_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
     """The difference of the angles; for parallel directions the two components of the turn between them."""
-    if isinstance(one, Sphere) or isinstance(other, Sphere):
+    if isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
         return np.zeros(0)
     a, b = direction_of(one), direction_of(other)
     if np.sin(relation.value) > PARALLEL:
@@ -111,7 +111,7 @@ def _coincidence(one: Surface, other: Surface, parallel: bool) -> Floats:
     """The components of the gap between centres and axes that coincide."""
     a, b = nearest_points(one, other, parallel)
     match one, other:
-        case Sphere(), Sphere():
+        case ((Sphere() | Point()), (Sphere() | Point())):
             return np.asarray(b - a)
         case Cylinder(), Cylinder():
             normal = np.cross(one.direction, other.direction)
@@ -119,7 +119,7 @@ def _coincidence(one: Surface, other: Surface, parallel: bool) -> Floats:
             if size > ALMOST_PARALLEL and not parallel:
                 return np.array([(other.point - one.point) @ normal / size])
             return np.asarray(across(one) @ (b - a))
-        case (Cylinder() as axis, Sphere()) | (Sphere(), Cylinder() as axis):
+        case (Cylinder() as axis, (Sphere() | Point())) | ((Sphere() | Point()), Cylinder() as axis):
             return np.asarray(across(axis) @ (b - a))
     return np.zeros(0)
 
@@ -173,7 +173,7 @@ def _distance_gradients(one: Surface, other: Surface, parallel: bool) -> tuple[F
 
 def _angle_gradients(relation: Relation, one: Surface, other: Surface) -> tuple[Floats, Floats]:
     """How arccos(+-a . b) changes with the tilts of each direction."""
-    if isinstance(one, Sphere) or isinstance(other, Sphere):
+    if isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
         return np.zeros(dimension(one)), np.zeros(dimension(other))
     a, b = direction_of(one), direction_of(other)
     rate = -_sense(relation, one, other) / max(float(np.linalg.norm(np.cross(a, b))), PARALLEL)
@@ -190,7 +190,7 @@ def _differences(
     columns = []
     for k in range(dimension(surface)):
         step = np.zeros(dimension(surface))
-        step[k] = STEP if not isinstance(surface, Sphere) and k < 2 else STEP * scale
+        step[k] = STEP if not isinstance(surface, Sphere | Point) and k < 2 else STEP * scale
         ahead = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, step)), parallel)
         behind = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, -step)), parallel)
         columns.append((ahead - behind) / (2 * step[k]))

@@ -1,17 +1,20 @@
 """One feature at a time: the surfaces that its own contacts allow, with its known size and its known distances."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Feature, Fixture, Relation
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, offset_radius
+from tactfix.geometry.nearest import other_point
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
+from tactfix.localizers.point import PointCandidate, localize_point
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.localizers.sphere_distances import (
     AxisDistance,
@@ -21,19 +24,23 @@ from tactfix.localizers.sphere_distances import (
     localize_sphere_at_distances,
 )
 
+FeatureCandidate: TypeAlias = SurfaceCandidate | PointCandidate
+
 LOOSE = 100.0
 """Sigmas by which a located neighbour may be off before the joint least squares sets everything right, ..."""
 WEAK = LOOSE / 5
 """... so that noise must not move it by more than so many times its own size."""
 
 
-def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> list[SurfaceCandidate]:
+def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> Sequence[FeatureCandidate]:
     """Every surface of a feature that explains its contacts, of the feature's own size; sigmas (n,) of the residuals.
 
     Raises DegenerateContactsError where the contacts are too few or lie so that they leave infinitely many, and
     TipDoesNotFitError.
     """
     tip_radius = contacts.tip_radius
+    if feature.type == "point":
+        return list(localize_point(contacts.points, sigmas))
     if feature.type == "plane":
         return list(localize_plane(contacts.points, sigmas, tip_radius))
     radius = offset_radius(feature.name, feature.radius or 0.0, feature.side, tip_radius)
@@ -42,7 +49,7 @@ def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> li
 
 
 def candidates_by_distance(
-    fixture: Fixture, feature: Feature, contacts: Contacts, known: Mapping[str, SurfaceCandidate]
+    fixture: Fixture, feature: Feature, contacts: Contacts, known: Mapping[str, FeatureCandidate]
 ) -> list[SurfaceCandidate]:
     """Every place of a sphere that explains its contacts and its distances to known surfaces (eqs. 48-51).
 
@@ -61,7 +68,7 @@ def candidates_by_distance(
     return [_true(feature, candidate) for candidate in found]
 
 
-def is_weak(candidate: SurfaceCandidate) -> bool:
+def is_weak(candidate: FeatureCandidate) -> bool:
     """Whether noise may have moved a surface farther than its neighbours allow for, or merged it with another."""
     return candidate.poorly_determined or candidate.condition > WEAK
 
@@ -78,8 +85,8 @@ def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
     """The relation as the localizer wants it. A located neighbour is itself only as sure as its contacts."""
     loose = float(np.hypot(relation.sigma, LOOSE * sigma))
     match surface:
-        case Sphere():
-            return CenterDistance(surface.center, relation.value, loose)
+        case Sphere() | Point():
+            return CenterDistance(other_point(surface), relation.value, loose)
         case Cylinder():
             return AxisDistance(surface.point, surface.direction, relation.value, loose)
         case Plane():

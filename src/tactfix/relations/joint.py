@@ -14,8 +14,8 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Relation
 from tactfix.geometry.arrays import TINY, Floats
-from tactfix.geometry.charts import displaced, residual_jacobian
-from tactfix.geometry.surfaces import Sphere, Surface, residuals
+from tactfix.geometry.charts import displaced, equations, equations_jacobian
+from tactfix.geometry.surfaces import Point, Sphere, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.relations.equations import all_relations, columns_of
 
@@ -56,13 +56,13 @@ class JointProblem:
 class JointFit:
     """Surfaces of least chi-square, and the linear model there.
 
-    observed (m,): residuals over sigma, less what is wanted, those of the relations with a sigma behind those of the
-    contacts. missing: the most by which an exact relation fails (rad, fixture sizes). jacobian (m, width) of observed
-    and constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
+    observed (m,): residuals over sigma, less what is wanted, three of a contact on a point; feature by feature, those
+    of the relations with a sigma behind. missing: the most by which an exact relation fails (rad, fixture sizes).
+    jacobian (m, width) of observed and constraints (k, width), both with lengths in units of scale; columns: where
+    each feature's displacement is.
     """
 
     surfaces: Mapping[str, Surface]
-    residuals: Floats
     observed: Floats
     chi2: float
     missing: float
@@ -179,12 +179,13 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
     columns, width = columns_of(surfaces)
     lengths = _lengths(surfaces, columns, width, problem.scale)
     contacts = problem.contacts
-    values = np.empty(len(contacts))
-    rows = np.zeros((len(contacts), width))
+    observed, observed_rows = [], []
     for name, index in contacts.by_feature.items():
-        values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
-        rows[index, columns[name]] = residual_jacobian(surfaces[name], contacts.points[index])
-    observed, observed_rows = [values / problem.sigmas], [rows / problem.sigmas[:, None]]
+        weights = 1 / problem.sigmas[index, None]
+        observed.append((weights * equations(surfaces[name], contacts.points[index], contacts.tip_radius)).ravel())
+        own = weights[..., None] * equations_jacobian(surfaces[name], contacts.points[index])
+        observed_rows.append(np.zeros((len(observed[-1]), width)))
+        observed_rows[-1][:, columns[name]] = own.reshape(len(observed[-1]), -1)
     exact, exact_rows = [np.zeros(0)], [np.zeros((0, width))]
     linear = all_relations(problem.relations, surfaces, problem.scale)
     for relation, (value, jacobian) in zip(problem.relations, linear, strict=True):
@@ -198,7 +199,6 @@ def _linearized(problem: JointProblem, surfaces: Mapping[str, Surface]) -> tuple
     residual, missing = np.concatenate(observed) - problem.wanted, np.concatenate(exact)
     fit = JointFit(
         surfaces=surfaces,
-        residuals=values,
         observed=residual,
         chi2=float((residual**2).sum()),
         missing=float(np.abs(missing).max(initial=0.0)),
@@ -214,7 +214,7 @@ def _lengths(surfaces: Mapping[str, Surface], columns: Mapping[str, slice], widt
     """What one unit of each displacement is: 1 rad for tilts, the fixture's scale for shifts."""
     lengths = np.full(width, scale)
     for name, surface in surfaces.items():
-        if not isinstance(surface, Sphere):
+        if not isinstance(surface, Sphere | Point):
             lengths[columns[name].start : columns[name].start + 2] = 1.0
     return lengths
 

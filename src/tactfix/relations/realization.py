@@ -19,7 +19,7 @@ from tactfix.geometry.charts import displaced, rigid_displacements
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved, signed_axis
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, signed_axis
 from tactfix.relations.equations import all_relations, columns_of
 
 TRIALS = 60
@@ -74,6 +74,8 @@ def random_surface(feature: Feature, scale: float, rng: "np.random.Generator") -
     point, direction = scale * rng.normal(size=3), unit(rng.normal(size=3))
     if feature.type == "plane":
         return Plane(point, direction)
+    if feature.type == "point":
+        return Point(point)
     radius = feature.radius or 0.0
     if feature.type == "sphere":
         return Sphere(point, radius, feature.side)
@@ -110,7 +112,7 @@ def _stacked(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 
 def _unscaled(surface: Surface, step: Floats, scale: float) -> Floats:
     """A displacement with its lengths in fixture units from one with lengths in units of scale."""
-    tilts = 0 if isinstance(surface, Sphere) else 2
+    tilts = 0 if isinstance(surface, Sphere | Point) else 2
     return np.concatenate([step[:tilts], step[tilts:] * scale])
 
 
@@ -122,7 +124,7 @@ def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
     for surface in surfaces.values():
         rows = rigid_displacements(surface, centre)
         rows[:, 3:] *= scale
-        tilts = 0 if isinstance(surface, Sphere) else 2
+        tilts = 0 if isinstance(surface, Sphere | Point) else 2
         rows[tilts:] /= scale
         together.append(rows)
     free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
@@ -143,7 +145,7 @@ def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list
 def _near_origin(surface: Surface) -> Surface:
     """The surface with its given point where it is nearest to the fixture's origin, an axis as `signed_axis` has it."""
     match surface:
-        case Sphere():
+        case Sphere() | Point():
             return surface
         case Plane():
             return replace(surface, point=foot(surface, np.zeros(3)))

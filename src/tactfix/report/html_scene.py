@@ -13,7 +13,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
-from tactfix.geometry.surfaces import Surface, moved, outward_normals
+from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.report.html_shapes import ellipsoid_grid, patch
 from tactfix.results import Candidate, ContactResidual, LocateResult
 
@@ -149,7 +149,7 @@ def _contact_traces(
     for name in contacts.by_feature:
         on = contacts.on(name)
         touched = on.points
-        if name in surfaces and on.tip_radius > 0:
+        if name in surfaces and on.tip_radius > 0 and not isinstance(surfaces[name], Point):
             touched = on.points - on.tip_radius * outward_normals(surfaces[name], on.points)
         x, y, z = touched.T.tolist()
         text = [_hover(on, i, said.get(row)) for i, row in enumerate(on.rows)]

@@ -5,10 +5,12 @@ import numpy as np
 from tactfix.accessibility.touchable import axial_interval, closed_box, face
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats, perpendicular
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 _AROUND = 48
 _FROM_POLE_TO_POLE = 25
+# A point is drawn as a ball of this share of the fixture, to be seen at all.
+_POINT = 0.01
 
 
 def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float, points: Floats) -> Floats | None:
@@ -18,6 +20,8 @@ def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float,
     """
     closed = closed_box(surface, box, middle, radius)
     match surface:
+        case Point():
+            return surface.point + ellipsoid_grid(np.full(3, _POINT * radius), np.eye(3))
         case Sphere():
             return surface.center + ellipsoid_grid(np.full(3, surface.radius), np.eye(3))
         case Cylinder():

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import Candidate, LocateResult, NextContact, Reason
 from tactfix.version import VERSION
 
@@ -105,6 +105,8 @@ def surface_json(surface: Surface) -> Json:
             return {"type": "plane", "point": array(surface.point), "normal": array(surface.normal)}
         case Sphere():
             return {"type": "sphere", "center": array(surface.center), "radius": number(surface.radius)}
+        case Point():
+            return {"type": "point", "point": array(surface.point)}
         case Cylinder():
             place = {"point": array(surface.point), "direction": array(surface.direction)}
             return {"type": "cylinder", **place, "radius": number(surface.radius)}

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import LocateResult, Reason
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ def surface_text(surface: Surface) -> str:
             rows: dict[str, Sequence[float]] = {"point": surface.point.tolist(), "normal": surface.normal.tolist()}
         case Sphere():
             rows = {"center": surface.center.tolist(), "radius": [surface.radius]}
+        case Point():
+            rows = {"point": surface.point.tolist()}
         case Cylinder():
             axis = {"point": surface.point.tolist(), "direction": surface.direction.tolist()}
             rows = {**axis, "radius": [surface.radius]}

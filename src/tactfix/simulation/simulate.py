@@ -17,7 +17,7 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, frozen, perpendicular, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface, feet, outward_normals
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
@@ -26,7 +26,7 @@ from tactfix.units import factor
 # Half angle of the cone around the inward normal in which a random touch comes.
 CONE_DEG = 20.0
 # Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
-_PLENTY = {Plane: 4, Cylinder: 6}
+_PLENTY: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
 _PLENTY_BALL = 4
 # Points to choose from for each random touch.
 _CHOICE = 64
@@ -80,11 +80,16 @@ def simulate(
     names, points, normals, approaches = touches
     sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
     scatter = np.hypot(sigmas, [fixture.features[name].sigma for name in names])
-    off = access.tip_radius + scatter * noise_stream.standard_normal(len(names))
+    standoffs = np.array([standoff(surfaces[name], access.tip_radius) for name in names])
+    off = standoffs + scatter * noise_stream.standard_normal(len(names))
+    noise = off[:, None] * normals
+    held = np.array([isinstance(surfaces[name], Point) for name in names])
+    # A point holds the tip from all sides, and so has noise in all directions.
+    noise[held] = scatter[held, None] * noise_stream.standard_normal((int(held.sum()), 3))
     rotation = base_from_fixture[:3, :3]
     contacts = Contacts(
         features=names,
-        points=transform_points(base_from_fixture, growth(fault) * points + off[:, None] * normals),
+        points=transform_points(base_from_fixture, growth(fault) * points + noise),
         approaches=approaches @ rotation.T,
         sigmas=sigmas,
         tip_radius=said_tip,
@@ -167,6 +172,8 @@ def _random_touches(access: Access, count: int | None, rng: np.random.Generator)
         # Where only the straight approach is clear, it is taken.
         clear = access.can_touch(name, points, normals, tilted)
         approaches = np.where(clear[:, None], tilted, -normals)
+        if isinstance(access.surfaces[name], Point):
+            points, normals, approaches = (np.repeat(part, wanted, axis=0) for part in (points, normals, approaches))
         if len(points) < wanted:
             raise UsageError(
                 f"{name} cannot be touched {wanted} times: its touch box leaves too little of it, or other features "

@@ -1,0 +1,55 @@
+"""Contacts on points as contacts on planes: what the poses are searched and fitted with.
+
+A point that holds the tip's centre is where three planes meet, square to each other along the fixture's axes and off
+the point by the tip's radius, so that the tip touches all three where its centre is at the point. One contact on it is
+one on each: three equations with the same sigma, exactly those of the point.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.surfaces import Plane, Point, SidedSurface, Surface
+
+AXES = np.eye(3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Equations:
+    """Contacts with one equation each. surfaces: those touched, in the fixture frame; sigmas (m,): of the residuals.
+
+    of (m,): which of the given contacts each equation belongs to.
+    """
+
+    surfaces: Mapping[str, SidedSurface]
+    contacts: Contacts
+    sigmas: Floats
+    of: Ints
+
+
+def one_equation_each(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> Equations:
+    """The contacts with those on points as three on planes; all others, and what touches no point, as they are."""
+    points = {name: surface for name, surface in surfaces.items() if isinstance(surface, Point)}
+    sided = {name: surface for name, surface in surfaces.items() if not isinstance(surface, Point)}
+    if not any(name in points for name in contacts.by_feature):
+        return Equations(sided, contacts, sigmas, np.arange(len(contacts)))
+    of = np.repeat(np.arange(len(contacts)), [3 if name in points else 1 for name in contacts.features])
+    expanded = contacts.subset(of)
+    names, axis = [], dict.fromkeys(range(len(contacts)), 0)
+    for contact, name in zip(of.tolist(), expanded.features, strict=True):
+        names.append(_plane_name(name, axis[contact]) if name in points else name)
+        axis[contact] += 1
+    planes: dict[str, SidedSurface] = {
+        _plane_name(name, k): Plane(point.point - contacts.tip_radius * AXES[k], AXES[k])
+        for name, point in points.items()
+        for k in range(3)
+    }
+    return Equations(sided | planes, expanded.labelled(names), sigmas[of], of)
+
+
+def _plane_name(point: str, axis: int) -> str:
+    # A colon is in no feature's name.
+    return f"{point}:{'xyz'[axis]}"

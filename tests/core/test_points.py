@@ -1,0 +1,187 @@
+"""Points: seats, cones, nests and marks that hold the tip's centre. Poses against the orthogonal Procrustes solution of
+scipy (`Rotation.align_vectors`) and against scipy's least squares over residuals written here.
+"""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from tactfix import Contacts, LocateResult, contacts_from_arrays, locate
+from tactfix.design.design_check import design_check
+from tactfix.errors import DegenerateContactsError
+from tactfix.fixture import AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation
+from tactfix.geometry.surfaces import Plane, Point, Sphere, Surface
+from tactfix.localizers.point import localize_point
+
+SEATS = {"a": (0.0, 0.0, 0.0), "b": (200.0, 0.0, 0.0), "c": (0.0, 150.0, 0.0)}
+SIGMA = 0.05
+
+
+def placed(surfaces: dict[str, Surface]) -> Fixture:
+    features = {
+        name: Feature(name, type(s).__name__.lower(), getattr(s, "radius", None), "outer", 0.0, s)
+        for name, s in surfaces.items()
+    }
+    return Fixture("seats", "mm", Probe(), features, (), None, {})
+
+
+def seats(scale: float = 1.0) -> Fixture:
+    return placed({name: Point(np.array(at) * scale) for name, at in SEATS.items()})
+
+
+def touched(
+    seed: int, names: list[str], places: dict[str, tuple[float, ...]] = SEATS, sigma: float = SIGMA
+) -> tuple[Contacts, np.ndarray, np.ndarray]:
+    """Touches of points with noise in all directions; the rotation and the translation of the truth."""
+    rng = np.random.default_rng(seed)
+    turn, shift = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-2000, 2000, 3)
+    points = np.array([places[name] for name in names]) @ turn.T + shift + rng.normal(0, sigma, (len(names), 3))
+    return contacts_from_arrays(names, points, sigma=sigma, tip_radius=3.0), turn, shift
+
+
+@pytest.mark.parametrize("repeats", [1, 3, 20])
+def test_three_points_are_located_as_procrustes_has_them(repeats: int) -> None:
+    contacts, _, _ = touched(repeats, list(SEATS) * repeats)
+    result = locate(seats(), contacts)
+    there = np.array([SEATS[name] for name in contacts.features])
+    turn, _ = Rotation.align_vectors(contacts.points - contacts.points.mean(axis=0), there - there.mean(axis=0))
+    shift = contacts.points.mean(axis=0) - turn.as_matrix() @ there.mean(axis=0)
+    off = contacts.points - there @ turn.as_matrix().T - shift
+    assert result.status == "located"
+    assert result.dof == 9 * repeats - 6
+    np.testing.assert_allclose(result.base_from_fixture[:3, :3], turn.as_matrix(), atol=1e-8)
+    np.testing.assert_allclose(result.base_from_fixture[:3, 3], shift, atol=1e-6)
+    assert result.chi2 == pytest.approx((off**2).sum() / SIGMA**2, rel=1e-6)
+    assert [contact.residual for contact in result.contacts] == pytest.approx(np.linalg.norm(off, axis=1), rel=1e-5)
+    assert all(contact.approach_angle_deg is None for contact in result.contacts)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_in_any_unit_and_with_exact_contacts(scale: float) -> None:
+    contacts, turn, shift = touched(5, list(SEATS), sigma=1e-9)
+    scaled = contacts_from_arrays(contacts.features, contacts.points * scale, sigma=SIGMA * scale, tip_radius=0.0)
+    result = locate(seats(scale), scaled)
+    assert result.status == "located"
+    np.testing.assert_allclose(result.base_from_fixture[:3, :3], turn, atol=1e-9)
+    np.testing.assert_allclose(result.base_from_fixture[:3, 3], shift * scale, atol=1e-7 * scale)
+
+
+def test_the_covariance_is_that_of_many_draws() -> None:
+    poses, told = [], None
+    rng = np.random.default_rng(3)
+    for _ in range(400):
+        points = np.array([SEATS[name] for name in SEATS]) + rng.normal(0, SIGMA, (3, 3))
+        result = locate(seats(), contacts_from_arrays(list(SEATS), points, sigma=SIGMA, tip_radius=0.0))
+        turn = Rotation.from_matrix(result.base_from_fixture[:3, :3]).as_rotvec()
+        poses.append(np.concatenate([turn, result.base_from_fixture[:3, 3]]))
+        told = result.covariance
+    seen = np.sqrt(np.diag(np.cov(np.array(poses).T)))
+    np.testing.assert_allclose(seen, np.sqrt(np.diag(told)), rtol=0.15)
+
+
+def mixed(at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Fixture, Contacts, np.ndarray]:
+    """A seat, a ball and a plate; six equations and one more. The start of an independent least squares."""
+    surfaces = {
+        "seat": Point(np.array(at)),
+        "ball": Sphere(np.array([180.0, 40.0, 60.0]), 15.0),
+        "plate": Plane(np.array([0.0, 0.0, -20.0]), np.array([0.0, 0.0, 1.0])),
+    }
+    rng = np.random.default_rng(8)
+    turn, shift = Rotation.from_rotvec([0.4, -0.2, 0.9]), np.array([500.0, 20.0, 80.0])
+    out = np.array([[0.0, 0.0, 1.0], [0.8, 0.6, 0.0]])
+    ball = surfaces["ball"].center + 18.0 * out
+    plate = np.array([[30.0, 90.0, -17.0], [150.0, 10.0, -17.0]])
+    tips = np.vstack([[at], ball, plate])
+    ways = np.vstack([[[1.0, 0, 0]], -out, [[0, 0, -1.0]] * 2])
+    points = turn.apply(tips) + shift + rng.normal(0, SIGMA, tips.shape)
+    names = ["seat", "ball", "ball", "plate", "plate"]
+    contacts = contacts_from_arrays(names, points, turn.apply(ways), sigma=SIGMA, tip_radius=3.0)
+    return placed(surfaces), contacts, np.concatenate([turn.as_rotvec(), shift])
+
+
+def test_with_other_features_it_is_the_least_squares_of_all_equations() -> None:
+    fixture, contacts, truth = mixed()
+
+    def equations(pose: np.ndarray) -> np.ndarray:
+        tips = (contacts.points - pose[3:]) @ Rotation.from_rotvec(pose[:3]).as_matrix()
+        ball = np.linalg.norm(tips[1:3] - [180.0, 40.0, 60.0], axis=1) - 18.0
+        return np.concatenate([tips[0], ball, tips[3:, 2] + 17.0]) / SIGMA
+
+    least = least_squares(equations, truth, x_scale=[1e-3] * 3 + [1.0] * 3, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    result = locate(fixture, contacts)
+    accepted = [candidate for candidate in result.candidates if candidate.accepted]
+    best = min(accepted, key=lambda c: np.abs(c.base_from_fixture[:3, 3] - truth[3:]).max())
+    assert result.dof == 1
+    assert best.chi2 == pytest.approx(2 * least.cost, rel=1e-5, abs=1e-9)
+    np.testing.assert_allclose(best.base_from_fixture[:3, 3], least.x[3:], atol=1e-5)
+
+
+def test_an_approach_to_a_point_speaks_against_nothing() -> None:
+    fixture, contacts, _ = mixed()
+    back = contacts.approaches.copy()
+    back[0] *= -1
+    other = contacts_from_arrays(contacts.features, contacts.points, back, sigma=SIGMA, tip_radius=3.0)
+    assert locate(fixture, contacts).status == locate(fixture, other).status
+
+
+def words(result: LocateResult) -> list[str]:
+    return [motion.message for motion in result.free_motions]
+
+
+def test_what_one_and_two_points_leave_free_is_named() -> None:
+    one, _, _ = touched(2, ["a"])
+    result = locate(seats(), one)
+    assert result.status == "underdetermined"
+    assert len(words(result)) == 3
+    assert all("rotates about" in text and "a" in text for text in words(result))
+    two, _, _ = touched(2, ["a", "b", "a"])
+    assert locate(seats(), two).status == "underdetermined"
+    (turn,) = words(locate(seats(), two))
+    assert turn.startswith("the fixture rotates about the line through a and b")
+
+
+def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
+    contacts, _, _ = touched(4, list(SEATS) * 2, SEATS | {"b": (203.0, 0.0, 0.0)})
+    assert locate(seats(), contacts).status == "inconsistent"
+
+
+def by_relations() -> Fixture:
+    features = {name: Feature(name, "point", None, "outer", 0.0, None) for name in SEATS}
+    lengths = {("a", "b"): 200.0, ("a", "c"): 150.0, ("b", "c"): 250.0}
+    relations = tuple(Relation("distance", pair, length, 0.0) for pair, length in lengths.items())
+    x, y = AxisRule("from_to", ("a", "b")), AxisRule("from_to", ("a", "c"))
+    recipe = FrameRecipe(OriginRule("center_of", ("a",)), ("x", x), ("y", y))
+    return Fixture("seats", "mm", Probe(), features, relations, recipe, {})
+
+
+def test_points_by_relations_are_where_points_by_place_are() -> None:
+    contacts, _, _ = touched(6, ["a", "b", "c", "b"])
+    by_place, related = locate(seats(), contacts), locate(by_relations(), contacts)
+    assert related.status == "located"
+    assert related.chi2 == pytest.approx(by_place.chi2, rel=1e-6)
+    np.testing.assert_allclose(related.base_from_fixture, by_place.base_from_fixture, atol=1e-6)
+    np.testing.assert_allclose(np.diag(related.covariance), np.diag(by_place.covariance), rtol=1e-3)
+
+
+def test_the_localizer_is_the_weighted_mean() -> None:
+    points, sigmas = np.array([[0.0, 0, 0], [3.0, 0, 0]]), np.array([1.0, 2.0])
+    (found,) = localize_point(points, sigmas)
+    np.testing.assert_allclose(found.surface.point, [0.6, 0, 0])
+    assert found.chi2 == pytest.approx(0.36 + 2.4**2 / 4)
+    with pytest.raises(DegenerateContactsError):
+        localize_point(points[:0], sigmas[:0])
+
+
+def test_design_check_judges_three_points() -> None:
+    report = design_check(seats())
+    assert not report.free_motions
+    assert report.counts.minimum_total == 3
+    assert [dict(s) for s in report.counts.minimal_sets] == [{"a": 1, "b": 1, "c": 1}]
+    mixed_counts = design_check(mixed((0.0, 0.0, 30.0))[0]).counts
+    # The seat's three equations, and three more: of the plate two at most, of the ball with the seat known one too few.
+    assert mixed_counts.minimum_total == 4
+    assert [dict(s) for s in mixed_counts.minimal_sets] == [
+        {"seat": 1, "ball": 2, "plate": 1},
+        {"seat": 1, "ball": 1, "plate": 2},
+    ]
