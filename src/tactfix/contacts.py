@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,12 @@ from numpy.typing import ArrayLike
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, Ints, frozen
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+
+Unknown: TypeAlias = Literal["tip", "tip-radius"]
+"""What of the tip is found from the contacts: where its centre is in the flange frame, its effective radius."""
+
+_NOT_A_ROTATION = 1e-3
+"""Entry by which a matrix times its transpose may differ from the identity: matrices are typed with few digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +28,8 @@ class Contacts:
     approaches (n, 3): unit direction of the probe's travel, into the material; a row of nan where the file gave none.
     sigmas (n,): one standard deviation of each contact along the surface normal, the probe's alone (no feature sigma).
     rows (n,): data row in the contact file, counted from 1. ids: what the file calls each contact, None without a name.
+    flange_rotations (n, 3, 3): base_from_flange at each touch; None where it is not known. tip_offset (3,): the tip's
+    centre in the flange frame with which the points were made; None where nothing says it.
     """
 
     features: tuple[str, ...]
@@ -30,10 +39,13 @@ class Contacts:
     tip_radius: float
     rows: tuple[int, ...]
     ids: tuple[str | None, ...]
+    flange_rotations: Floats | None = None
+    tip_offset: Floats | None = None
 
     def __post_init__(self) -> None:
-        for name in ("points", "approaches", "sigmas"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("points", "approaches", "sigmas", "flange_rotations", "tip_offset"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __len__(self) -> int:
         return len(self.features)
@@ -76,7 +88,20 @@ class Contacts:
             tip_radius=self.tip_radius,
             rows=tuple(self.rows[i] for i in pick),
             ids=tuple(self.ids[i] for i in pick),
+            flange_rotations=None if self.flange_rotations is None else self.flange_rotations[index],
+            tip_offset=self.tip_offset,
         )
+
+    def with_tip(self, change: Floats, tip_radius: float) -> "Contacts":
+        """The same touches had the tip's centre stood off by change (3,), in the flange frame, and had this radius.
+
+        Without flange rotations change must be zero.
+        """
+        if self.flange_rotations is None:
+            return replace(self, tip_radius=tip_radius)
+        before = np.zeros(3) if self.tip_offset is None else self.tip_offset
+        points = self.points + self.flange_rotations @ change
+        return replace(self, points=points, tip_radius=tip_radius, tip_offset=before + change)
 
     def labelled(self, features: Sequence[str]) -> "Contacts":
         """The same contacts on other features (n names)."""
@@ -94,12 +119,16 @@ def contacts_from_arrays(
     *,
     sigma: ArrayLike,
     tip_radius: float,
+    flange_rotations: ArrayLike | None = None,
+    tip_offset: ArrayLike | None = None,
 ) -> Contacts:
     """Contacts from arrays in base coordinates and in the fixture's units; nothing is guessed.
 
     features: the feature that each contact touched, or one name for all. points (n, 3): centres of the tip where
     tip_radius > 0, points of the surface where it is 0. approaches (n, 3): the probe's travel into the material, of any
     length but zero; a row of nan, or None for all, where it is not known. sigma: one for all, or (n,).
+    flange_rotations (n, 3, 3): base_from_flange at each touch, for a tip whose offset is to be found. tip_offset (3,):
+    the tip's centre in the flange frame with which the points were made.
     Raises UsageError for shapes that do not go together and for values that no contact can have.
     """
     places = np.asarray(points, dtype=np.float64)
@@ -119,6 +148,9 @@ def contacts_from_arrays(
         raise UsageError("points must be finite, and an approach three finite numbers that are not all 0, or three nan")
     if not ((sigmas > 0) & np.isfinite(sigmas)).all() or not 0 <= tip_radius < np.inf:
         raise UsageError("sigma must be above 0, tip_radius 0 or above, and both finite")
+    flanges = None if flange_rotations is None else np.array(flange_rotations, dtype=np.float64)
+    offset = None if tip_offset is None else np.array(tip_offset, dtype=np.float64)
+    _refuse_bad_flange(count, flanges, offset)
     largest = max(np.abs(places).max(initial=0.0), sigmas.max(initial=0.0), tip_radius)
     if largest > MOST_LENGTH or sigmas.min(initial=1.0) < LEAST_LENGTH:
         raise UsageError(f"lengths beyond {LEAST_LENGTH:g} and {MOST_LENGTH:g} are none in any unit; check the numbers")
@@ -130,4 +162,19 @@ def contacts_from_arrays(
         tip_radius=float(tip_radius),
         rows=tuple(range(1, count + 1)),
         ids=(None,) * count,
+        flange_rotations=flanges,
+        tip_offset=offset,
     )
+
+
+def _refuse_bad_flange(count: int, flanges: Floats | None, offset: Floats | None) -> None:
+    """Raise UsageError for flange rotations that are none, or not as many as the contacts, and a tip that is none."""
+    if offset is not None and (offset.shape != (3,) or not (np.abs(offset) <= MOST_LENGTH).all()):
+        raise UsageError("tip_offset must be three lengths: the tip's centre in the flange frame")
+    if flanges is None:
+        return
+    if flanges.shape != (count, 3, 3) or not np.isfinite(flanges).all():
+        raise UsageError(f"{count} points need flange_rotations of shape ({count}, 3, 3), not {flanges.shape}")
+    square = np.abs(flanges @ np.swapaxes(flanges, 1, 2) - np.eye(3)).max(initial=0.0)
+    if square > _NOT_A_ROTATION or (np.linalg.det(flanges) < 0).any():
+        raise UsageError("flange_rotations must be rotation matrices: square rows of length 1, right-handed")

@@ -1,5 +1,7 @@
 """The contacts that a command line names: a contact file, or the log of a machine."""
 
+from dataclasses import replace
+
 from tactfix.cli.arguments import vector
 from tactfix.cli.output import note
 from tactfix.errors import UsageError
@@ -20,9 +22,10 @@ def read_contacts(
 ) -> ContactFile:
     """The contacts in path; format_name, features and tip_offset as in --contacts-format and so on."""
     if format_name == "csv":
-        if features is not None or tip_offset is not None:
-            raise UsageError("--features and --tip-offset are for machine logs; name theirs with --contacts-format")
-        return read_contact_file(path, fixture, options)
+        if features is not None:
+            raise UsageError("--features is for machine logs; name theirs with --contacts-format")
+        offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+        return read_contact_file(path, fixture, replace(options, tip_offset=offset))
     from tactfix.files.logs.load import load_log, parse_features
 
     runs = () if features is None else parse_features(features)

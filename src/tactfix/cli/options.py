@@ -59,5 +59,5 @@ Features: TypeAlias = Annotated[
     ),
 ]
 TipOffset: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for a log of flange poses.")
+    str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for flange poses.")
 ]

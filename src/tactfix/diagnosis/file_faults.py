@@ -93,6 +93,7 @@ def whole_files(contacts: Contacts) -> Stage:
             points=contacts.points * factor,
             sigmas=contacts.sigmas * factor,
             tip_radius=contacts.tip_radius * factor,
+            tip_offset=None if contacts.tip_offset is None else contacts.tip_offset * factor,
         )
         message = f"multiplied by {factor:.10g} all lengths of the contacts are consistent: are they {meant}?"
         yield Hypothesis(message, scaled)

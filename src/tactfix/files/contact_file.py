@@ -1,5 +1,6 @@
 """Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -7,10 +8,11 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem
-from tactfix.files.contact_header import Header, read_header
+from tactfix.files.contact_header import APPROACHES, ORIENTATIONS, Header, read_header
 from tactfix.files.contact_options import ContactOptions, Settings, settle
 from tactfix.files.contact_rows import read_table
 from tactfix.files.contact_table import Table, decimal_mark, numbers
+from tactfix.files.flange_columns import flange_rotations
 from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
@@ -70,12 +72,15 @@ def _read(
     settings = _settle(options, header, fixture, table, problems)
     features = _features(table, fixture, problems)
     points = numbers(table, ("x", "y", "z"), problems)
-    approaches = _approaches(table, problems)
+    flanges = flange_rotations(table, problems)
+    approaches = _approaches(table, flanges, problems)
     sigmas = _own_sigmas(table, problems)
     if problems or settings is None or settings.tip_radius is None:
         return None
     with np.errstate(over="ignore"):
         points, sigmas = points * settings.scale, sigmas * settings.scale
+    if header.settings.of_flange and flanges is not None and settings.tip_offset is not None:
+        points = points + flanges @ np.array(settings.tip_offset)
     for index in np.flatnonzero(~(np.abs(points) <= MOST_LENGTH).all(axis=1)):
         problems.append(table.problem(int(index), "too far away for a number", "check the coordinates and the units"))
     for index in np.flatnonzero((sigmas < LEAST_LENGTH) | (sigmas > MOST_LENGTH)):
@@ -89,6 +94,8 @@ def _read(
         tip_radius=settings.tip_radius,
         rows=tuple(table.rows),
         ids=tuple(cell or None for cell in table.columns["id"]) if "id" in table.columns else (None,) * len(table),
+        flange_rotations=flanges,
+        tip_offset=None if settings.tip_offset is None else np.array(settings.tip_offset),
     )
     return ContactFile(name, contacts, settings.target_units)
 
@@ -104,6 +111,9 @@ def _settle(
             problems.append(Problem("nothing says the units", "write '# units: mm' above the header, or use --units"))
         settings = settle(replace(options, units="mm"), header.settings, probe, units)
     assert settings is not None
+    if "tip-radius" in options.unknown and settings.tip_radius is None:
+        settings = replace(settings, tip_radius=0.0)
+    problems += _flange_problems(options, header, settings)
     if settings.tip_radius is None and "tip_radius" not in header.tried:
         remedy = (
             "write '# tip_radius: 0' above the header if these are points of the surface, "
@@ -114,6 +124,21 @@ def _settle(
         remedy = "write '# sigma: 0.005' above the header (one standard deviation of a contact), or use --sigma"
         problems.append(Problem("nothing says the sigma of a contact", remedy))
     return settings
+
+
+def _flange_problems(options: ContactOptions, header: Header, settings: Settings) -> Iterator[Problem]:
+    """What is missing where x, y, z are the flange's origin, or where the tip's offset is to be found."""
+    has_orientation = any(names[0] in header.columns for names in ORIENTATIONS)
+    wants = "pose is flange" if header.settings.of_flange else "the tip is unknown" if "tip" in options.unknown else ""
+    if wants and not has_orientation:
+        remedy = (
+            "add it in one convention: qw, qx, qy, qz; rx, ry, rz (rad); a, b, c (KUKA) or w, p, r (Fanuc), degrees"
+        )
+        yield Problem(f"{wants}, and no column says how the flange stood", remedy)
+    is_missing = settings.tip_offset is None and "tip_offset" not in header.tried and "tip" not in options.unknown
+    if header.settings.of_flange and is_missing:
+        remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or use --tip-offset or --unknown tip"
+        yield Problem("pose is flange, and nothing says where the tip is", remedy)
 
 
 def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) -> tuple[str, ...]:
@@ -131,11 +156,15 @@ def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) ->
     return names
 
 
-def _approaches(table: Table, problems: list[Problem]) -> Floats:
-    """Unit approaches (n, 3), nan where a row gives none: ax, ay, az, or the reverse of nx, ny, nz."""
-    sign, names = (-1.0, ("nx", "ny", "nz")) if "nx" in table.columns else (1.0, ("ax", "ay", "az"))
-    if names[0] not in table.columns:
+def _approaches(table: Table, flanges: Floats | None, problems: list[Problem]) -> Floats:
+    """Unit approaches (n, 3) in base, nan where a row gives none: ax, ay, az, the reverse of nx, ny, nz, or fx, fy, fz.
+
+    flanges (n, 3, 3): base_from_flange.
+    """
+    names = next((names for names in APPROACHES if names[0] in table.columns), None)
+    if names is None:
         return np.full((len(table), 3), np.nan)
+    sign = -1.0 if names[0] == "nx" else 1.0
     before = len(problems)
     vectors = numbers(table, names, problems, may_be_empty=True)
     given = np.array([[bool(cell) for cell in table.columns[name]] for name in names]).T
@@ -152,6 +181,8 @@ def _approaches(table: Table, problems: list[Problem]) -> Floats:
         return vectors
     # Scaled to a largest component of one first, so that no square under- or overflows.
     vectors = vectors / largest[:, None]
+    if names[0] == "fx" and flanges is not None:
+        vectors = (flanges @ vectors[:, :, None])[:, :, 0]
     return np.asarray(sign * vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 

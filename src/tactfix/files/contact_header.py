@@ -9,14 +9,19 @@ from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 
-KEYS: Final = ("units", "tip_radius", "sigma")
-COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
-_VECTORS: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"))
+KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
+APPROACHES: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
+"""The approach in base, the outward normal in base, the approach in the flange frame."""
+ORIENTATIONS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
+"""How the flange stood; see `flange_columns`."""
+_USUAL: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
+COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACHES + ORIENTATIONS, ()), "id", "sigma")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 _NEAR: Final[dict[str, str]] = {
     **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
     **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
     **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty"), "sigma"),
+    **dict.fromkeys(("tcp", "tcp_offset", "tool_offset", "tipoffset", "probe_offset"), "tip_offset"),
 }
 # "# key: value" with a key of one word; a sentence with a colon in it is a plain comment. Spreadsheets
 # pad the line with separators.
@@ -58,7 +63,7 @@ def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed
 
 
 def key_of(line: str) -> str | None:
-    """Which of the three keys a comment line sets, None if it is plain text."""
+    """Which of the keys a comment line sets, None if it is plain text."""
     match = _KEY_LINE.fullmatch(line)
     return match[1].lower() if match and match[1].lower() in KEYS else None
 
@@ -87,7 +92,8 @@ def _meant_key(key: str) -> str | None:
     from difflib import get_close_matches
 
     plain = key.replace("-", "_").replace(" ", "_")
-    near = get_close_matches(plain, KEYS, n=1, cutoff=0.8)
+    # Not "pose": "probe" and "note" are near it, and begin plain comments.
+    near = get_close_matches(plain, [key for key in KEYS if key != "pose"], n=1, cutoff=0.8)
     return _NEAR.get(plain) or (near[0] if near else None)
 
 
@@ -96,11 +102,40 @@ def _settings(said: dict[str, tuple[str, int]], separator: str, problems: list[P
     if units is not None and units not in UNITS:
         problems.append(Problem(f"units is {units!r}", which_unit(units), line=line))
         units = None
+    pose, line = said.get("pose", ("tip", 0))
+    if pose not in ("tip", "flange"):
+        remedy = "write 'flange' where x, y, z are the origin of the flange, 'tip' where they are the tip's centre"
+        problems.append(Problem(f"pose is {pose!r}", remedy, line=line))
     return ContactOptions(
         units,
         _setting("tip_radius", said, separator, problems),
         _setting("sigma", said, separator, problems),
+        _offset(said, separator, problems),
+        of_flange=pose == "flange",
     )
+
+
+def _offset(
+    said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]
+) -> tuple[float, float, float] | None:
+    """The three numbers of tip_offset; bad ones are a problem and count as not said."""
+    if "tip_offset" not in said:
+        return None
+    text, line = said["tip_offset"]
+    parts = text.strip("()[]").split(";" if ";" in text else ",")
+    values = [_number(part.strip(), ";" if ";" in text else separator) for part in parts]
+    if len(values) == 3 and all(abs(value) <= MOST_LENGTH for value in values):
+        return values[0], values[1], values[2]
+    remedy = "write the tip's centre in the flange frame as x, y, z in the units of this file"
+    problems.append(Problem(f"tip_offset is {text[:40]!r}", remedy, line=line))
+    return None
+
+
+def _number(text: str, separator: str) -> float:
+    """A decimal number, with a decimal comma too where that does not divide cells; nan for anything else."""
+    text = text if separator == "," else text.replace(",", ".")
+    plain = re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text)
+    return float(text) if plain else float("nan")
 
 
 def _setting(key: str, said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]) -> float | None:
@@ -108,10 +143,7 @@ def _setting(key: str, said: dict[str, tuple[str, int]], separator: str, problem
     if key not in said:
         return None
     text, line = said[key]
-    if separator != ",":
-        text = text.replace(",", ".")
-    plain = re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text)
-    value = float(text) if plain else float("nan")
+    value = _number(text, separator)
     least = "of at least 0" if key == "tip_radius" else "above 0"
     if LEAST_LENGTH <= value <= MOST_LENGTH or (value == 0 and key == "tip_radius"):
         return value
@@ -176,7 +208,7 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
                 (f"column {position} has no name", "name it, or remove the separators without anything between")
             )
         elif name not in COLUMNS and name not in directions:
-            remedy = f"remove it, or name it one of: {', '.join(COLUMNS)}"
+            remedy = f"remove it, or name it one of: {', '.join(_USUAL)}"
             found.append((f"unknown column {name!r}", remedy))
     needed = (*(("feature",) if feature_needed else ()), "x", "y", "z")
     found += [(f"there is no column {name!r}", f"add it: {_EXAMPLE}") for name in needed if name not in names]
@@ -184,14 +216,27 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
 
 
 def _vector_problems(names: list[str]) -> list[tuple[str, str]]:
-    given = [[name for name in vector if name in names] for vector in _VECTORS]
-    if all(given):
-        return [("both ax, ay, az and nx, ny, nz are there", "keep one of them: the approach, or the outward normal")]
+    found = [
+        *_one_of(names, APPROACHES, "keep one of them: the approach, or the outward normal"),
+        *_one_of(names, ORIENTATIONS, "keep one of them: the orientation of the flange, in one convention"),
+    ]
+    if "fx" in names and not any(name in names for vector in ORIENTATIONS for name in vector):
+        remedy = "add how the flange stood, such as qw, qx, qy, qz, or give the approach in base: ax, ay, az"
+        found.append(("fx, fy, fz are in the flange frame, and no column says how it stood", remedy))
+    return found
+
+
+def _one_of(names: list[str], vectors: Sequence[tuple[str, ...]], remedy: str) -> list[tuple[str, str]]:
+    """What is wrong where columns of more than one of the vectors are there, or only some of one."""
+    given = [[name for name in vector if name in names] for vector in vectors]
+    whole = [", ".join(vector) for vector, part in zip(vectors, given, strict=True) if part]
+    if len(whole) > 1:
+        return [(f"both {' and '.join(whole)} are there", remedy)]
     return [
         (
             f"{', '.join(part)} without {', '.join(name for name in vector if name not in part)}",
-            "give all three or none",
+            f"give all {'four' if len(vector) == 4 else 'three'} or none",
         )
-        for part, vector in zip(given, _VECTORS, strict=True)
-        if part and len(part) < 3
+        for part, vector in zip(given, vectors, strict=True)
+        if part and len(part) < len(vector)
     ]

@@ -1,23 +1,32 @@
 """What a caller says about a contact file, and what is settled once options, file and fixture have been heard."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
+from tactfix.contacts import Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Probe
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, factor
+
+Vector: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class ContactOptions:
     """What is said from outside about a contact file; it beats the file, which beats the fixture's probe block.
 
-    units: the unit of all lengths in the contact file, and of tip_radius and sigma here (as if they stood in the file).
+    units: the unit of all lengths in the contact file, and of tip_radius, sigma and tip_offset here (as if they stood
+    in the file). tip_offset (3,): the tip's centre in the flange frame. unknown: what of the tip is going to be found
+    from the contacts, and so need not be said. of_flange: whether the points are the flange's origin (a file says so).
     Raises UsageError for a value that no file could have.
     """
 
     units: str | None = None
     tip_radius: float | None = None
     sigma: float | None = None
+    tip_offset: Vector | None = None
+    unknown: frozenset[Unknown] = frozenset()
+    of_flange: bool = False
 
     def __post_init__(self) -> None:
         if self.units is not None and self.units not in UNITS:
@@ -32,12 +41,13 @@ class ContactOptions:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What holds for a contact file: its own units, and tip radius and sigma in the units of the result."""
+    """What holds for a contact file: its own units; tip radius, sigma and tip offset in the units of the result."""
 
     units: str
     target_units: str
     tip_radius: float | None
     sigma: float | None
+    tip_offset: Vector | None = None
 
     @property
     def scale(self) -> float:
@@ -56,9 +66,14 @@ def settle(options: ContactOptions, header: ContactOptions, probe: Probe, fixtur
         said = in_file if option is None else option
         return in_fixture if said is None else said * scale
 
+    def first_offset(option: Vector | None, in_file: Vector | None) -> Vector | None:
+        said = in_file if option is None else option
+        return probe.tip_offset if said is None else (said[0] * scale, said[1] * scale, said[2] * scale)
+
     return Settings(
         units,
         fixture_units or units,
         first(options.tip_radius, header.tip_radius, probe.tip_radius),
         first(options.sigma, header.sigma, probe.sigma),
+        first_offset(options.tip_offset, header.tip_offset),
     )

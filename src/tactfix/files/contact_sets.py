@@ -75,15 +75,16 @@ class SetReader:
     tip_offset: tuple[float, float, float] | None
 
     def __post_init__(self) -> None:
-        if self.format_name == "csv" and (self.features is not None or self.tip_offset is not None):
-            raise UsageError("--features and --tip-offset are for machine logs; name theirs with --contacts-format")
+        if self.format_name == "csv" and self.features is not None:
+            raise UsageError("--features is for machine logs; name theirs with --contacts-format")
 
     def __call__(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
         """The contacts of a set in the fixture's units, and notes; FileError with the lines of the table it is from."""
         if self.format_name != "csv":
             return self._of_log(fixture, contact_set)
         try:
-            return read_contact_file(contact_set.content, fixture, self.options).contacts, ()
+            options = replace(self.options, tip_offset=self.tip_offset)
+            return read_contact_file(contact_set.content, fixture, options).contacts, ()
         except FileError as error:
             if contact_set.lines is None:
                 raise
