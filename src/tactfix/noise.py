@@ -34,6 +34,35 @@ def chi_square_limit(dof: int, probability: float = REJECTED_IN_ERROR) -> float:
     return 2 * high
 
 
+def normal_limit(count: int, probability: float = REJECTED_IN_ERROR) -> float:
+    """The size, in sigma, that any of count normal numbers exceeds with at most this probability (Bonferroni)."""
+    return math.sqrt(chi_square_limit(1, probability / count))
+
+
+def least_chi_square(dof: int, probability: float = SUSPICIOUS) -> float:
+    """The chi-square that dof degrees of freedom fall below with this probability; 0 for none."""
+    if dof < 1:
+        return 0.0
+    low, high = 0.0, float(dof)
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (low, middle) if _lower_tail(dof / 2, middle / 2) > probability else (middle, high)
+    return low
+
+
+def _lower_tail(shape: float, x: float) -> float:
+    """The regularized lower incomplete gamma function P(shape, x) for x <= shape, by its series."""
+    if x <= 0:
+        return 0.0
+    term = total = 1 / shape
+    for k in range(1, 10_000):
+        term *= x / (shape + k)
+        total += term
+        if term < 1e-16 * total:
+            break
+    return total * math.exp(-x + shape * math.log(x) - math.lgamma(shape))
+
+
 def _upper_tail(shape: float, x: float) -> float:
     """The regularized upper incomplete gamma function Q(shape, x) for x >= shape, by its continued fraction (Lentz)."""
     b = x + 1 - shape

@@ -19,6 +19,22 @@ if TYPE_CHECKING:
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
 ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path"]
+DiagnosisCode: TypeAlias = Literal[
+    "outlier",
+    "approach",
+    "swapped_labels",
+    "relabel",
+    "feature_exchange",
+    "unit",
+    "tip_radius",
+    "tip_offset",
+    "sigma",
+    "radius",
+    "diameter",
+    "feature_place",
+    "axes",
+    "mirrored",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +94,26 @@ class NextContact:
 
 
 @dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """A mistake that explains why the contacts do not agree.
+
+    rows and features: which are concerned. value: what would be right instead, or how far a contact is off (lengths in
+    fixture units, places in the fixture frame), None where there is no number. chi2: what is left of chi-square without
+    the mistake. one_of: the contacts cannot tell the causes apart; this is then the most plausible of them, with the
+    rows and features of all.
+    """
+
+    code: DiagnosisCode
+    rows: tuple[int, ...]
+    features: tuple[str, ...]
+    value: float | tuple[float, ...] | None
+    chi2: float | None
+    message: str
+    one_of: bool = False
+    causes: tuple["Diagnosis", ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ContactResidual:
     """How one contact fits: residual along the outward normal, positive out of the material (fixture units).
 
@@ -115,6 +151,7 @@ class LocateResult:
     free_motions: tuple[FreeMotion, ...] = ()
     next_contact: NextContact | None = None
     warnings: tuple[str, ...] = ()
+    diagnosis: tuple[Diagnosis, ...] = ()
 
     @property
     def pose(self) -> "Pose":

@@ -8,6 +8,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.results import (
     Candidate,
     ContactResidual,
+    Diagnosis,
     FreeMotion,
     LocateResult,
     NextContact,
@@ -60,4 +61,5 @@ def answer(status: Status = "located", contacts: int = 3) -> LocateResult:
         if ambiguous
         else None,
         warnings=("row 3 is within two sigma of grazing",),
+        diagnosis=(Diagnosis("outlier", (3,), ("bar",), 0.7, 0.2, "touch row 3 again"),),
     )

@@ -65,6 +65,7 @@ def command(
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
     ] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
@@ -72,7 +73,8 @@ def command(
 
     Prints the 4x4 matrix, or what --format says. All results are in the fixture's units.
 
-    Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined, 5 ambiguous, 6 inconsistent.
+    Exit status: 0 located, 1 a gate is exceeded (or --strict and a warning), 4 underdetermined, 5 ambiguous,
+    6 inconsistent.
     """
     import numpy as np
 
@@ -102,15 +104,19 @@ def command(
         print_summary(result, standard_error(), point)
     elif point is not None:
         note(f"worst sigma at {at}: {shown_sigma(result, point)}", quiet=quiet)
-    return _judge(result, point, max_sigma, max_rms)
+    return _judge(result, point, max_sigma, max_rms, strict=strict)
 
 
-def _judge(result: "LocateResult", at: "Floats | None", max_sigma: float | None, max_rms: float | None) -> Exit:
+def _judge(
+    result: "LocateResult", at: "Floats | None", max_sigma: float | None, max_rms: float | None, *, strict: bool
+) -> Exit:
     """The exit status: that of the result's status, or of a gate that it exceeds."""
     from tactfix.acceptance import exceeded_gates
 
     if result.status != "located":
         return exit_of_status(result.status)
     exceeded = exceeded_gates(result, at, max_sigma, max_rms)
+    if strict and result.warnings:
+        exceeded.append("not acceptable: a warning speaks against the pose, and --strict allows none")
     tell(exceeded)
     return Exit.NOT_ACCEPTABLE if exceeded else Exit.DONE

@@ -67,12 +67,20 @@ def without_each(contacts: Contacts, index: Sequence[int]) -> Stage:
     """Each of these contacts alone left out."""
     for i in index if len(contacts) > 6 else ():
         label = f"{contacts.label(i)} ({contacts.features[i]})"
-        yield Hypothesis(f"without {label} the others are consistent: touch it again", _without(contacts, [i]))
+        message = f"without {label} the others are consistent: touch it again"
+        rows, features = _told(contacts, [i])
+        yield Hypothesis("outlier", message, _without(contacts, [i]), rows, features)
 
 
 def _without_all(contacts: Contacts, index: Sequence[int]) -> Stage:
     labels = listed([contacts.label(i) for i in index])
-    yield Hypothesis(f"without {labels} the others are consistent: touch these again", _without(contacts, index))
+    message = f"without {labels} the others are consistent: touch these again"
+    yield Hypothesis("outlier", message, _without(contacts, index), *_told(contacts, index))
+
+
+def _told(contacts: Contacts, index: Sequence[int]) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """The rows of these contacts, and their features."""
+    return tuple(contacts.rows[i] for i in index), tuple(dict.fromkeys(contacts.features[i] for i in index))
 
 
 def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
@@ -95,4 +103,5 @@ def swapped_labels(contacts: Contacts, pairs: Sequence[tuple[int, int]]) -> Stag
         features = list(contacts.features)
         features[i], features[k] = features[k], features[i]
         message = f"with the labels of {contacts.label(i)} and {contacts.label(k)} swapped the contacts are consistent"
-        yield Hypothesis(message, replace(contacts, features=tuple(features)))
+        swapped = replace(contacts, features=tuple(features))
+        yield Hypothesis("swapped_labels", message, swapped, *_told(contacts, [i, k]))

@@ -39,8 +39,12 @@ class Doubts:
     def of(contacts: Contacts, sigmas: Floats, best: Solution) -> "Doubts":
         """At the best pose; sigmas (n,) of the residuals."""
         jacobian = sensitivity(contacts, best.normals, sigmas).jacobian
-        span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
-        return Doubts(best.residuals / sigmas, np.asarray(span[:, values > SMALLEST_RATIO * values[0]]))
+        return Doubts(best.residuals / sigmas, span_of(jacobian))
+
+    @cached_property
+    def normalized(self) -> Floats:
+        """Sizes (n,) of the residuals over their own standard deviation after the fit; none where nothing is left."""
+        return np.sqrt(self._gains(np.arange(len(self.scaled))))
 
     @cached_property
     def singly(self) -> list[int]:
@@ -80,3 +84,9 @@ class Doubts:
         """Whether all others would be explained, or nearly, without these contacts."""
         left = float(self.scaled @ self.scaled) - self.gain(index)
         return left <= ROUGHLY * chi_square_limit(len(self.scaled) - len(index) - 6)
+
+
+def span_of(jacobian: Floats) -> Floats:
+    """An orthonormal basis (n, k) of what motions of the fixture do to residuals over sigma; jacobian (n, 6)."""
+    span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
+    return np.asarray(span[:, values > SMALLEST_RATIO * values[0]])

@@ -27,17 +27,19 @@ from tactfix.diagnosis.contact_faults import (
 )
 from tactfix.diagnosis.deletion import Doubts
 from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
-from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Solve
+from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve
 from tactfix.diagnosis.screen import Screen
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
+from tactfix.results import Diagnosis
 
 MANY = 48
 """Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
 none to find."""
-IsConsistent: TypeAlias = Callable[[Contacts], bool]
+Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
+"""The chi-square of the pose that is left for corrected contacts, with a remark where it is weak; None for none."""
 
 NOTHING_EXPLAINS = (
     "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
@@ -50,13 +52,12 @@ def suspicions(
     best: Solution | None,
     fits: bool,
     solve: Solve,
-    is_consistent: IsConsistent,
-) -> tuple[str, ...]:
-    """What would make the contacts consistent, in words; says so where no single mistake explains them.
+    explained: Explained,
+) -> tuple[Diagnosis, ...]:
+    """What would make the contacts consistent, best first; nothing where no single mistake explains them.
 
     best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
-    speak against it. solve gives the solutions for corrected contacts, is_consistent says whether a pose is left for
-    them.
+    speak against it. solve gives the solutions for corrected contacts.
     """
     doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best) if best else None
     order = doubts.order if doubts else list(range(len(contacts)))
@@ -75,21 +76,22 @@ def suspicions(
         stages.append(islice(swaps, MOST_SWAPS))
     few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
     for stage in chain(few, stages):
-        found = tuple(
-            hypothesis.message
+        found = [
+            told
             for hypothesis in stage
-            if screen.lets_pass(hypothesis.contacts) and _holds(hypothesis.contacts, is_consistent)
-        )
+            if screen.lets_pass(hypothesis.contacts) and (told := _tried(hypothesis, explained)) is not None
+        ]
         if found:
-            return found
-    return (NOTHING_EXPLAINS,)
+            return tuple(sorted(found, key=lambda told: told.chi2 or 0.0))
+    return ()
 
 
-def _holds(contacts: Contacts, is_consistent: IsConsistent) -> bool:
+def _tried(hypothesis: Hypothesis, explained: Explained) -> Diagnosis | None:
     try:
-        return is_consistent(contacts)
+        left = explained(hypothesis.contacts)
     except TactfixError:
-        return False
+        return None
+    return None if left is None else hypothesis.explains(*left)
 
 
 def _against(contacts: Contacts, solution: Solution) -> list[int]:

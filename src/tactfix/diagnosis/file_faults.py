@@ -37,12 +37,13 @@ def approaches(contacts: Contacts, against: Sequence[int]) -> Stage:
     if not against:
         return
     message = "with all approaches reversed the contacts are consistent: are these outward normals (nx, ny, nz)?"
-    yield Hypothesis(message, replace(contacts, approaches=-contacts.approaches))
+    yield Hypothesis("approach", message, replace(contacts, approaches=-contacts.approaches))
     for i in against[:MOST_CONTACTS]:
         approaches = contacts.approaches.copy()
         approaches[i] *= -1
         message = f"with the approach of {contacts.label(i)} reversed the contacts are consistent"
-        yield Hypothesis(message, replace(contacts, approaches=approaches))
+        rows, features = (contacts.rows[i],), (contacts.features[i],)
+        yield Hypothesis("approach", message, replace(contacts, approaches=approaches), rows, features)
 
 
 def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
@@ -50,14 +51,15 @@ def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
     given = f"{contacts.tip_radius:g} {fixture.units}"
     if contacts.tip_radius > 0:
         message = f"with tip radius 0 instead of {given} the contacts are consistent: are they corrected for the tip?"
-        yield Hypothesis(message, replace(contacts, tip_radius=0.0))
+        yield Hypothesis("tip_radius", message, replace(contacts, tip_radius=0.0), value=0.0)
     try:
         corrected = _with_estimated_tip(contacts, solve)
     except TactfixError:
         return
     if corrected is not None and corrected.tip_radius > 0:
         value = f"{corrected.tip_radius:.4g} {fixture.units}"
-        yield Hypothesis(f"with a tip radius of {value} instead of {given} the contacts are consistent", corrected)
+        message = f"with a tip radius of {value} instead of {given} the contacts are consistent"
+        yield Hypothesis("tip_radius", message, corrected, value=corrected.tip_radius)
 
 
 def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
@@ -82,7 +84,7 @@ def coordinates(contacts: Contacts) -> Stage:
     """The coordinates alone in another unit than the file says."""
     for factor, meant in UNITS_MEANT.items():
         message = f"multiplied by {factor:.10g} the coordinates are consistent: are they {meant}?"
-        yield Hypothesis(message, replace(contacts, points=contacts.points * factor))
+        yield Hypothesis("unit", message, replace(contacts, points=contacts.points * factor), value=factor)
 
 
 def whole_files(contacts: Contacts) -> Stage:
@@ -96,4 +98,4 @@ def whole_files(contacts: Contacts) -> Stage:
             tip_offset=None if contacts.tip_offset is None else contacts.tip_offset * factor,
         )
         message = f"multiplied by {factor:.10g} all lengths of the contacts are consistent: are they {meant}?"
-        yield Hypothesis(message, scaled)
+        yield Hypothesis("unit", message, scaled, value=factor)

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from tactfix.contacts import Contacts
 from tactfix.poses.solution import Solutions
+from tactfix.results import Diagnosis, DiagnosisCode
 
 MOST_CONTACTS = 12
 """Contacts that are doubted one by one, those that gain most by it first."""
@@ -13,10 +14,18 @@ MOST_CONTACTS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hypothesis:
-    """A mistake in words, and the contacts as they would be without it."""
+    """A mistake in words, and the contacts as they would be without it; rows, features and value as in Diagnosis."""
 
+    code: DiagnosisCode
     message: str
     contacts: Contacts
+    rows: tuple[int, ...] = ()
+    features: tuple[str, ...] = ()
+    value: float | None = None
+
+    def explains(self, chi2: float, remark: str) -> Diagnosis:
+        """What is told where it leaves so much of chi-square; remark: what else is to be said of what it leaves."""
+        return Diagnosis(self.code, self.rows, self.features, self.value, chi2, self.message + remark)
 
 
 Stage: TypeAlias = Iterator[Hypothesis]

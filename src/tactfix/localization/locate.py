@@ -17,11 +17,11 @@ from tactfix.geometry.charts import rigid_displacements
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Surface, offset_radius
 from tactfix.localization.elimination import Verdict, judge
+from tactfix.localization.fit_test import misfit_of, misgivings
 from tactfix.localization.free_motions import free_motions, is_worthless
-from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, ContactResidual, LocateResult, Reason, Status
+from tactfix.results import Candidate, ContactResidual, Diagnosis, LocateResult, Status
 
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
@@ -102,11 +102,8 @@ def _without_approach_to_points(fixture: Fixture, contacts: Contacts) -> Contact
 
 def _verdict(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True) -> Verdict:
     """What speaks against a solution: its fit first, then approach, touch box and path."""
-    if solution.chi2 > limit:
-        worst = int(np.argmax(np.abs(solution.residuals)))
-        message = f"chi-square {solution.chi2:.4g} is above {limit:.4g}; worst at {contacts.label(worst)}"
-        return Verdict((Reason("fit", contacts.features[worst], contacts.rows[worst], message),), ())
-    return judge(fixture, contacts, solution, use_path)
+    misfit = misfit_of(fixture, contacts, solution, limit)
+    return judge(fixture, contacts, solution, use_path) if misfit is None else Verdict((misfit,), ())
 
 
 NO_PATH = "no pose lets the probe come in a straight line; the test of the path is left out"
@@ -157,6 +154,7 @@ def _result(
         Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
         for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
     )
+    doubts = misgivings(fixture, contacts, left[0], solutions.dof) if left and status != "underdetermined" else ()
     return LocateResult(
         fixture=fixture.name,
         units=fixture.units,
@@ -170,7 +168,8 @@ def _result(
         candidates=(*candidates, *solutions.fallen),
         surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=_contact_residuals(contacts, best) if best else (),
-        warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left),
+        warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left, doubts),
+        diagnosis=doubts,
     )
 
 
@@ -213,17 +212,15 @@ def _contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactR
     )
 
 
-def _warnings(solutions: Solutions, verdicts: Sequence[Verdict], left: Sequence[Solution]) -> tuple[str, ...]:
+def _warnings(
+    solutions: Solutions, verdicts: Sequence[Verdict], left: Sequence[Solution], misgiven: Sequence[Diagnosis]
+) -> tuple[str, ...]:
     warnings = [doubt for verdict in verdicts if not verdict.reasons for doubt in verdict.doubts]
     for verdict in verdicts if len(left) == 1 else []:
         if {reason.code for reason in verdict.reasons} == {"path"}:
             note = "nothing else rules out another pose; where the probe starts closer, say so with approach_distance"
             warnings.append(f"{verdict.reasons[0].message}: {note}")
-    if left and left[0].chi2 > chi_square_limit(solutions.dof, SUSPICIOUS):
-        ratio = np.sqrt(left[0].chi2 / max(solutions.dof, 1))
-        warnings.append(
-            f"the residuals are {ratio:.2g} times what sigma allows for: is sigma too small, or a contact bad?"
-        )
+    warnings += [cause.message for cause in misgiven]
     if not solutions.complete and not solutions.continuum and solutions.dof >= 0:
         warnings.append("the search for poses did not settle: there may be one that was not found; add a contact")
     return tuple(dict.fromkeys(warnings))
@@ -261,15 +258,22 @@ def _with_free_motions(
 
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
-    from tactfix.diagnosis.diagnose import suspicions
+    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, suspicions
 
     def solve_again(corrected: Contacts) -> Solutions:
         return solve(fixture, corrected, residual_sigmas(fixture, corrected))
 
-    def is_consistent(corrected: Contacts) -> bool:
-        return locate(fixture, corrected, explain=False).status in ("located", "ambiguous")
+    def explained(corrected: Contacts) -> tuple[float, str] | None:
+        again = locate(fixture, corrected, explain=False)
+        if again.chi2 is None or not any(candidate.accepted for candidate in again.candidates):
+            return None
+        # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
+        if again.status == "underdetermined" and (again.dof < 1 or len(corrected) == len(contacts)):
+            return None
+        return again.chi2, "" if again.status == "located" else f" (what is left is {again.status})"
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
     best = next(iter(solutions.found), None)
-    found = suspicions(fixture, contacts, best, fits, solve_again, is_consistent)
-    return replace(result, warnings=(*result.warnings, *found))
+    found = suspicions(fixture, contacts, best, fits, solve_again, explained)
+    messages = tuple(cause.message for cause in found) or (NOTHING_EXPLAINS,)
+    return replace(result, warnings=(*result.warnings, *messages), diagnosis=found)

@@ -9,7 +9,7 @@ from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.report.json_report import LOCATE_SCHEMA, Json
-from tactfix.results import Candidate, ContactResidual, FreeMotion, LocateResult, NextContact, Reason
+from tactfix.results import Candidate, ContactResidual, Diagnosis, FreeMotion, LocateResult, NextContact, Reason
 
 _LINE = "write it with result.to_json() or tactfix locate --json"
 
@@ -48,6 +48,7 @@ def _result(report: Json) -> LocateResult:
         free_motions=tuple(_free_motion(one) for one in report["free_motions"]),
         next_contact=_next_contact(report["next_contact"]),
         warnings=tuple(report["warnings"]),
+        diagnosis=tuple(_diagnosis(one) for one in report.get("diagnosis", ())),
     )
 
 
@@ -81,6 +82,19 @@ def _surface(one: Json) -> Surface:
 
 def _free_motion(one: Json) -> FreeMotion:
     return FreeMotion(_array(one["rotation"], (3,)), _array(one["translation"], (3,)), one["message"])
+
+
+def _diagnosis(one: Json) -> Diagnosis:
+    return Diagnosis(
+        one["code"],
+        tuple(one["rows"]),
+        tuple(one["features"]),
+        tuple(one["value"]) if isinstance(one["value"], list) else one["value"],
+        one["chi2"],
+        one["message"],
+        one["one_of"],
+        tuple(_diagnosis(cause) for cause in one.get("causes", ())),
+    )
 
 
 def _next_contact(one: Json | None) -> NextContact | None:

@@ -10,7 +10,7 @@ import numpy as np
 from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.results import Candidate, LocateResult, NextContact, Reason
+from tactfix.results import Candidate, Diagnosis, LocateResult, NextContact, Reason
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def _locate_json(result: LocateResult) -> Json:
             for motion in result.free_motions
         ],
         "next_contact": _next_contact(result.next_contact),
+        "diagnosis": [_diagnosis(cause) for cause in result.diagnosis],
         "warnings": list(result.warnings),
     }
 
@@ -168,6 +169,19 @@ def _at(result: LocateResult, point_fixture: Floats) -> Json:
         "covariance": array(spread),
         "worst_sigma": number(sigma_at(result, point_fixture)),
     }
+
+
+def _diagnosis(cause: Diagnosis) -> Json:
+    told: Json = {
+        "code": cause.code,
+        "rows": list(cause.rows),
+        "features": list(cause.features),
+        "value": list(cause.value) if isinstance(cause.value, tuple) else number(cause.value),
+        "chi2": number(cause.chi2),
+        "message": cause.message,
+        "one_of": cause.one_of,
+    }
+    return {**told, "causes": [_diagnosis(each) for each in cause.causes]} if cause.one_of else told
 
 
 def _next_contact(contact: NextContact | None) -> Json | None:

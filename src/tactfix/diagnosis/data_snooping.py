@@ -1,0 +1,49 @@
+"""Whether one contact stands out of the others at a pose that fits them all together: Baarda's data snooping.
+
+The sum of squared residuals hides one bad contact among many good ones. A normalised residual is a residual over its
+own standard deviation after the fit, sigma_i sqrt(1 - h_i), h_i the leverage: for good contacts a standard normal
+number, and of all tests for one wrong contact the most powerful (Baarda 1968, A testing procedure for use in geodetic
+networks). Where relations have sigmas of their own the true leverage is larger: the residuals are normalised to less.
+"""
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.diagnosis.deletion import Doubts, span_of
+from tactfix.geometry.arrays import Floats, Ints, cross
+from tactfix.noise import normal_limit
+from tactfix.poses.points_as_planes import one_equation_each
+from tactfix.poses.pose_fit import SMALLEST_RATIO, contact_residuals, sensitivity
+from tactfix.poses.solution import Solution
+
+
+def normalized_residuals(contacts: Contacts, sigmas: Floats, solution: Solution) -> tuple[Floats, Ints]:
+    """Sizes (m,) of the normalised residuals, and which contact (m,) each is of: three are of a contact on a point.
+
+    sigmas (n,) of the residuals.
+    """
+    single = one_equation_each(solution.surfaces, contacts, sigmas)
+    values, normals = contact_residuals(single.surfaces, single.contacts)
+    jacobian = sensitivity(single.contacts, normals, single.sigmas).jacobian
+    return Doubts(values / single.sigmas, span_of(jacobian)).normalized, single.of
+
+
+def contact_that_stands_out(
+    contacts: Contacts, sigmas: Floats, solution: Solution, probability: float
+) -> tuple[int, float] | None:
+    """The index and the normalised residual of the worst contact, if noise exceeds that with less than probability."""
+    sizes, of = normalized_residuals(contacts, sigmas, solution)
+    worst = int(np.argmax(sizes))
+    return (int(of[worst]), float(sizes[worst])) if sizes[worst] > normal_limit(len(sizes), probability) else None
+
+
+def movement_without(contacts: Contacts, sigmas: Floats, solution: Solution, index: int) -> float:
+    """How far the fixture moves at most, at any of the contacts, where one of them is left out (to first order)."""
+    others = contacts.subset(np.delete(np.arange(len(contacts)), index))
+    single = one_equation_each(solution.surfaces, others, np.delete(sigmas, index))
+    values, normals = contact_residuals(single.surfaces, single.contacts)
+    seen = sensitivity(single.contacts, normals, single.sigmas)
+    motion = -np.linalg.lstsq(seen.jacobian, values / single.sigmas, rcond=SMALLEST_RATIO)[0]
+    turn, shift = motion[:3] / seen.scale, motion[3:]
+    moves = shift + cross(np.broadcast_to(turn, contacts.points.shape), contacts.points - seen.centre)
+    return float(np.linalg.norm(moves, axis=1).max())

@@ -1,0 +1,94 @@
+"""Whether a pose fits the contacts, all together and one by one, and what is suspicious where it just does.
+
+Two tests, each wrong once in a million for good contacts: the chi-square of all residuals, and the normalised residual
+of each contact. Between one in a million and one in a thousand the pose is kept and the suspect told.
+"""
+
+import math
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.noise import REJECTED_IN_ERROR, SUSPICIOUS, chi_square_limit, least_chi_square, normal_limit
+from tactfix.poses.solution import Solution
+from tactfix.probe import residual_sigmas
+from tactfix.results import Diagnosis, Reason
+
+NOMINAL = 1e-6
+"""Share of sigma below which residuals are rounding: no probe made these contacts."""
+
+
+def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float) -> Reason | None:
+    """Why the pose does not fit the contacts; limit: the largest chi-square that noise explains. None where it fits."""
+    if solution.chi2 > limit:
+        worst = int(np.argmax(np.abs(solution.residuals)))
+        message = f"chi-square {solution.chi2:.4g} is above {limit:.4g}; worst at {contacts.label(worst)}"
+        return Reason("fit", contacts.features[worst], contacts.rows[worst], message)
+    found = _stands_out(fixture, contacts, solution, REJECTED_IN_ERROR)
+    if found is None:
+        return None
+    worst, size = found
+    most = normal_limit(len(contacts))
+    message = f"{contacts.label(worst)} stands out by {size:.3g} sigma; noise exceeds {most:.3g} once in a million"
+    return Reason("fit", contacts.features[worst], contacts.rows[worst], message)
+
+
+def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
+    """What is suspicious about the residuals of a pose that is left: one contact, or sigma."""
+    suspect = _stands_out(fixture, contacts, solution, SUSPICIOUS)
+    if suspect is not None and _is_one_contact(solution.chi2, suspect[1], dof, len(contacts)):
+        return (_outlier(fixture, contacts, solution, *suspect),)
+    if solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
+        return (_sigma(fixture, contacts, solution, dof, "the residuals are {ratio:.2g} times what sigma allows for"),)
+    if 0 < solution.chi2 < least_chi_square(dof):
+        if solution.chi2 < dof * NOMINAL**2:
+            return ()
+        return (_sigma(fixture, contacts, solution, dof, "the residuals are improbably small, {ratio:.2g} of sigma"),)
+    return ()
+
+
+def _is_one_contact(chi2: float, size: float, dof: int, count: int) -> bool:
+    """Whether one bad contact of count explains the residuals better than another sigma for all.
+
+    By the Bayesian information criterion: -2 log likelihood plus log n for each number free, and twice the logarithm of
+    the contacts among which the one is chosen (Chen and Chen 2008).
+    """
+    one = chi2 - size**2 + 3 * math.log(count)
+    all_alike = dof * (1 + math.log(chi2 / max(dof, 1))) + math.log(count)
+    return dof < 2 or one <= all_alike
+
+
+def _stands_out(
+    fixture: Fixture, contacts: Contacts, solution: Solution, probability: float
+) -> tuple[int, float] | None:
+    # No normalised residual is larger than the root of chi-square: most poses need not be asked, and nothing imported.
+    if solution.chi2 <= normal_limit(len(contacts), probability) ** 2:
+        return None
+    from tactfix.diagnosis.data_snooping import contact_that_stands_out
+
+    return contact_that_stands_out(contacts, residual_sigmas(fixture, contacts), solution, probability)
+
+
+def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, index: int, size: float) -> Diagnosis:
+    from tactfix.diagnosis.data_snooping import movement_without
+
+    moves = movement_without(contacts, residual_sigmas(fixture, contacts), solution, index)
+    message = (
+        f"{contacts.label(index)} on {contacts.features[index]} stands out by {size:.3g} sigma: touch it again; "
+        f"without it the fixture would be found {moves:.2g} {fixture.units} elsewhere"
+    )
+    row, feature = contacts.rows[index], contacts.features[index]
+    left = solution.chi2 - size**2
+    return Diagnosis("outlier", (row,), (feature,), float(solution.residuals[index]), left, message)
+
+
+def _sigma(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int, words: str) -> Diagnosis:
+    ratio = float(np.sqrt(solution.chi2 / max(dof, 1)))
+    said = float(np.median(contacts.sigmas))
+    about = words.format(ratio=ratio)
+    message = (
+        f"{about}: the contacts agree to {ratio * said:.2g} {fixture.units}; is sigma {ratio * said:.2g} instead of "
+        f"{said:.2g}?"
+    )
+    return Diagnosis("sigma", (), (), ratio * said, float(dof), message)
