@@ -81,3 +81,26 @@ def test_what_would_call_home_is_stopped_by_the_page_itself(page):
     blocked = page.run("fetch('http://127.0.0.1:9/').then(() => 'left', () => 'refused')")
     assert blocked == "refused"
     assert any("Content Security Policy" in error for error in page.errors)
+
+
+@pytest.mark.parametrize(("ending", "magic"), [(".pdf", b"%PDF-"), (".png", b"\x89PNG")])
+def test_a_report_is_printed(ending, magic, contacts_file, tmp_path):  # noqa: F811
+    out = tmp_path / f"report{ending}"
+    assert run(["report", str(PLATE), str(contacts_file), "--output", str(out)]) == 0
+    assert out.read_bytes().startswith(magic)
+    assert out.stat().st_size > 20_000
+
+
+def test_a_narrow_page_does_not_scroll_sideways(page):
+    page.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    try:
+        page.call("Page.navigate", url=page.address)
+        page.wait_for("document.documentElement?.dataset.drawn === 'yes'")
+        assert page.run("document.documentElement.scrollWidth") <= 390
+        scene, legend = (
+            page.run(f"document.querySelector('#scene {name}').getBoundingClientRect().toJSON()")
+            for name in (".gl-container canvas, canvas", ".legend")
+        )
+        assert legend["top"] >= scene["bottom"] - 2
+    finally:
+        page.call("Emulation.clearDeviceMetricsOverride")

@@ -170,3 +170,50 @@ def test_a_design_has_a_record_too(name, layouts, options, tmp_path, monkeypatch
     assert set(load_fixture(path).features) <= names
     assert "x_base = R x_fixture + t" in page
     assert run(["report", str(path), "--features", "a:1"]) == 2
+
+
+def test_what_was_said_stands_on_the_record(contacts_file, tmp_path, capsys):
+    out = tmp_path / "report.html"
+    line = ["report", str(PLATE), str(contacts_file), "--output", str(out), "--format", "kuka", "--at", "300,180,60"]
+    notes = ["--note", "operator=Ada L.", "--note", "machine=cell 3"]
+    assert run([*line, *notes, "--max-sigma", "0.0001"]) == 1
+    page = out.read_text()
+    assert "operator" in page
+    assert "Ada L." in page
+    assert "cell 3" in page
+    assert "not acceptable: the worst sigma" in page
+    assert "{X " in page
+    assert "0.08 mm" in page
+    assert "sigma at 300, 180, 60 of the fixture" in page
+    assert "not acceptable" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["report.docx", "report", "report.pdf.zip"])
+def test_an_ending_that_cannot_be_written_is_refused_before_anything_else(name, tmp_path, capsys):
+    out = tmp_path / name
+    assert run(["report", "no-such-file.yaml", "no-such.csv", "--output", str(out)]) == 2
+    assert ".html, .pdf or .png" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("note", ["operator", "=Ada", ""])
+def test_a_note_has_a_key_and_a_value(note, contacts_file, capsys):
+    assert run(["report", str(PLATE), str(contacts_file), "--note", note]) == 2
+    assert "KEY=VALUE" in capsys.readouterr().err
+
+
+def test_without_a_browser_the_page_is_offered_instead(contacts_file, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert run(["report", str(PLATE), str(contacts_file), "--output", str(tmp_path / "report.pdf")]) == 2
+    assert "write .html" in capsys.readouterr().err
+
+
+def test_the_row_that_is_accused_is_marked(tmp_path):
+    path = tmp_path / "reversed.csv"
+    assert run(["simulate", str(PLATE), "--seed", "4", "--fault", "reversed-approach:3", "--output", str(path)]) == 0
+    fixture = load_fixture(PLATE)
+    contacts = load_contacts(path, fixture)
+    result = locate(fixture, contacts)
+    assert result.status == "inconsistent"
+    page = page_of(fixture, contacts, result)
+    assert re.findall(r'<tr class="accused"><td class="n">(\d+)</td>', page) == ["3"]

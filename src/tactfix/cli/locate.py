@@ -9,10 +9,13 @@ from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     AsJson,
+    At,
     ContactsFormat,
     ContactsPath,
     Features,
     FixturePath,
+    MaxRms,
+    MaxSigma,
     Output,
     Quiet,
     ScaleSigma,
@@ -48,16 +51,9 @@ def command(
     units: Units = None,
     tip_radius: TipRadius = None,
     sigma: Sigma = None,
-    max_sigma: Annotated[
-        float | None,
-        typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
-    ] = None,
-    max_rms: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
-    ] = None,
-    at: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
-    ] = None,
+    max_sigma: MaxSigma = None,
+    max_rms: MaxRms = None,
+    at: At = None,
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,

@@ -61,3 +61,13 @@ Features: TypeAlias = Annotated[
 TipOffset: TypeAlias = Annotated[
     str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for flange poses.")
 ]
+MaxSigma: TypeAlias = Annotated[
+    float | None,
+    typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
+]
+MaxRms: TypeAlias = Annotated[
+    float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
+]
+At: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
+]

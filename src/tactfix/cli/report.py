@@ -6,11 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactfix.cli.arguments import vector
+from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
+    At,
     ContactsFormat,
     Features,
     FixturePath,
+    MaxRms,
+    MaxSigma,
     Quiet,
     ScaleSigma,
     Sigma,
@@ -32,7 +37,13 @@ def command(
         typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the page to FILE, whole or not at all.")
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write to FILE, whole or not at all: .html; .pdf, .png by Chromium.",
+        ),
     ] = None,
     units: Units = None,
     tip_radius: TipRadius = None,
@@ -41,6 +52,17 @@ def command(
     features: Features = None,
     tip_offset: TipOffset = None,
     scale_sigma: ScaleSigma = False,
+    format_name: Annotated[
+        str | None,
+        typer.Option("--format", "-f", metavar="F", help="Say the pose in a dialect too.", autocompletion=pose_formats),
+    ] = None,
+    max_sigma: MaxSigma = None,
+    max_rms: MaxRms = None,
+    at: At = None,
+    notes: Annotated[
+        list[str] | None,
+        typer.Option("--note", metavar="KEY=VALUE", help="What stands on the record: operator, machine; repeatable."),
+    ] = None,
     quiet: Quiet = False,
 ) -> int:
     """Locate a fixture, or check its design, and write the record as one HTML page that works offline.
@@ -49,13 +71,23 @@ def command(
     design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra: pip install
     'tactfix[report]'. Exit status as of locate or design-check.
     """
+    import numpy as np
+
+    from tactfix.acceptance import exceeded_gates
     from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.pose_output import render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.localization.locate import locate
-    from tactfix.report.html_page import Record, locate_page
+    from tactfix.pose_formats.convert import find_dialect
+    from tactfix.report.browser_print import in_form
+    from tactfix.report.html_page import Judgement, Record, locate_page
     from tactfix.report.text_report import verdict_lines
 
+    suffix = _ending(output)
+    said_notes = _notes(notes or [])
+    point = None if at is None else np.array(vector(at, "--at"))
+    dialect = None if format_name is None else find_dialect(format_name).name
     fixture = load_fixture(fixture_path)
     said = {
         "--features": features,
@@ -66,10 +98,12 @@ def command(
         "--scale-sigma": "yes" if scale_sigma else None,
     }
     settings = {name: str(value) for name, value in said.items() if value is not None}
-    record = Record(fixture, [_input("fixture", str(fixture_path))], settings, datetime.now(UTC))
+    record = Record(fixture, [_input("fixture", str(fixture_path))], settings, datetime.now(UTC), said_notes)
     if contacts is None:
         if contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
             raise UsageError("without contacts only --sigma and --tip-radius can be given")
+        if dialect or at or max_sigma is not None or max_rms is not None:
+            raise UsageError("--format, --at and the gates are for a located pose; give the contacts too")
         return _design(record, sigma, tip_radius, output)
     if contacts == "-":
         raise UsageError("a record names its inputs; give the contacts as a file")
@@ -78,10 +112,40 @@ def command(
     options = ContactOptions(units, tip_radius, sigma)
     read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
-    emit(locate_page(record, read.contacts, result), output)
+    located = result.status == "located"
+    gates = {"--max-sigma": max_sigma, "--max-rms": max_rms}
+    judgement = Judgement(
+        written={dialect: str(render_pose(result, dialect, None, force=False, quiet=quiet))}
+        if dialect and located
+        else {},
+        at=point,
+        gates={name: f"{limit:g} {result.units}" for name, limit in gates.items() if limit is not None},
+        exceeded=exceeded_gates(result, point, max_sigma, max_rms) if located else [],
+    )
+    emit(in_form(locate_page(record, read.contacts, result, judgement), suffix), output)
     tell(verdict_lines(result))
     tell(result.warnings, quiet=quiet)
-    return exit_of_status(result.status)
+    tell(judgement.exceeded)
+    return Exit.NOT_ACCEPTABLE if judgement.exceeded else exit_of_status(result.status)
+
+
+def _ending(output: Path | None) -> str:
+    """The ending of the output; UsageError for one that no report is written in."""
+    suffix = ".html" if output is None else output.suffix.lower()
+    if suffix not in (".html", ".htm", ".pdf", ".png"):
+        raise UsageError(f"{output}: a report is written as .html, .pdf or .png; choose one of these endings")
+    return suffix
+
+
+def _notes(texts: list[str]) -> dict[str, str]:
+    """KEY=VALUE each."""
+    pairs = [text.partition("=") for text in texts]
+    wrong = next(
+        (text for text, (key, equals, _) in zip(texts, pairs, strict=True) if not (key.strip() and equals)), None
+    )
+    if wrong is not None:
+        raise UsageError(f"--note {wrong!r} has no key and value; write KEY=VALUE such as operator=Ada")
+    return {key.strip(): value.strip() for key, _, value in pairs}
 
 
 def _input(role: str, path: str) -> "InputFile":
@@ -94,8 +158,9 @@ def _input(role: str, path: str) -> "InputFile":
 def _design(record: "Record", sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
     """The page of a design check, and its exit status."""
     from tactfix.design.design_check import Wishes, design_check
+    from tactfix.report.browser_print import in_form
     from tactfix.report.html_design import design_page
 
     report = design_check(record.fixture, None, Wishes(sigma=sigma, tip_radius=tip_radius))
-    emit(design_page(record, report), output)
+    emit(in_form(design_page(record, report), _ending(output)), output)
     return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE

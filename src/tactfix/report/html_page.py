@@ -3,13 +3,14 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.resources import files
 from typing import Any, Final
 
 import numpy as np
 
+from tactfix.acceptance import shown_sigma
 from tactfix.contacts import Contacts
 from tactfix.errors import MissingExtraError
 from tactfix.fixture import Fixture
@@ -56,16 +57,35 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What a page is the record of: the fixture, all inputs, what else was said (settings), and when it was made."""
+    """What a page is the record of: the fixture, all inputs, what else was said (settings), and when it was made.
+
+    notes: what operator and machine want to stand on the record, by name.
+    """
 
     fixture: Fixture
     inputs: list[InputFile]
     settings: dict[str, str]
     made_at: datetime
+    notes: dict[str, str] = field(default_factory=dict)
 
 
-def locate_page(record: Record, contacts: Contacts, result: LocateResult) -> str:
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """What a located pose was held against, and how else it is said.
+
+    written: the pose in a controller's words, by the name of the format. at: a point (3,) of the fixture frame.
+    exceeded: the gates that the pose exceeds, in words; gates: all that were set, by option.
+    """
+
+    written: dict[str, str] = field(default_factory=dict)
+    at: Floats | None = None
+    gates: dict[str, str] = field(default_factory=dict)
+    exceeded: list[str] = field(default_factory=list)
+
+
+def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgement: Judgement | None = None) -> str:
     """The page of a locate. MissingExtraError without the extra."""
+    judgement = judgement or Judgement()
     limits = 3.5 * float(np.max(contacts.sigmas))
     return render(
         "locate.html.j2",
@@ -80,7 +100,20 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult) -> str
         sigmas=_sigmas(result.covariance),
         residual_scale=max([limits, *(abs(contact.residual) for contact in result.contacts)]),
         reason_text=reason_text,
+        judgement=judgement,
+        sigma_at=None if judgement.at is None else shown_sigma(result, judgement.at),
+        probe=_probe(contacts, result.units),
+        accused={reason.row for candidate in result.candidates[:1] for reason in candidate.reasons}
+        if result.status == "inconsistent"
+        else set(),
     )
+
+
+def _probe(contacts: Contacts, units: str) -> dict[str, str]:
+    """Sigma and tip radius as they were used."""
+    least, most = float(contacts.sigmas.min()), float(contacts.sigmas.max())
+    sigma = f"{least:g}" if least == most else f"{least:g} to {most:g}"
+    return {"sigma of a contact": f"{sigma} {units}", "tip radius": f"{contacts.tip_radius:g} {units}"}
 
 
 def render(template: str, record: Record, *, figure: Mapping[str, Any], **context: Any) -> str:
@@ -103,6 +136,7 @@ def render(template: str, record: Record, *, figure: Mapping[str, Any], **contex
         version=VERSION,
         inputs=record.inputs,
         settings=record.settings,
+        notes=record.notes,
         made_at=record.made_at,
         **context,
     )

@@ -1,0 +1,57 @@
+"""A page as PDF or picture, printed by a Chromium that is installed; the page itself needs none."""
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from tactfix.errors import UsageError
+
+_BROWSERS: Final = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
+_FLAGS: Final = (
+    "--headless",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--virtual-time-budget=20000",
+)
+"""Nothing is asked of the network; the scene is drawn without a graphics card, and the page may take its time."""
+_SECONDS: Final = 120
+"""After which a browser that does not end is given up."""
+
+
+def in_form(page: str, suffix: str) -> str | bytes:
+    """The page as it is for .html, printed for .pdf, as a picture for .png.
+
+    Raises UsageError where no browser is found or it does not print.
+    """
+    if suffix in (".html", ".htm"):
+        return page
+    browser = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    if browser is None:
+        raise UsageError(f"a report as {suffix} is printed by Chromium, and none is found; install it, or write .html")
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        return _printed(browser, Path(folder), page, suffix)
+
+
+def _printed(browser: str, folder: Path, page: str, suffix: str) -> bytes:
+    source, target = folder / "page.html", folder / f"page{suffix}"
+    source.write_text(page, encoding="utf-8")
+    form = ["--no-pdf-header-footer", f"--print-to-pdf={target}"]
+    if suffix == ".png":
+        form = ["--window-size=1200,2200", f"--screenshot={target}"]
+    # As root, in a container, Chromium has no sandbox of its own; the page is ours and may not load anything.
+    command = [browser, *_FLAGS, "--no-sandbox", f"--user-data-dir={folder / 'profile'}", *form, source.as_uri()]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise UsageError(f"{browser} does not print the report ({error}); write .html instead") from None
+    if not target.exists():
+        raise UsageError(f"{browser} has not printed the report (exit status {done.returncode}); write .html instead")
+    return target.read_bytes()
