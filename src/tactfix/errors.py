@@ -4,8 +4,10 @@ One base, few leaves. An error carries its facts as attributes and says in its t
 knows exit codes; nothing else catches more than these.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 
 class TactfixError(Exception):
@@ -31,12 +33,40 @@ class Problem:
 
 
 class FileError(TactfixError):
-    """A file cannot be read or says something impossible. Holds all problems of that file at once."""
+    """A file cannot be read or says something impossible. Holds all problems of that file at once.
+
+    lines: the same for a person, one mistake in many rows in one line, and no more lines than are read.
+    """
 
     def __init__(self, path: str, problems: Sequence[Problem]) -> None:
         self.path = path
         self.problems = tuple(problems)
-        super().__init__("\n".join(f"{path}: {problem}" for problem in self.problems))
+        self.lines = tuple(_lines(self.problems))
+        super().__init__("\n".join(f"{path}: {line}" for line in self.lines))
+
+
+MOST_LINES: Final = 20
+"""Lines that are told of one file: nobody reads more before mending the first."""
+_ALIKE: Final = 4
+"""From so many problems of one kind on only the first is told, and their number."""
+_VALUE: Final = re.compile(r"^(\S+ is )('(?:[^'\\]|\\.)*'|[^\s,]+)")
+"""What a message says of a value: problems that differ only in the value are of one kind."""
+
+
+def _lines(problems: Sequence[Problem]) -> list[str]:
+    kinds: dict[tuple[str, str], list[Problem]] = {}
+    for problem in problems:
+        kinds.setdefault((_VALUE.sub(r"\1...", problem.what), problem.remedy), []).append(problem)
+    lines = []
+    for problem in problems:
+        kind = kinds[_VALUE.sub(r"\1...", problem.what), problem.remedy]
+        if len(kind) < _ALIKE:
+            lines.append(str(problem))
+        elif problem is kind[0]:
+            lines.append(f"{problem}; so in {len(kind)} {'rows' if problem.row else 'places'}")
+    if len(lines) <= MOST_LINES:
+        return lines
+    return [*lines[:MOST_LINES], f"{len(lines) - MOST_LINES} more problems; mend the ones above first"]
 
 
 class UsageError(TactfixError):

@@ -230,10 +230,22 @@ def test_cells_that_are_no_number(paper: Fixture, cell: str) -> None:
 
 
 def test_no_more_problems_than_a_person_reads(paper: Fixture) -> None:
-    text = HEAD + "feature,x,y,z\n" + "bar,1,2,x\n" * 1000
-    found = whats(text, paper)
-    assert len(found) == 21
-    assert found[-1] == "980 more problems"
+    text = HEAD + "feature,x,y,z\n" + "".join(f"bell{number},1,2,3\n" for number in range(1000))
+    with pytest.raises(FileError) as caught:
+        read(text, paper)
+    assert len(caught.value.problems) == 1000
+    assert len(caught.value.lines) == 21
+    assert caught.value.lines[-1].startswith("980 more problems")
+
+
+def test_one_mistake_in_twelve_rows_is_one_line_with_the_count(paper: Fixture) -> None:
+    rows = "".join(f"bar,1,2,{number}.5 mm\n" for number in range(12))
+    with pytest.raises(FileError) as caught:
+        read(HEAD + "feature,x,y,z\n" + rows + "bar,1,,3\n", paper)
+    many, one = caught.value.lines
+    assert many.startswith("row 1, line 5: z is '0.5 mm', not a number; ")
+    assert many.endswith("; so in 12 rows")
+    assert one == "row 13, line 17: y is empty; write a number"
 
 
 @pytest.mark.parametrize("place", ["1e307", "1e200", "-1e40"])
@@ -255,3 +267,104 @@ def test_rows_count_from_one_and_lines_from_the_top(paper: Fixture) -> None:
         read(text, paper)
     problem = caught.value.problems[0]
     assert (problem.row, problem.line) == (2, 9)
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        ("# tip_radius 5", "write '# tip_radius: 5'"),
+        ("# sigma 0.005 mm", "write '# sigma: 0.005'"),
+        ("# Units m", "write '# units: m'"),
+        ("# sigma [mm]: 5", "write '# sigma: 5'"),
+        ("# sigma (mm) = 5", "write '# sigma: 5'"),
+        ("# units [m]", "write '# units: m'"),
+        ("# units [metres]", "write '# units: mm'"),
+        ("# tip_diameter: 6", "write '# tip_radius: 3', half"),
+        ("# tip-diameter [mm]: 6", "write '# tip_radius: 3', half"),
+        ("# diameter 6", "write '# tip_radius: 3', half"),
+        ("# tip radius: 5", "did you mean 'tip_radius'"),
+        ("# tipradius: 5", "did you mean 'tip_radius'"),
+        ("# sigmas = 5", "did you mean 'sigma'"),
+        ("# units: millimeters", "did you mean 'mm'"),
+        ("# units: MM", "did you mean 'mm'"),
+        ("# units: inch", "did you mean 'in'"),
+    ],
+)
+def test_a_setting_that_is_nearly_right_is_no_comment(paper: Fixture, line: str, right: str) -> None:
+    text = (
+        f"{line}\n"
+        + HEAD.replace("# units: mm\n", "" if "nit" in line else "# units: mm\n")
+        + "feature,x,y,z\nbar,1,2,3\n"
+    )
+    with pytest.raises(FileError) as caught:
+        read(text, paper)
+    (problem,) = caught.value.problems
+    assert problem.line == 1
+    assert right in problem.remedy
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# sigma was measured in May: fine",
+        "# units in the drawing are inches",
+        "# the tip radius was 5",
+        "# sigma from ten touches",
+        "# radius of the pin measured by hand, 8 mm",
+        "# probe: T12",
+        "# tip changed at 12:30",
+        "# sigma 5 of the last Monday",
+        "#" + " " * 100_000 + "," * 100_000 + "x",
+    ],
+)
+def test_a_plain_comment_is_one(paper: Fixture, line: str) -> None:
+    assert len(read(f"{line}\n{HEAD}feature,x,y,z\nbar,1,2,3\n", paper)) == 1
+
+
+@pytest.mark.parametrize(
+    "names", ["feature, X (mm) , Y [mm],z(mm),sigma (mm)", 'feature,"x (mm)","y (mm)","z (mm)",sigma']
+)
+def test_columns_that_say_their_unit(paper: Fixture, names: str) -> None:
+    rest = "# tip_radius: 0\n" + names + "\nbar,1,2,3,0.5\n"
+    for head in ("", "# units: mm\n"):
+        np.testing.assert_array_equal(read(head + rest, paper).points, [[1, 2, 3]])
+    metres = read(rest.replace("mm", "m"), paper)
+    np.testing.assert_array_equal(metres.points, [[1000, 2000, 3000]])
+    np.testing.assert_array_equal(metres.sigmas, [500])
+    assert whats("# units: m\n" + rest, paper) == ["a column is in 'mm', line 1 says 'm'"]
+
+
+@pytest.mark.parametrize(
+    ("names", "what"),
+    [
+        ("feature,x (mm),y (m),z (mm)", "a column is in 'm', another in 'mm'"),
+        ("feature,x (feet),y (feet),z (feet)", "units is 'feet'"),
+        ("feature,x (mm),x,y,z", "column 'x' stands there 2 times"),
+        ("feature,x,y,z,ax (mm),ay,az", "unknown column 'ax (mm)'"),
+    ],
+)
+def test_columns_whose_units_do_not_go_together(paper: Fixture, names: str, what: str) -> None:
+    row = ",".join(["bar", *"1234567"][: names.count(",") + 1])
+    assert what in whats(f"# tip_radius: 0\n# sigma: 1\n{names}\n{row}\n", paper)
+
+
+def test_fixture_and_contacts_exchanged(tmp_path: Path, paper: Fixture) -> None:
+    assert whats("# a comment\n" + PAPER, paper) == ["this is a fixture file"]
+    with pytest.raises(FileError, match="this is a contact file; give the fixture file first"):
+        load_fixture(written(tmp_path, contact_text(), "contacts.csv"))
+
+
+def test_another_ending_and_a_name_that_is_nearly_right(tmp_path: Path) -> None:
+    written(tmp_path, PAPER, "plate.yml")
+    for wrong in ("plate.yaml", "plat.yml", "Plate.yml"):
+        with pytest.raises(FileError, match=r"did you mean '.*plate.yml'") as caught:
+            load_fixture(tmp_path / wrong)
+        assert len(caught.value.lines) == 1
+    with pytest.raises(FileError, match="check the path"):
+        load_fixture(tmp_path / "nowhere" / "plate.yaml")
+
+
+@pytest.mark.parametrize("unit", ["MM", "millimeters", "inch"])
+def test_a_unit_that_is_nearly_right_in_an_option(unit: str) -> None:
+    with pytest.raises(UsageError, match="did you mean"):
+        ContactOptions(units=unit)

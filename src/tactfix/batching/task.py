@@ -66,7 +66,7 @@ def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
         return _row(task, name, locate(task.fixture, contacts, scale_sigma=task.scale_sigma), notes)
     except FileError as error:
         # The set has a name of its own: the file's need not be said again.
-        return row_of_failure(name, "\n".join(map(str, error.problems)), units)
+        return row_of_failure(name, "\n".join(error.lines), units)
     except TactfixError as error:
         return row_of_failure(name, str(error), units)
     except Exception as error:  # whatever it is, a thousand other sets must not be lost for it

@@ -1,6 +1,6 @@
 """Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -21,7 +21,6 @@ from tactfix.wording import did_you_mean
 
 SURFACE: Final = "surface"
 """What the one feature is called where no fixture names it."""
-_MOST_PROBLEMS: Final = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,13 +46,13 @@ def read_contact_file(
     come out in its units. Without a fixture they stay in the file's own, and a file without a feature column is on one
     feature called "surface". options beat the header of the file, which beats the fixture's probe.
 
-    Raises FileError with all that is wrong, by row and line; at most 20 problems are listed, and how many more.
+    Raises FileError with all that is wrong, by row and line.
     """
     name, text = read_source(source)
     problems: list[Problem] = []
     file = _read(name, text, fixture, options or ContactOptions(), problems)
     if file is None or problems:
-        raise FileError(name, _shortened(problems))
+        raise FileError(name, sorted(problems, key=lambda problem: problem.line or 0))
     return file
 
 
@@ -61,6 +60,10 @@ def _read(
     name: str, text: str, fixture: Fixture | None, options: ContactOptions, problems: list[Problem]
 ) -> ContactFile | None:
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if _is_fixture(lines):
+        remedy = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
+        problems.append(Problem("this is a fixture file", remedy))
+        return None
     header = read_header(lines, problems, feature_needed=fixture is not None)
     if header is None:
         return None
@@ -98,6 +101,12 @@ def _read(
         tip_offset=None if settings.tip_offset is None else np.array(settings.tip_offset),
     )
     return ContactFile(name, contacts, settings.target_units)
+
+
+def _is_fixture(lines: Sequence[str]) -> bool:
+    """Whether the text begins as fixture files do: somebody has exchanged the two."""
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    return first.replace(" ", "").startswith("tactfix:")
 
 
 def _settle(
@@ -196,12 +205,3 @@ def _own_sigmas(table: Table, problems: list[Problem]) -> Floats:
             table.problem(int(index), f"sigma is {sigmas[index]:g}", "write a number above 0; no touch is exact")
         )
     return sigmas
-
-
-def _shortened(problems: list[Problem]) -> list[Problem]:
-    """The problems in the order of the file, no more than a person reads."""
-    ordered = sorted(problems, key=lambda problem: problem.line or 0)
-    more = len(ordered) - _MOST_PROBLEMS
-    if more <= 0:
-        return ordered
-    return [*ordered[:_MOST_PROBLEMS], Problem(f"{more} more problems", "mend the ones above first")]

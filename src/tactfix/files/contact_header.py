@@ -1,4 +1,4 @@
-"""What stands above the rows of a contact file: "# key: value" lines, and the names of the columns."""
+"""The header of a contact file: the settings above it, and the names of its columns."""
 
 import re
 from collections.abc import Sequence
@@ -7,25 +7,16 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
-from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
+from tactfix.files.contact_settings import SettingLines
 
-KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
 APPROACHES: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
 """The approach in base, the outward normal in base, the approach in the flange frame."""
 ORIENTATIONS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
 """How the flange stood; see `flange_columns`."""
 _USUAL: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
 COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACHES + ORIENTATIONS, ()), "id", "sigma")
+_WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
-_NEAR: Final[dict[str, str]] = {
-    **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
-    **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
-    **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty"), "sigma"),
-    **dict.fromkeys(("tcp", "tcp_offset", "tool_offset", "tipoffset", "probe_offset"), "tip_offset"),
-}
-# "# key: value" with a key of one word; a sentence with a colon in it is a plain comment. Spreadsheets
-# pad the line with separators.
-_KEY_LINE: Final = re.compile(r"#\s*([A-Za-z][\w-]*(?: [A-Za-z]+)?)\s*[:=]\s*(.*?)[\s,;]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,119 +36,36 @@ class Header:
 
 def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed: bool) -> Header | None:
     """The header of a contact file; None, with a problem, where its columns cannot be told."""
-    said: dict[str, tuple[str, int]] = {}
-    meant: set[str] = set()
+    settings = SettingLines(problems)
     for index, line in enumerate(lines):
         if line.lstrip().startswith("#"):
-            _read_key_line(line.strip(), index + 1, said, meant, problems)
+            settings.read(line.strip(), index + 1)
         elif line.strip():
-            separator, names = _split(line)
+            separator, cells = _split(line)
+            names = [_column(cell)[0] for cell in cells]
             columns = _read_columns(names, separator, index + 1, problems, feature_needed)
             if not columns:
                 return None
-            settings = _settings(said, separator, problems)
-            return Header(settings, columns, separator, index + 1, frozenset(said) | meant)
+            units = [unit for _, unit in map(_column, cells) if unit is not None]
+            if units:
+                settings.read_units_of_columns(units, index + 1)
+            return Header(settings.settings(separator), columns, separator, index + 1, settings.tried)
     what = "there is no header row" if any(line.strip() for line in lines) else "the file is empty"
     problems.append(Problem(what, f"begin with the names of the columns: {_EXAMPLE}"))
     return None
 
 
-def key_of(line: str) -> str | None:
-    """Which of the keys a comment line sets, None if it is plain text."""
-    match = _KEY_LINE.fullmatch(line)
-    return match[1].lower() if match and match[1].lower() in KEYS else None
-
-
-def _read_key_line(
-    line: str, number: int, said: dict[str, tuple[str, int]], meant: set[str], problems: list[Problem]
-) -> None:
-    match = _KEY_LINE.fullmatch(line)
-    if not match:
-        return
-    key, value = match[1].lower(), match[2]
-    if key in KEYS:
-        if key in said:
-            what = f"{key} stands here a second time, first in line {said[key][1]}"
-            problems.append(Problem(what, "remove one of the two", line=number))
-        said.setdefault(key, (value, number))
-        return
-    near = _meant_key(key)
-    if near:
-        meant.add(near)
-        problems.append(Problem(f"unknown key {match[1]!r}", f"did you mean {near!r}?", line=number))
-
-
-def _meant_key(key: str) -> str | None:
-    """Which key was meant by something near it; None for the first word of a plain comment."""
-    from difflib import get_close_matches
-
-    plain = key.replace("-", "_").replace(" ", "_")
-    # Not "pose": "probe" and "note" are near it, and begin plain comments.
-    near = get_close_matches(plain, [key for key in KEYS if key != "pose"], n=1, cutoff=0.8)
-    return _NEAR.get(plain) or (near[0] if near else None)
-
-
-def _settings(said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]) -> ContactOptions:
-    units, line = said.get("units", (None, 0))
-    if units is not None and units not in UNITS:
-        problems.append(Problem(f"units is {units!r}", which_unit(units), line=line))
-        units = None
-    pose, line = said.get("pose", ("tip", 0))
-    if pose not in ("tip", "flange"):
-        remedy = "write 'flange' where x, y, z are the origin of the flange, 'tip' where they are the tip's centre"
-        problems.append(Problem(f"pose is {pose!r}", remedy, line=line))
-    return ContactOptions(
-        units,
-        _setting("tip_radius", said, separator, problems),
-        _setting("sigma", said, separator, problems),
-        _offset(said, separator, problems),
-        of_flange=pose == "flange",
-    )
-
-
-def _offset(
-    said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]
-) -> tuple[float, float, float] | None:
-    """The three numbers of tip_offset; bad ones are a problem and count as not said."""
-    if "tip_offset" not in said:
-        return None
-    text, line = said["tip_offset"]
-    parts = text.strip("()[]").split(";" if ";" in text else ",")
-    values = [_number(part.strip(), ";" if ";" in text else separator) for part in parts]
-    if len(values) == 3 and all(abs(value) <= MOST_LENGTH for value in values):
-        return values[0], values[1], values[2]
-    remedy = "write the tip's centre in the flange frame as x, y, z in the units of this file"
-    problems.append(Problem(f"tip_offset is {text[:40]!r}", remedy, line=line))
-    return None
-
-
-def _number(text: str, separator: str) -> float:
-    """A decimal number, with a decimal comma too where that does not divide cells; nan for anything else."""
-    text = text if separator == "," else text.replace(",", ".")
-    plain = re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text)
-    return float(text) if plain else float("nan")
-
-
-def _setting(key: str, said: dict[str, tuple[str, int]], separator: str, problems: list[Problem]) -> float | None:
-    """A length of the header; a bad one is a problem and counts as not said."""
-    if key not in said:
-        return None
-    text, line = said[key]
-    value = _number(text, separator)
-    least = "of at least 0" if key == "tip_radius" else "above 0"
-    if LEAST_LENGTH <= value <= MOST_LENGTH or (value == 0 and key == "tip_radius"):
-        return value
-    remedy = f"write a number {least} in the units of this file, without its unit"
-    shown = said[key][0] if len(said[key][0]) <= 40 else f"{said[key][0][:40]}..."
-    problems.append(Problem(f"{key} is {shown!r}", remedy, line=line))
-    return None
+def _column(cell: str) -> tuple[str, str | None]:
+    """The name of a column, and the unit that stands beside it in brackets: x (mm)."""
+    match = _WITH_UNIT.fullmatch(cell)
+    return (match[1], match[2].strip()) if match else (cell, None)
 
 
 def _split(line: str) -> tuple[str, list[str]]:
     """The separator of a header row and its cells: that which makes the most known names."""
 
     def known(separator: str) -> int:
-        return sum(name in COLUMNS for name in _cells(line, separator))
+        return sum(_column(cell)[0] in COLUMNS for cell in _cells(line, separator))
 
     separator = max(("\t", ";", ","), key=lambda mark: (known(mark), line.count(mark)))
     return separator, _cells(line, separator)

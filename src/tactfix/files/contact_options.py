@@ -6,7 +6,7 @@ from typing import TypeAlias
 from tactfix.contacts import Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Probe
-from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, factor
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, factor, which_unit
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -30,7 +30,7 @@ class ContactOptions:
 
     def __post_init__(self) -> None:
         if self.units is not None and self.units not in UNITS:
-            raise UsageError(f"units {self.units!r} is none of {', '.join(UNITS)}")
+            raise UsageError(f"units is {self.units!r}; {which_unit(self.units)}")
         if self.tip_radius is not None and not 0 <= self.tip_radius <= MOST_LENGTH:
             raise UsageError(f"tip radius {self.tip_radius:g} is not a length; write 0 for points of the surface")
         if self.sigma is not None and not self.sigma > 0:

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from tactfix.errors import Problem
-from tactfix.files.contact_header import Header, key_of
+from tactfix.files.contact_header import Header
+from tactfix.files.contact_settings import key_of
 from tactfix.files.contact_table import Table
 
 

@@ -62,7 +62,7 @@ class FileSets:
             try:
                 yield ContactSet(name, read_bytes(path))
             except FileError as error:
-                yield ContactSet(name, unreadable="; ".join(map(str, error.problems)))
+                yield ContactSet(name, unreadable="; ".join(error.lines))
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,9 @@ def load_fixture(path: str | Path) -> Fixture:
     Raises FileError with all that is wrong with the file: what, where, and what to write instead.
     """
     text = decode(str(path), read_bytes(path))
+    if _is_contacts(text):
+        remedy = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
+        raise FileError(str(path), [Problem("this is a contact file", remedy)])
     tree = read_tree(text)
     fixture = read_fixture(tree.value, Path(path).stem, _beside(Path(path))) if tree.is_complete else []
     if isinstance(fixture, Fixture) and not tree.problems:
@@ -30,6 +33,13 @@ def load_fixture(path: str | Path) -> Fixture:
     known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
     problems += [p for p in (_placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
     raise FileError(str(path), sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
+
+
+def _is_contacts(text: str) -> bool:
+    """Whether the text begins with the header row of a contact file: somebody has exchanged the two."""
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    names = {cell.strip(' "').lower() for cell in first.replace(";", ",").replace("\t", ",").split(",")}
+    return {"x", "y", "z"} <= names
 
 
 def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:

@@ -8,7 +8,7 @@ from tactfix.errors import FileError, UsageError
 from tactfix.files.reading import read_bytes
 from tactfix.pose_formats import DIALECTS, SUFFIXES
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError
-from tactfix.units import UNITS
+from tactfix.units import UNITS, which_unit
 
 _NUMPY_MAGIC = b"\x93NUMPY"
 
@@ -26,7 +26,7 @@ def load_pose(
     """
     for unit in (units, default_units):
         if unit is not None and unit not in UNITS:
-            raise UsageError(f"units {unit!r} is none of {', '.join(UNITS)}")
+            raise UsageError(f"units is {unit!r}; {which_unit(unit)}")
     if dialect is not None and dialect not in DIALECTS:
         raise UsageError(f"no dialect {dialect!r}; there are {', '.join(DIALECTS)}")
     name = "standard input" if str(path) == "-" else str(path)

@@ -17,7 +17,7 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
-        raise FileError(str(path), [Problem("there is no such file", "check the path")]) from None
+        raise FileError(str(path), [Problem("there is no such file", _near_name(Path(path)))]) from None
     except IsADirectoryError:
         raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
     except PermissionError:
@@ -26,6 +26,19 @@ def read_bytes(path: str | Path) -> bytes:
         ) from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise FileError(str(path), [Problem(f"cannot be read: {error}", "check the path and the disk")]) from None
+
+
+def _near_name(path: Path) -> str:
+    """What to do about a file that is not there: another ending, or a name that is nearly the same."""
+    from difflib import get_close_matches
+
+    try:
+        there = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
+    except OSError:
+        return "check the path"
+    endings = [name for name in there if Path(name).stem.lower() == path.stem.lower()]
+    near = endings if len(endings) == 1 else get_close_matches(path.name, there, n=1, cutoff=0.8)
+    return f"did you mean {str(path.with_name(near[0]))!r}?" if near else "check the path"
 
 
 def read_source(source: Source) -> tuple[str, str]:

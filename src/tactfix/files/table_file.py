@@ -18,7 +18,8 @@ import numpy as np
 
 from tactfix.batching.contact_set import ContactSet
 from tactfix.errors import FileError, MissingExtraError, Problem
-from tactfix.files.contact_header import KEYS, key_of, read_header
+from tactfix.files.contact_header import read_header
+from tactfix.files.contact_settings import KEYS, key_of
 from tactfix.files.reading import read_bytes
 from tactfix.geometry.arrays import Ints
 

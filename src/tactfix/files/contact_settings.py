@@ -1,0 +1,190 @@
+"""The settings of a contact file: "# key: value" lines above its header row, and lines that are nearly such."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.contact_options import ContactOptions
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
+
+KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
+_EXAMPLES: Final = {"units": "mm", "tip_radius": "1.5", "sigma": "0.005", "tip_offset": "0, 0, 120"}
+_DIAMETER: Final = "tip_diameter"
+"""What is meant so often that the message halves it."""
+_NEAR: Final[dict[str, str]] = {
+    **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
+    **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
+    **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty"), "sigma"),
+    **dict.fromkeys(("tcp", "tcp_offset", "tool_offset", "tipoffset", "probe_offset"), "tip_offset"),
+    **dict.fromkeys(("diameter", "tip_dia", "ball_diameter", "probe_diameter", "stylus_diameter"), _DIAMETER),
+}
+_LONGEST_KEY: Final = 20
+_KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
+"""A key of one or two words; what has more before a colon is a sentence, a plain comment."""
+_NEARLY: Final = re.compile(r"([A-Za-z][\w-]*)\s*(?:[(\[]([^()\[\]]*)[)\]])?\s*[:=]?\s*(.*)")
+"""A word, perhaps a unit in brackets, and the rest: what may be meant for a setting."""
+_NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_PADDING: Final = ",; \t"
+"""What spreadsheets add to the end of a line."""
+
+
+@dataclass(slots=True)
+class SettingLines:
+    """The settings that the lines of a file make, with the line of each; what is wrong with them joins problems.
+
+    meant: the keys that some line means to set in vain, which is a problem already.
+    """
+
+    problems: list[Problem]
+    said: dict[str, tuple[str, int]] = field(default_factory=dict)
+    meant: set[str] = field(default_factory=set)
+
+    @property
+    def tried(self) -> frozenset[str]:
+        """The keys that some line sets or means to set."""
+        return frozenset(self.said) | self.meant
+
+    def read(self, line: str, number: int) -> None:
+        """Take a comment line, which begins with #, for what it sets; a plain comment sets nothing."""
+        key, value = _key_and_value(line) or ("", "")
+        if key.lower() in KEYS:
+            self._set(key.lower(), value, number)
+            return
+        near = _nearly_setting(line, key, value)
+        if near:
+            setting, what, remedy = near
+            self.meant.add(setting)
+            self.problems.append(Problem(what, remedy, line=number))
+
+    def _set(self, key: str, value: str, number: int) -> None:
+        if key in self.said:
+            what = f"{key} stands here a second time, first in line {self.said[key][1]}"
+            self.problems.append(Problem(what, "remove one of the two", line=number))
+        self.said.setdefault(key, (value, number))
+
+    def read_units_of_columns(self, units: Sequence[str], number: int) -> None:
+        """Take the units that stand beside the names of columns in this line for the unit of the file."""
+        known = self.said.get("units", (units[0], number))
+        other = next((unit for unit in units if unit != known[0]), None)
+        if other is None:
+            self.said["units"] = known
+            return
+        self.meant.add("units")
+        rest = f"line {known[1]} says {known[0]!r}" if "units" in self.said else f"another in {known[0]!r}"
+        remedy = "all lengths of a file are in one unit: write '# units: mm'"
+        self.problems.append(Problem(f"a column is in {other!r}, {rest}", remedy, line=number))
+
+    def settings(self, separator: str) -> ContactOptions:
+        """What the lines say; a bad value is a problem and counts as not said."""
+        units, line = self.said.get("units", (None, 0))
+        if units is not None and units not in UNITS:
+            self.problems.append(Problem(f"units is {_shown(units)}", which_unit(units), line=line))
+            units = None
+        return ContactOptions(
+            units,
+            self._length("tip_radius", separator),
+            self._length("sigma", separator),
+            self._offset(separator),
+            of_flange=self._pose() == "flange",
+        )
+
+    def _pose(self) -> str:
+        pose, line = self.said.get("pose", ("tip", 0))
+        if pose not in ("tip", "flange"):
+            remedy = "write 'flange' where x, y, z are the origin of the flange, 'tip' where they are the tip's centre"
+            self.problems.append(Problem(f"pose is {_shown(pose)}", remedy, line=line))
+        return pose
+
+    def _offset(self, separator: str) -> tuple[float, float, float] | None:
+        if "tip_offset" not in self.said:
+            return None
+        text, line = self.said["tip_offset"]
+        mark = ";" if ";" in text else ","
+        values = [_number(part.strip(), ";" if mark == ";" else separator) for part in text.strip("()[]").split(mark)]
+        if len(values) == 3 and all(abs(value) <= MOST_LENGTH for value in values):
+            return values[0], values[1], values[2]
+        remedy = "write the tip's centre in the flange frame as x, y, z in the units of this file"
+        self.problems.append(Problem(f"tip_offset is {_shown(text)}", remedy, line=line))
+        return None
+
+    def _length(self, key: str, separator: str) -> float | None:
+        if key not in self.said:
+            return None
+        text, line = self.said[key]
+        value = _number(text, separator)
+        if LEAST_LENGTH <= value <= MOST_LENGTH or (value == 0 and key == "tip_radius"):
+            return value
+        least = "of at least 0" if key == "tip_radius" else "above 0"
+        remedy = f"write a number {least} in the units of this file, without its unit"
+        self.problems.append(Problem(f"{key} is {_shown(text)}", remedy, line=line))
+        return None
+
+
+def _number(text: str, separator: str) -> float:
+    """A decimal number, with a decimal comma too where that does not divide cells; nan for anything else."""
+    plain = text if separator == "," else text.replace(",", ".")
+    return float(plain) if _NUMBER.fullmatch(plain) else float("nan")
+
+
+def key_of(line: str) -> str | None:
+    """Which of the keys a comment line sets, None if it is plain text."""
+    key, _ = _key_and_value(line) or ("", "")
+    return key.lower() if key.lower() in KEYS else None
+
+
+def _key_and_value(line: str) -> tuple[str, str] | None:
+    """Both sides of "# key: value" or "# key = value", in time linear in its length."""
+    text = line[1:].lstrip()
+    at = min((place for place in (text.find(":"), text.find("=")) if place >= 0), default=-1)
+    key = text[: max(at, 0)].rstrip()
+    return (key, text[at + 1 :].strip().rstrip(_PADDING)) if _KEY.fullmatch(key) else None
+
+
+def _nearly_setting(line: str, key: str, value: str) -> tuple[str, str, str] | None:
+    """Which setting was meant by a line that is nearly one, what is wrong with it, and what to write instead.
+
+    key and value: both sides of its colon, empty where it has none. None for a plain comment.
+    """
+    if key:
+        near = _meant_key(key)
+        if near == _DIAMETER:
+            return "tip_radius", f"unknown key {key!r}", _half(value)
+        return (near, f"unknown key {key!r}", f"did you mean {near!r}?") if near else None
+    text = line[1:].strip().rstrip(_PADDING)
+    parts = _NEARLY.match(text)
+    near = _meant_key(parts[1]) if parts else None
+    if parts is None or near is None:
+        return None
+    unit, words = parts[2], parts[3].split()
+    first = words[0] if words else ""
+    is_value = first in UNITS and len(words) == 1 if near == "units" else _NUMBER.fullmatch(first) and len(words) < 3
+    if unit is None and not is_value:
+        return None
+    what = f"{_shown(text)} sets nothing: " + ("there is no colon" if unit is None else "a unit stands beside the key")
+    if near == _DIAMETER:
+        return "tip_radius", what, _half(first)
+    example = first or (unit if near == "units" and unit in UNITS else _EXAMPLES[near])
+    return near, what, f"write '# {near}: {example}'; '# units: mm' gives the unit of all lengths"
+
+
+def _half(diameter: str) -> str:
+    """What to write instead of the diameter of a tip."""
+    half = float(diameter) / 2 if _NUMBER.fullmatch(diameter) else 1.5
+    return f"write '# tip_radius: {half:g}', half of the diameter"
+
+
+def _meant_key(key: str) -> str | None:
+    """Which key was meant by it or something near it; None for the first word of a plain comment."""
+    from difflib import get_close_matches
+
+    plain = key.lower().replace("-", "_").replace(" ", "_")
+    # Not "pose": "probe" and "note" are near it, and begin plain comments.
+    known = [key for key in (*KEYS, _DIAMETER) if key != "pose"]
+    near = get_close_matches(plain, known, n=1, cutoff=0.8) if len(plain) <= _LONGEST_KEY else []
+    return _NEAR.get(plain) or (near[0] if near else None)
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 40 else f"{text[:40]}...")
