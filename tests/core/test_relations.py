@@ -7,7 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.charts import displaced
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
-from tactfix.relations.equations import columns_of, parallel_pairs, relation_residuals, relation_with_jacobian
+from tactfix.relations.branches import nearest_branch
+from tactfix.relations.equations import carried, columns_of, equation, linear_equations
+from tactfix.relations.parallels import parallel_pairs
 
 UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 
@@ -22,6 +24,14 @@ def ball(x, y, z):
 
 def bar(point, direction=UP):
     return Cylinder(point, direction, 2.0)
+
+
+def missing_to(relation, one, other, parallel=False):
+    """The residuals of the branch that is nearest to the two surfaces."""
+    pair = dict(zip(relation.between, (one, other), strict=True))
+    if parallel:
+        return equation(relation, pair, 1.0, parallel=True).linear(pair)[0]
+    return nearest_branch((relation,), pair)[0].linear(pair)[0]
 
 
 HOLDING = {
@@ -66,7 +76,7 @@ def test_residuals_vanish_where_the_relation_holds_in_any_pose(name):
     pair = {"a": one, "b": other}
     for pose in [np.eye(4), random_pose(np.random.default_rng(1)), random_pose(np.random.default_rng(2))]:
         placed = {n: moved(pose, s) for n, s in pair.items()}
-        missing = relation_residuals(relation, *(placed[n] for n in relation.between))
+        missing = missing_to(relation, *(placed[n] for n in relation.between))
         np.testing.assert_allclose(missing, 0.0, atol=1e-11 if np.array_equal(pose, np.eye(4)) else 1e-9)
 
 
@@ -86,22 +96,23 @@ def test_gradients_against_differences(name, size):
     rng = np.random.default_rng(7)
     for _ in range(4):
         pair = {"a": shaken(one, rng, size), "b": shaken(other, rng, size)}
-        columns, width = columns_of(pair)
-        _, found = relation_with_jacobian(relation, pair, columns, 10.0, width)
+        branch = nearest_branch((relation,), pair)[0]
+        columns, _ = columns_of(pair)
+        ((_, found),) = linear_equations([branch], pair)
         for n, surface in pair.items():
             for k in range(columns[n].start, columns[n].stop):
                 step = np.zeros(columns[n].stop - columns[n].start)
                 step[k - columns[n].start] = 1e-6
                 ahead, behind = ({**pair, n: displaced(surface, s)} for s in (step, -step))
-                values = [relation_residuals(relation, *(p[m] for m in relation.between)) for p in (ahead, behind)]
+                values = [branch.linear(moved_pair)[0] for moved_pair in (ahead, behind)]
                 np.testing.assert_allclose(found[:, k], (values[0] - values[1]) / 2e-6, atol=2e-5, err_msg=f"{n} {k}")
 
 
 @pytest.mark.parametrize("degrees", [1.0, 10.0, 90.0, 179.0, 180.0])
 def test_normals_that_should_agree_miss_by_their_angle(degrees):
-    missing = relation_residuals(angle("a", "b", 0), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(degrees)))
+    missing = missing_to(angle("a", "b", 0), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(degrees)))
     assert np.linalg.norm(missing) == pytest.approx(np.radians(degrees))
-    missing = relation_residuals(angle("a", "b", 180), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(180 - degrees)))
+    missing = missing_to(angle("a", "b", 180), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(180 - degrees)))
     assert np.linalg.norm(missing) == pytest.approx(np.radians(degrees))
 
 
@@ -111,20 +122,16 @@ def test_spacing_of_pins_that_noise_has_made_not_quite_parallel(degrees):
     rng = np.random.default_rng(3)
     for _ in range(20):
         tilt = Rotation.from_rotvec(np.radians(degrees) * np.cross(UP, rotation(rng)[0])).apply(UP)
-        missing = relation_residuals(distance("a", "b", 40.0), bar([0, 0, 0]), bar([40, 0, 0], tilt))
+        missing = missing_to(distance("a", "b", 40.0), bar([0, 0, 0]), bar([40, 0, 0], tilt))
         assert abs(missing[0]) < 0.01
 
 
 def test_distances_that_do_not_hold_miss_by_the_difference():
-    assert relation_residuals(distance("a", "b", 5.0), ball(0, 0, 0), ball(0, 0, 6)) == pytest.approx([1.0])
-    assert relation_residuals(distance("a", "b", 5.0), Plane([0, 0, 0], UP), ball(0, 0, -5)) == pytest.approx([-10.0])
-    assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), ball(0, 0, 0), ball(1, 2, 2))) == pytest.approx(3)
-    assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), bar([0, 0, 0]), ball(3, 4, 9))) == pytest.approx(
-        5
-    )
-    assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), bar([0, 0, 0]), bar([3, 4, 9]))) == pytest.approx(
-        5
-    )
+    assert missing_to(distance("a", "b", 5.0), ball(0, 0, 0), ball(0, 0, 6)) == pytest.approx([1.0])
+    assert missing_to(distance("a", "b", 5.0), Plane([0, 0, 0], UP), ball(0, 0, -5)) == pytest.approx([-10.0])
+    assert np.linalg.norm(missing_to(distance("a", "b", 0.0), ball(0, 0, 0), ball(1, 2, 2))) == pytest.approx(3)
+    assert np.linalg.norm(missing_to(distance("a", "b", 0.0), bar([0, 0, 0]), ball(3, 4, 9))) == pytest.approx(5)
+    assert np.linalg.norm(missing_to(distance("a", "b", 0.0), bar([0, 0, 0]), bar([3, 4, 9]))) == pytest.approx(5)
 
 
 def test_parallel_is_also_what_others_make_parallel():
@@ -136,5 +143,32 @@ def test_parallel_is_also_what_others_make_parallel():
 
 def test_axes_known_to_be_parallel_have_a_spacing_while_they_are_not_yet():
     tilted = bar([40, 0, 0], leaning(20))
-    assert abs(relation_residuals(distance("a", "b", 40.0), bar([0, 0, 0]), tilted, parallel=True)[0]) < 3
-    assert np.linalg.norm(relation_residuals(distance("a", "b", 0.0), bar([0, 0, 0]), tilted, parallel=True)) > 35
+    assert abs(missing_to(distance("a", "b", 40.0), bar([0, 0, 0]), tilted, parallel=True)[0]) < 3
+    assert np.linalg.norm(missing_to(distance("a", "b", 0.0), bar([0, 0, 0]), tilted, parallel=True)) > 35
+
+
+ALONG_THE_AXES = [UP, EAST, np.array([0.0, 1.0, 0.0]), -UP]
+
+
+@pytest.mark.parametrize("axis", ALONG_THE_AXES)
+@pytest.mark.parametrize("relation", [angle("a", "b", 0), distance("a", "b", 0.0)], ids=["parallel", "coaxial"])
+def test_what_two_numbers_hold_is_smooth_across_a_tie_of_components(axis, relation):
+    """The vectors across a direction along a coordinate axis may be chosen in either of two ways."""
+    one, other = bar([1, 2, 3], axis), bar([1.01, 2.01, 3], axis + 1e-3 * np.roll(axis, 1))
+    branch = nearest_branch((relation,), {"a": one, "b": other})[0]
+    values = []
+    for tilt in np.linspace(-1e-6, 1e-6, 9):
+        for around in (np.roll(axis, 1), np.roll(axis, 2)):
+            pair = {"a": bar([1, 2, 3], axis + tilt * around), "b": other}
+            values.append(carried(branch, pair).linear(pair)[0])
+    assert np.ptp(np.array(values), axis=0).max() < 5e-5
+
+
+@pytest.mark.parametrize("degrees", [89.9, 89.99, 90.0, 90.01])
+def test_an_angle_near_90_runs_on_beyond_it(degrees):
+    """Of the two senses of an axis one is meant: its residual has no fold where the other one begins."""
+    relation = angle("a", "b", 89.95)
+    pair = {"a": bar([0, 0, 0]), "b": bar([5, 5, 5], leaning(89.94))}
+    branch = nearest_branch((relation,), pair)[0]
+    (missing,) = branch.linear({**pair, "b": bar([5, 5, 5], leaning(degrees))})[0]
+    assert missing == pytest.approx(np.radians(degrees - 89.95), abs=1e-12)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
-from tactfix.geometry.nearest import direction_of
+from tactfix.geometry.nearest import direction_of, foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radial_directions, residuals
 
 
@@ -95,3 +95,24 @@ def rigid_displacements(surface: Surface, centre: Floats) -> Floats:
     tilts = np.hstack([basis @ cross(turn, direction_of(surface)).T, np.zeros((2, 3))])
     rows = direction_of(surface)[None] if isinstance(surface, Plane) else basis
     return np.vstack([tilts, rows @ moves])
+
+
+def displacement_between(one: Surface, other: Surface) -> Floats | None:
+    """The displacement (dimension,) that lays one on the other, to first order; None where they are of two types.
+
+    Of the two directions of an axis the nearer one counts; normals that differ by more than a right angle have none.
+    """
+    match one, other:
+        case Sphere(), Sphere():
+            return np.asarray(other.center - one.center)
+        case Point(), Point():
+            return np.asarray(other.point - one.point)
+        case Plane(), Plane() if one.normal @ other.normal > 0:
+            tilt = across(one) @ other.normal
+            return np.append(tilt, (other.point - one.point) @ other.normal / (one.normal @ other.normal))
+        case Cylinder(), Cylinder():
+            basis = across(one)
+            sense = 1.0 if one.direction @ other.direction > 0 else -1.0
+            tilt = sense * (basis @ other.direction)
+            return np.concatenate([tilt, basis @ (foot(other, one.point) - one.point)])
+    return None

@@ -51,7 +51,7 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     status = _status(contacts, solutions, left)
     result = _result(fixture, contacts, solutions, verdicts, left, status)
     if left and not fixture.is_placed and status != "underdetermined":
-        from tactfix.relations.equations import doubtful_distances
+        from tactfix.relations.parallels import doubtful_distances
 
         result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
     if status == "located":

@@ -171,13 +171,24 @@ def _damped_step(
     normal = transposed @ jacobians
     gradient = (transposed @ residuals[..., None])[..., 0]
     diagonal = np.einsum("...ii->...i", normal)
-    # A floor for parameters that the contacts hardly see: the damped matrix is never singular.
+    # A floor for parameters that the contacts hardly see.
     floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + TINY
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
     normal += curvature
-    change = -np.linalg.solve(normal, gradient[..., None])[..., 0]
-    return np.asarray(change), np.asarray(-np.einsum("bp,bp->b", change, gradient))
+    change = -_solved(normal, gradient)
+    return change, np.asarray(-np.einsum("bp,bp->b", change, gradient))
+
+
+def _solved(matrices: Floats, vectors: Floats) -> Floats:
+    """The solutions (B, p) of symmetric systems; where rounding has made one singular, the shortest ones.
+
+    A sphere that grows into a plane is hardly held any more, and hardly damped.
+    """
+    try:
+        return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        return np.asarray((np.linalg.pinv(matrices, hermitian=True) @ vectors[..., None])[..., 0])
 
 
 def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -> Floats:

@@ -1,205 +1,151 @@
-"""Known distances and angles as equations between surfaces.
+"""Known distances and angles as equations between surfaces: one for each sign that a relation leaves open.
 
-Each relation gives one or more residuals that vanish where it holds and are smooth there. A distance of zero
-(concentric, coaxial, axis through a centre) and an angle of zero or 180 degrees hold more than one number: all of them
-are residuals, where the plain difference would have no derivative.
+An axis has no sense and most distances no side, so that a relation may hold in two ways, its branches: axes at 89.87
+deg are also axes at 90.13, a plane 25 below another one is also 25 above it. Each branch is an equation of its own
+(`angles`, `distances`), smooth where the unsigned value has a fold. Whoever solves chooses the branch (`branches`);
+within a solution it never changes.
+
+Where a value is nearly the one at which directions or places coincide, the way in which they differ is a circle of
+which contacts may see next to nothing. WIDENED, such a relation is the equation of coincidence with the second moment
+of that circle in its sigma: never wrong, and at its best where the circle is not resolved.
 """
 
-from collections.abc import Mapping
-from functools import lru_cache
-from itertools import combinations
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.fixture import Fixture, Relation
-from tactfix.geometry.arrays import TINY, Floats
-from tactfix.geometry.charts import across, dimension, displaced, material_displacement
-from tactfix.geometry.nearest import (
-    ALMOST_PARALLEL,
-    PARALLEL,
-    direction_of,
-    distance_between,
-    foot,
-    nearest_points,
-    other_point,
-)
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.fixture import Relation
+from tactfix.geometry.arrays import Floats, cross, unit
+from tactfix.geometry.charts import across, dimension
+from tactfix.geometry.nearest import ALMOST_PARALLEL, PARALLEL, direction_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.relations import angles, distances
+from tactfix.relations.angles import Linear
 
-STEP = 1e-6
-"""Relative step of the central differences: their error, its square, stays below 1e-11."""
+Form: TypeAlias = Literal["none", "turn", "aligned", "side", "askew", "apart", "coincident"]
 
 
-@lru_cache(maxsize=64)
-def parallel_pairs(relations: tuple[Relation, ...]) -> frozenset[frozenset[str]]:
-    """The pairs of features that angles of 0 and 180 degrees make parallel, also by way of others."""
-    groups: list[set[str]] = []
-    for relation in relations:
-        if relation.kind == "angle" and np.sin(relation.value) < PARALLEL:
-            joined = [group for group in groups if group & set(relation.between)]
-            groups = [group for group in groups if group not in joined]
-            groups.append(set(relation.between).union(*joined))
-    return frozenset(frozenset(pair) for group in groups for pair in combinations(sorted(group), 2))
+@dataclass(frozen=True, slots=True, eq=False)
+class Equation:
+    """One branch of a relation.
 
-
-def doubtful_distances(fixture: Fixture, surfaces: Mapping[str, Surface]) -> tuple[str, ...]:
-    """In words, the distances of axes that were taken for parallel ones because they nearly are: nothing else says so.
-
-    `geometry.nearest` takes the spacing of such axes for their distance, which the common perpendicular would be of
-    axes that are askew on purpose.
+    sign: the sense or side that is meant, where the form has one. basis: unit vectors (2, 3) square to the direction
+    of `axis`, or (3, 3); they are carried along (`carried`), so that residuals do not jump where a choice of vectors
+    would. spread: standard deviation (rad or length) of each residual; 0: it holds exactly.
     """
-    known = parallel_pairs(fixture.relations)
-    doubts = []
-    for relation in fixture.relations:
-        axes = [surface for name in relation.between if isinstance(surface := surfaces[name], Cylinder)]
-        if relation.kind == "distance" and len(axes) == 2 and frozenset(relation.between) not in known:
-            sine = float(np.linalg.norm(np.cross(axes[0].direction, axes[1].direction)))
-            if sine < ALMOST_PARALLEL:
-                one, other = relation.between
-                doubts.append(
-                    f"{one} and {other} are {np.degrees(np.arcsin(sine)):.2g} deg from parallel and no angle is given: "
-                    "their distance was taken for the spacing of parallel axes; give their angle, 0 if they are"
-                )
-    return tuple(doubts)
+
+    relation: Relation
+    form: Form
+    sign: float
+    spread: float
+    basis: Floats | None = None
+
+    def linear(self, surfaces: Mapping[str, Surface]) -> Linear:
+        """Residuals (k,), lengths or rad, and gradients (k, dimension) by the displacements of either surface."""
+        one, other = (surfaces[name] for name in self.relation.between)
+        if self.relation.kind == "distance":
+            return self._distance(one, other)
+        if not isinstance(one, Plane | Cylinder) or not isinstance(other, Plane | Cylinder):
+            return np.zeros(0), np.zeros((0, dimension(one))), np.zeros((0, dimension(other)))
+        if self.basis is None:
+            return angles.turn(one, other, self.relation.value, self.sign)
+        return angles.aligned(one, other, self.sign, self.basis)
+
+    def _distance(self, one: Surface, other: Surface) -> Linear:
+        value = self.relation.value
+        if self.form == "side":
+            return distances.side(one, other, value, self.sign)
+        if self.form == "askew" and isinstance(one, Cylinder) and isinstance(other, Cylinder):
+            return distances.askew(one, other, value, self.sign)
+        if self.basis is None:
+            return distances.apart(one, other, value)
+        return distances.coincident(one, other, self.basis)
+
+    @property
+    def components(self) -> int:
+        """How many numbers its residual has."""
+        if self.form == "none":
+            return 0
+        return 1 if self.basis is None else len(self.basis)
+
+    @property
+    def is_widened(self) -> bool:
+        """Whether it holds coincidence in the place of a small value."""
+        return self.form in ("aligned", "coincident") and self.coincidence > 0
+
+    @property
+    def coincidence(self) -> float:
+        """How far (rad or length) the relation is from coincidence: of directions, or of places."""
+        return off(self.relation) if self.relation.kind == "angle" else abs(self.relation.value)
+
+    def unit(self, scale: float) -> float:
+        """What one of its residuals is measured in: the fixture's scale, or rad."""
+        return scale if self.relation.kind == "distance" else 1.0
 
 
-def relation_residuals(relation: Relation, one: Surface, other: Surface, parallel: bool = False) -> Floats:
-    """What is missing (k,) for the relation to hold: lengths for a distance, rad for an angle.
+def equation(
+    relation: Relation, surfaces: Mapping[str, Surface], sign: float, parallel: bool, widened: bool = False
+) -> Equation:
+    """The branch of a relation with this sign, for surfaces near these.
 
-    parallel: whether other relations make the two parallel; then the distance of axes is their spacing, however far
-    from parallel they still are.
+    parallel: whether the two are known to be parallel; then the distance of axes is their spacing, however far from
+    parallel they still are.
     """
+    one, other = (surfaces[name] for name in relation.between)
+    form = form_of(relation, one, other, parallel, widened)
+    if isinstance(one, Plane) and isinstance(other, Plane) and relation.kind == "angle":
+        # The angle between normals says their sense itself; aligned they are at 0 or at 180 deg.
+        sign = -1.0 if form == "aligned" and relation.value > np.pi / 2 else 1.0
+    directed = _directed(one, other)
+    if form == "aligned" and directed:
+        return Equation(relation, form, sign, _spread(relation, off(relation), 2), across(directed))
+    if form == "coincident":
+        basis = across(directed) if directed else np.eye(3)
+        return Equation(relation, form, sign, _spread(relation, relation.value, len(basis)), basis)
+    return Equation(relation, form, sign, relation.sigma)
+
+
+def carried(equation: Equation, surfaces: Mapping[str, Surface]) -> Equation:
+    """The equation with its basis turned along with the direction that it is square to."""
+    directed = _directed(*(surfaces[name] for name in equation.relation.between))
+    if equation.basis is None or len(equation.basis) != 2 or directed is None:
+        return equation
+    normal = direction_of(directed)
+    first = unit(equation.basis[0] - (equation.basis[0] @ normal) * normal)
+    return replace(equation, basis=np.array([first, cross(normal, first)]))
+
+
+def _directed(one: Surface, other: Surface) -> Plane | Cylinder | None:
+    """The first of the two that has a direction."""
+    return next((s for s in (one, other) if isinstance(s, Plane | Cylinder)), None)
+
+
+def _spread(relation: Relation, value: float, components: int) -> float:
+    """Of one component of a gap of this size in any direction, and of what is not known of the size."""
+    return float(np.hypot(relation.sigma, value / np.sqrt(components)))
+
+
+def form_of(relation: Relation, one: Surface, other: Surface, parallel: bool, widened: bool) -> Form:
+    """Which equation holds a relation between two surfaces."""
     if relation.kind == "angle":
-        return _angle_residuals(relation, one, other)
-    if not _has_gap(relation, one, other):
-        return _coincidence(one, other, parallel)
-    return np.array([_side(relation, one, other) * distance_between(one, other, parallel) - relation.value])
+        if not isinstance(one, Plane | Cylinder) or not isinstance(other, Plane | Cylinder):
+            return "none"
+        return "aligned" if widened or off(relation) < PARALLEL else "turn"
+    if isinstance(one, Plane) or isinstance(other, Plane):
+        return "side"
+    if isinstance(one, Cylinder) and isinstance(other, Cylinder) and not parallel:
+        sine = np.linalg.norm(np.cross(one.direction, other.direction))
+        if sine > ALMOST_PARALLEL:
+            return "askew"
+    return "coincident" if widened or relation.value == 0 else "apart"
 
 
-def _side(relation: Relation, one: Surface, other: Surface) -> float:
-    """1 or -1: on which side of a plane an axis or another plane lies; only spheres have the side in their distance."""
-    if relation.value == 0 or isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
-        return 1.0
-    return 1.0 if distance_between(one, other) >= 0 else -1.0
-
-
-def _angle_residuals(relation: Relation, one: Surface, other: Surface) -> Floats:
-    """The difference of the angles; for parallel directions the two components of the turn between them."""
-    if isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
-        return np.zeros(0)
-    a, b = direction_of(one), direction_of(other)
-    if np.sin(relation.value) > PARALLEL:
-        cosine = _sense(relation, one, other) * float(a @ b)
-        return np.array([np.arctan2(np.linalg.norm(np.cross(a, b)), cosine) - relation.value])
-    signed = isinstance(one, Plane) and isinstance(other, Plane)
-    b = b * ((1.0 if relation.value < 1 else -1.0) if signed else np.copysign(1.0, a @ b))
-    sines = across(one) @ b
-    sine = float(np.linalg.norm(sines))
-    # Opposite normals are as far from parallel as can be, whichever way they turn.
-    turn = sines / sine if sine > PARALLEL else np.array([1.0, 0.0])
-    return np.asarray(sines if sine <= PARALLEL and a @ b > 0 else np.arctan2(sine, a @ b) * turn)
-
-
-def _sense(relation: Relation, one: Plane | Cylinder, other: Plane | Cylinder) -> float:
-    """1 or -1: which sense of an unsigned axis the angle is measured in; at 90 degrees either, so always the same."""
-    if isinstance(one, Plane) and isinstance(other, Plane):
-        return 1.0
-    facing = float(direction_of(one) @ direction_of(other))
-    return 1.0 if facing >= 0 or abs(np.cos(relation.value)) < PARALLEL else -1.0
-
-
-def _coincidence(one: Surface, other: Surface, parallel: bool) -> Floats:
-    """The components of the gap between centres and axes that coincide."""
-    a, b = nearest_points(one, other, parallel)
-    match one, other:
-        case ((Sphere() | Point()), (Sphere() | Point())):
-            return np.asarray(b - a)
-        case Cylinder(), Cylinder():
-            normal = np.cross(one.direction, other.direction)
-            size = float(np.linalg.norm(normal))
-            if size > ALMOST_PARALLEL and not parallel:
-                return np.array([(other.point - one.point) @ normal / size])
-            return np.asarray(across(one) @ (b - a))
-        case (Cylinder() as axis, (Sphere() | Point())) | ((Sphere() | Point()), Cylinder() as axis):
-            return np.asarray(across(axis) @ (b - a))
-    return np.zeros(0)
-
-
-def relation_with_jacobian(
-    relation: Relation,
-    surfaces: Mapping[str, Surface],
-    columns: Mapping[str, slice],
-    scale: float,
-    width: int,
-    parallel: bool = False,
-) -> tuple[Floats, Floats]:
-    """The residuals (k,) and their derivative (k, width) with respect to displacements of the surfaces.
-
-    columns: where each feature's displacement stands; scale: a length of the fixture, for the size of differences.
-    """
-    one, other = relation.between
-    pair = surfaces[one], surfaces[other]
-    here = relation_residuals(relation, *pair, parallel)
-    jacobian = np.zeros((len(here), width))
-    if len(here) == 1 and relation.kind == "distance" and _has_gap(relation, *pair):
-        side = _side(relation, *pair)
-        gradients = _distance_gradients(*pair, parallel)
-        jacobian[0, columns[one]], jacobian[0, columns[other]] = (side * gradient for gradient in gradients)
-    elif len(here) == 1 and relation.kind == "angle":
-        jacobian[0, columns[one]], jacobian[0, columns[other]] = _angle_gradients(relation, *pair)
-    else:
-        for name in relation.between:
-            jacobian[:, columns[name]] = _differences(relation, surfaces, name, scale, parallel)
-    return here, jacobian
-
-
-def _has_gap(relation: Relation, one: Surface, other: Surface) -> bool:
-    return relation.value != 0 or isinstance(one, Plane) or isinstance(other, Plane)
-
-
-def _distance_gradients(one: Surface, other: Surface, parallel: bool) -> tuple[Floats, Floats]:
-    """How a distance changes with the displacement of each: what the feet of the perpendicular move apart along it."""
-    if isinstance(other, Plane) and not isinstance(one, Plane):
-        second, first = _distance_gradients(other, one, parallel)
-        return first, second
-    if isinstance(one, Plane):
-        far = other_point(other)
-        near, along = foot(one, far), one.normal
-    else:
-        near, far = nearest_points(one, other, parallel)
-        gap = far - near
-        along = gap / max(float(np.linalg.norm(gap)), TINY)
-    return -along @ material_displacement(one, near), along @ material_displacement(other, far)
-
-
-def _angle_gradients(relation: Relation, one: Surface, other: Surface) -> tuple[Floats, Floats]:
-    """How arccos(+-a . b) changes with the tilts of each direction."""
-    if isinstance(one, Sphere | Point) or isinstance(other, Sphere | Point):
-        return np.zeros(dimension(one)), np.zeros(dimension(other))
-    a, b = direction_of(one), direction_of(other)
-    rate = -_sense(relation, one, other) / max(float(np.linalg.norm(np.cross(a, b))), PARALLEL)
-    first, second = np.zeros(dimension(one)), np.zeros(dimension(other))
-    first[:2], second[:2] = rate * (across(one) @ b), rate * (across(other) @ a)
-    return first, second
-
-
-def _differences(
-    relation: Relation, surfaces: Mapping[str, Surface], name: str, scale: float, parallel: bool
-) -> Floats:
-    """Central differences (k, dimension), for residuals that hold more than one number."""
-    surface = surfaces[name]
-    columns = []
-    for k in range(dimension(surface)):
-        step = np.zeros(dimension(surface))
-        step[k] = STEP if not isinstance(surface, Sphere | Point) and k < 2 else STEP * scale
-        ahead = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, step)), parallel)
-        behind = relation_residuals(relation, *_pair(surfaces, relation, name, displaced(surface, -step)), parallel)
-        columns.append((ahead - behind) / (2 * step[k]))
-    return np.array(columns).T
-
-
-def _pair(surfaces: Mapping[str, Surface], relation: Relation, name: str, changed: Surface) -> tuple[Surface, Surface]:
-    one, other = relation.between
-    return (changed, surfaces[other]) if name == one else (surfaces[one], changed)
+def off(relation: Relation) -> float:
+    """How far (rad) an angle is from 0 or 180 deg."""
+    small = min(relation.value, np.pi - relation.value)
+    return 0.0 if small < PARALLEL else small
 
 
 def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
@@ -211,13 +157,34 @@ def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
     return columns, width
 
 
-def all_relations(
-    relations: tuple[Relation, ...], surfaces: Mapping[str, Surface], scale: float
-) -> list[tuple[Floats, Floats]]:
-    """Residuals and Jacobian of each relation."""
+def linear_equations(equations: Sequence[Equation], surfaces: Mapping[str, Surface]) -> list[tuple[Floats, Floats]]:
+    """Residuals (k,) and Jacobian (k, width) of each equation; columns as in `columns_of`."""
     columns, width = columns_of(surfaces)
-    known = parallel_pairs(relations)
-    return [
-        relation_with_jacobian(relation, surfaces, columns, scale, width, frozenset(relation.between) in known)
-        for relation in relations
-    ]
+    found = []
+    for equation in equations:
+        values, first, second = equation.linear(surfaces)
+        jacobian = np.zeros((len(values), width))
+        one, other = equation.relation.between
+        jacobian[:, columns[one]], jacobian[:, columns[other]] = first, second
+        found.append((values, jacobian))
+    return found
+
+
+def chart_lengths(surfaces: Mapping[str, Surface], scale: float) -> Floats:
+    """What one unit of each displacement is (width,): 1 rad for tilts, the fixture's scale for shifts."""
+    columns, width = columns_of(surfaces)
+    lengths = np.full(width, scale)
+    for name, surface in surfaces.items():
+        if isinstance(surface, Plane | Cylinder):
+            lengths[columns[name].start : columns[name].start + 2] = 1.0
+    return lengths
+
+
+def stacked(equations: Sequence[Equation], surfaces: Mapping[str, Surface], scale: float) -> tuple[Floats, Floats]:
+    """All residuals (k,) and their Jacobian (k, width), lengths in units of scale on both sides."""
+    lengths = chart_lengths(surfaces, scale)
+    values, rows = [np.zeros(0)], [np.zeros((0, len(lengths)))]
+    for equation, (value, jacobian) in zip(equations, linear_equations(equations, surfaces), strict=True):
+        values.append(value / equation.unit(scale))
+        rows.append(jacobian * lengths / equation.unit(scale))
+    return np.concatenate(values), np.vstack(rows)

@@ -9,7 +9,8 @@ from tactfix.fixture import FrameRecipe
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import Floats
 from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
-from tactfix.relations.joint import JointFit, JointProblem, fit_at, joint_fit
+from tactfix.relations.joint import fit_at, joint_fit
+from tactfix.relations.joint_problem import JointFit, JointProblem
 
 STILL = 1e-9
 """Share of the largest free motion below which a free displacement does not move the frame."""
@@ -59,7 +60,7 @@ class JointSpread:
             missing = np.full(steps.shape[1], np.inf)
             for number, step in enumerate(steps.T):
                 wanted = self.fit.observed + self.fit.jacobian @ step
-                there = joint_fit(replace(self.problem, wanted=wanted), self.fit.surfaces)
+                there = joint_fit(replace(self.problem, wanted=wanted), self.fit.surfaces, self.fit.equations)
                 try:
                     poses = np.array(frames(self.recipe, there.surfaces))
                 except FrameError:

@@ -1,12 +1,13 @@
 """The rigid geometries that a fixture by relations can be.
 
 Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes. Newton's method from many
-random configurations finds them; each is laid into the fixture frame by the recipe, once per choice of axis signs,
-and alike ones are kept once. Where the relations leave the shape free there is none: such a fixture must be located
-feature by feature.
+random configurations finds them, each on the branch of the relations (`equations`) that the configuration happens to
+be nearest to, and with each its mirror image, of which the relations hold as well. Every one is laid into the fixture
+frame by the recipe, once per choice of axis signs, and alike ones are kept once. Where the relations leave the shape
+free there is none: such a fixture must be located feature by feature.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -14,25 +15,25 @@ import numpy as np
 
 from tactfix.fixture import Feature, Fixture
 from tactfix.frame import FrameError, frames
-from tactfix.geometry.arrays import TINY, Floats, unit
+from tactfix.geometry.arrays import TINY, unit
 from tactfix.geometry.charts import displaced, rigid_displacements
-from tactfix.geometry.nearest import foot
+from tactfix.geometry.nearest import foot, other_point
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, signed_axis
-from tactfix.relations.equations import all_relations, columns_of
+from tactfix.relations.branches import nearest_branch
+from tactfix.relations.equations import carried, chart_lengths, columns_of, stacked
 
-TRIALS = 60
-SETTLED = 12
-"""Trials in a row that bring nothing new, after which the list of shapes is complete: two mirror images turn up alike
-often, so that one is overlooked once in 4,000 fixtures with one pair."""
+TRIALS = 240
+SETTLED, PER_SHAPE = 8, 4
+"""Trials in a row that bring nothing new, so many and for each pair of mirror images more, after which the list of
+shapes is complete: one of n pairs that turn up alike often is overlooked once in e^(8 / n + 4) times."""
 NEWTON_STEPS = 40
 RANK = 1e-7
 HOLDS = 1e-9
 """Share of the fixture's size (rad for angles) to which relations must hold."""
 
 
-@lru_cache(maxsize=32)
 def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
     """Every rigid geometry of the fixture, in its frame; exactly one for a fixture by geometry.
 
@@ -41,12 +42,18 @@ def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
     """
     if fixture.is_placed:
         return ({name: f.surface for name, f in fixture.features.items() if f.surface is not None},)
+    return tuple(shape for body in bodies(fixture) for shape in body)
+
+
+@lru_cache(maxsize=32)
+def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
+    """The rigid bodies that a fixture by relations can be, each in every frame that its recipe allows."""
     rng = np.random.default_rng(20261122)
     scale = fixture_scale(fixture)
-    shapes: list[Mapping[str, Surface]] = []
+    found: list[tuple[Mapping[str, Surface], ...]] = []
     idle = 0
     for _ in range(TRIALS):
-        if idle >= SETTLED:
+        if idle >= SETTLED + PER_SHAPE * len(found) / 2:
             break
         surfaces = _relaxed(fixture, {n: random_surface(f, scale, rng) for n, f in fixture.features.items()}, scale)
         if surfaces is None:
@@ -54,11 +61,34 @@ def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
         if not is_rigid(fixture, surfaces, scale):
             return ()
         idle += 1
-        for shape in _in_fixture_frame(fixture, surfaces):
-            if not _known(shape, shapes, scale):
-                shapes.append(shape)
+        for body in (surfaces, {name: _mirrored(surface) for name, surface in surfaces.items()}):
+            shapes = _distinct(_in_fixture_frame(fixture, body), scale)
+            if shapes and not any(_known(shapes[0], list(other), scale) for other in found):
+                found.append(tuple(shapes))
                 idle = 0
-    return tuple(shapes)
+    return tuple(found)
+
+
+def _mirrored(surface: Surface) -> Surface:
+    """The mirror image of a surface in the plane x = 0."""
+    flip = np.array([-1.0, 1.0, 1.0])
+    match surface:
+        case Sphere():
+            return replace(surface, center=flip * surface.center)
+        case Point():
+            return Point(flip * surface.point)
+        case Plane():
+            return Plane(flip * surface.point, flip * surface.normal)
+        case Cylinder():
+            return replace(surface, point=flip * surface.point, direction=flip * surface.direction)
+
+
+def _distinct(shapes: Sequence[Mapping[str, Surface]], scale: float) -> list[Mapping[str, Surface]]:
+    kept: list[Mapping[str, Surface]] = []
+    for shape in shapes:
+        if not _known(shape, kept, scale):
+            kept.append(shape)
+    return kept
 
 
 def fixture_scale(fixture: Fixture) -> float:
@@ -84,51 +114,29 @@ def random_surface(feature: Feature, scale: float, rng: "np.random.Generator") -
 
 def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> Mapping[str, Surface] | None:
     """The surfaces moved as little as the relations ask for, by Newton's method; None where it does not arrive."""
+    equations = nearest_branch(fixture.relations, surfaces)
+    lengths = chart_lengths(surfaces, scale)
     columns, _ = columns_of(surfaces)
     for _ in range(NEWTON_STEPS):
-        missing, jacobian = _stacked(fixture, surfaces, scale)
-        if not len(missing) or np.abs(missing).max() < HOLDS:
+        equations = tuple(carried(equation, surfaces) for equation in equations)
+        missing, jacobian = stacked(equations, surfaces, scale)
+        if np.abs(missing).max(initial=0.0) < HOLDS:
             return surfaces
         step = -np.linalg.pinv(jacobian, rcond=1e-10) @ missing
-        step *= min(1.0, 0.5 / max(float(np.abs(step).max()), TINY))
-        surfaces = {name: displaced(s, _unscaled(s, step[columns[name]], scale)) for name, s in surfaces.items()}
+        step *= min(1.0, 0.5 / max(float(np.abs(step).max()), TINY)) * lengths
+        surfaces = {name: displaced(s, step[columns[name]]) for name, s in surfaces.items()}
     return None
-
-
-def _stacked(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> tuple[Floats, Floats]:
-    """All residuals (k,) and Jacobian (k, width), lengths in units of scale on both sides."""
-    linear = all_relations(fixture.relations, surfaces, scale)
-    columns, width = columns_of(surfaces)
-    lengths = np.ones(width)
-    for name, surface in surfaces.items():
-        lengths[columns[name]] = _unscaled(surface, np.ones(columns[name].stop - columns[name].start), scale)
-    if not linear:
-        return np.zeros(0), np.zeros((0, width))
-    values, jacobians = zip(*linear, strict=True)
-    units = [scale if relation.kind == "distance" else 1.0 for relation in fixture.relations]
-    unit_of_row = np.repeat(units, [len(value) for value in values])
-    return np.concatenate(values) / unit_of_row, np.vstack(jacobians) * lengths / unit_of_row[:, None]
-
-
-def _unscaled(surface: Surface, step: Floats, scale: float) -> Floats:
-    """A displacement with its lengths in fixture units from one with lengths in units of scale."""
-    tilts = 0 if isinstance(surface, Sphere | Point) else 2
-    return np.concatenate([step[:tilts], step[tilts:] * scale])
 
 
 def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
     """Whether the relations leave the surfaces no motion but those of one rigid body."""
-    _, jacobian = _stacked(fixture, surfaces, scale)
-    centre = np.mean([s.center if isinstance(s, Sphere) else s.point for s in surfaces.values()], axis=0)
-    together = []
-    for surface in surfaces.values():
-        rows = rigid_displacements(surface, centre)
-        rows[:, 3:] *= scale
-        tilts = 0 if isinstance(surface, Sphere | Point) else 2
-        rows[tilts:] /= scale
-        together.append(rows)
+    _, jacobian = stacked(nearest_branch(fixture.relations, surfaces), surfaces, scale)
+    centre = np.mean([other_point(surface) for surface in surfaces.values()], axis=0)
+    together = np.vstack([rigid_displacements(surface, centre) for surface in surfaces.values()])
+    together[:, 3:] *= scale
+    together /= chart_lengths(surfaces, scale)[:, None]
     free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
-    return bool(free == np.linalg.matrix_rank(np.vstack(together), tol=RANK))
+    return bool(free == np.linalg.matrix_rank(together, tol=RANK))
 
 
 def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list[Mapping[str, Surface]]:

@@ -1,0 +1,92 @@
+"""The joint fits of combinations of features: one for each branch of the relations that contacts leave open.
+
+A relation next to coincidence is fitted widened first. Where that shows that the contacts resolve the circle on which
+the features differ, the relation is put in its place and the fit goes on from there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Surface
+from tactfix.relations.branches import branches, least_cost, nearest_branch
+from tactfix.relations.equations import Equation, linear_equations
+from tactfix.relations.joint import joint_fit
+from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
+
+MOST_FITS = 96
+"""Starts that are followed, those of the least cost."""
+MISSES = 3
+"""The same where none promises to explain the contacts: one of them is the nearest miss."""
+RESOLVED = 4.0
+"""Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
+seen: the position on it is then known to a quarter of a rad."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Where a fit starts: surfaces in base, the branch of each relation, and the chi-square that this promises.
+
+    number: of the combination of surfaces.
+    """
+
+    number: int
+    surfaces: Mapping[str, Surface]
+    equations: tuple[Equation, ...]
+    cost: float
+
+
+def starts_from(problem: JointProblem, combinations: Sequence[Mapping[str, Surface]]) -> list[Start]:
+    """The branches of all combinations of surfaces that may explain the contacts, best first; else nearest misses."""
+    found, missed = [], []
+    for number, surfaces in enumerate(combinations):
+        values, _ = contact_observations(problem.contacts, problem.sigmas, surfaces)
+        own = float(values @ values)
+        open_ones = branches(problem, surfaces)
+        found += [Start(number, surfaces, equations, own + cost) for cost, equations in open_ones]
+        if not open_ones and not found:
+            missed.append(nearest_start(problem, surfaces, number, own + least_cost(problem, surfaces)))
+    if found:
+        return sorted(found, key=lambda start: start.cost)[:MOST_FITS]
+    return sorted(missed, key=lambda start: start.cost)[:MISSES]
+
+
+def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:
+    """The start with the signs that the surfaces have."""
+    return Start(number, surfaces, nearest_branch(problem.relations, surfaces, problem.scale), cost)
+
+
+def branch_fit(problem: JointProblem, start: Start) -> JointFit:
+    """The fit of one branch."""
+    fit = joint_fit(problem, start.surfaces, start.equations)
+    while True:
+        narrowed = _narrowed(problem, fit)
+        if narrowed is None:
+            return fit
+        fit = joint_fit(problem, fit.surfaces, narrowed)
+
+
+def _narrowed(problem: JointProblem, fit: JointFit) -> list[Equation] | None:
+    """The equations, those widened ones as they are given of which the contacts see the circle; None: no change."""
+    if not any(equation.is_widened for equation in fit.equations):
+        return None
+    factor, free = fit.spread()
+    if len(free):
+        return None
+    linear = linear_equations(fit.equations, fit.surfaces)
+    given = nearest_branch(problem.relations, fit.surfaces)
+    seen = [
+        equation.is_widened and _is_seen(equation, jacobian * fit.lengths @ factor)
+        for equation, (_, jacobian) in zip(fit.equations, linear, strict=True)
+    ]
+    if not any(seen):
+        return None
+    return [plain if see else widened for see, plain, widened in zip(seen, given, fit.equations, strict=True)]
+
+
+def _is_seen(equation: Equation, factor: Floats) -> bool:
+    """Whether the circle is large beside the spread across it; factor (k, m): of the covariance of its components."""
+    across = float(np.linalg.norm(factor, 2))
+    return equation.coincidence > RESOLVED * max(across, equation.relation.sigma)

@@ -1,0 +1,131 @@
+"""The branches of a fixture's relations: which signs they may have, and which of them contacts leave worth a look.
+
+Near located features the linear model says what a choice of signs would cost: with residuals c of the relations, their
+gradients G, the covariance S of the features from their own contacts and R of the relations, chi-square rises by
+
+    c^T (G S G^T + R)^-1 c.
+
+Branches that cost many times what any solution may are left out; so are, with all of theirs, combinations of features.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import islice, product
+
+import numpy as np
+
+from tactfix.fixture import Relation
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.nearest import ALMOST_PARALLEL, PARALLEL, direction_of, distance_between
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.noise import chi_square_limit
+from tactfix.relations import distances
+from tactfix.relations.equations import Equation, chart_lengths, equation, form_of, off, stacked
+from tactfix.relations.joint_problem import JointProblem, contact_observations
+from tactfix.relations.parallels import parallel_pairs
+
+NEAR = ALMOST_PARALLEL
+"""Rad, or share of the fixture's size, from coincidence up to which a relation is widened at first."""
+COSTLY = 10.0
+"""Times the limit of chi-square, beyond which a branch is not followed."""
+CURVED = 0.02
+"""Share of a residual by which the linear model is taken to be off at most; near zero it is off by its square."""
+ROUNDING = 1e-12
+MOST_BRANCHES = 64
+"""Branches of one combination of features, those that cost least."""
+
+
+def nearest_branch(
+    relations: Sequence[Relation], surfaces: Mapping[str, Surface], scale: float | None = None
+) -> tuple[Equation, ...]:
+    """The equations of the relations with the signs that the surfaces have; with a scale those near zero widened."""
+    choices = _choices(tuple(relations), surfaces, scale)
+    return tuple(equations[0] for equations in choices)
+
+
+def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[tuple[float, tuple[Equation, ...]]]:
+    """What each branch would cost (chi-square) and its equations, cheapest first; those too costly left out."""
+    choices = _choices(problem.relations, surfaces, problem.scale)
+    covariance = _covariance(problem, surfaces)
+    limit = COSTLY * chi_square_limit(len(problem.contacts))
+
+    def cost(equations: Sequence[Equation]) -> float:
+        return _cost(equations, surfaces, covariance, problem.scale)
+
+    viable = [[e for e in equations if cost([e]) <= limit] for equations in choices]
+    found = [(cost(combination), combination) for combination in islice(product(*viable), MOST_BRANCHES)]
+    return sorted((pair for pair in found if pair[0] <= limit), key=lambda pair: pair[0])
+
+
+def least_cost(problem: JointProblem, surfaces: Mapping[str, Surface]) -> float:
+    """What the nearest branch would cost."""
+    equations = nearest_branch(problem.relations, surfaces, problem.scale)
+    return _cost(equations, surfaces, _covariance(problem, surfaces), problem.scale)
+
+
+def _choices(
+    relations: tuple[Relation, ...], surfaces: Mapping[str, Surface], scale: float | None
+) -> list[list[Equation]]:
+    """The branches of each relation, first that nearest to the surfaces."""
+    known = parallel_pairs(relations)
+    found = []
+    for relation in relations:
+        parallel = frozenset(relation.between) in known
+        widened = scale is not None and _may_widen(relation, scale)
+        signs = _signs(relation, surfaces, parallel, widened)
+        found.append([equation(relation, surfaces, sign, parallel, widened) for sign in signs])
+    return found
+
+
+def _may_widen(relation: Relation, scale: float) -> bool:
+    """Whether a relation is so near coincidence that contacts may not see the difference; scale: a length."""
+    if relation.kind == "angle":
+        return 0 < off(relation) < NEAR
+    return 0 < relation.value < NEAR * scale
+
+
+def _signs(relation: Relation, surfaces: Mapping[str, Surface], parallel: bool, widened: bool) -> tuple[float, ...]:
+    """The signs of a relation's branches, first that of the branch nearest to the surfaces."""
+    one, other = (surfaces[name] for name in relation.between)
+    match form_of(relation, one, other, parallel, widened), one, other:
+        case "turn" | "aligned", Plane(), Plane():
+            return (1.0,)
+        case "turn", Plane() | Cylinder(), Plane() | Cylinder():
+            nearest, two = _facing(one, other), abs(np.cos(relation.value)) > PARALLEL
+        case "aligned", Plane() | Cylinder(), Plane() | Cylinder():
+            return (_facing(one, other),)
+        case "side", Plane() | Cylinder(), Plane() | Cylinder():
+            nearest, two = _sign(distance_between(one, other)), relation.value > 0
+        case "askew", Cylinder(), Cylinder():
+            nearest, two = _sign(float(distances.askew(one, other, 0.0, 1.0)[0][0])), relation.value > 0
+        case _:
+            return (1.0,)
+    return (nearest, -nearest) if two else (1.0,)
+
+
+def _facing(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
+    """1 or -1: the sense of the second direction in which it has less than 90 degrees to the first."""
+    return _sign(float(direction_of(one) @ direction_of(other)))
+
+
+def _sign(number: float) -> float:
+    return 1.0 if number >= 0 else -1.0
+
+
+def _covariance(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Floats:
+    """Of the displacements (width, width) from contacts alone, in scaled units; what they leave free known to one."""
+    _, rows = contact_observations(problem.contacts, problem.sigmas, surfaces)
+    scaled = rows * chart_lengths(surfaces, problem.scale)
+    return np.asarray(np.linalg.inv(scaled.T @ scaled + np.eye(scaled.shape[1])))
+
+
+def _cost(equations: Sequence[Equation], surfaces: Mapping[str, Surface], covariance: Floats, scale: float) -> float:
+    """What chi-square would rise to for the relations to hold."""
+    missing, gradient = stacked(equations, surfaces, scale)
+    if not len(missing):
+        return 0.0
+    own = np.concatenate([np.full(e.components, e.spread / e.unit(scale)) for e in equations])
+    curved = np.minimum(missing**2, CURVED * np.abs(missing))
+    covariance = gradient @ covariance @ gradient.T + np.diag(own**2 + curved**2 + ROUNDING**2)
+    size = np.sqrt(np.diag(covariance))
+    reduced = missing / size
+    return float(reduced @ np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True) @ reduced)

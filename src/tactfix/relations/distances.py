@@ -1,0 +1,72 @@
+"""Distances between two surfaces as smooth residuals, with their gradients.
+
+p and q are the points of the two that are nearest to each other (`geometry.nearest`), n the normal of a plane, a and b
+the directions of axes, s = +1 or -1 the side on which the second lies of the first:
+
+    side         s n.(q - p) - value                  a plane and anything
+    askew        s (q - p).(a x b) / |a x b| - value     axes that are not parallel
+    apart        |q - p| - value                        centres, a centre and an axis, parallel axes
+    coincident   q - p, or E (q - p) across an axis        the same pairs at distance zero
+
+The rows of E (2, 3) are unit vectors square to the axis. Gradients are with respect to the displacements of
+`geometry.charts`: those of the distance are what the feet of the perpendicular move apart along it.
+"""
+
+import numpy as np
+
+from tactfix.geometry.arrays import TINY, Floats, cross
+from tactfix.geometry.charts import across, material_displacement
+from tactfix.geometry.nearest import foot, nearest_points, other_point
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.relations.angles import Linear
+
+
+def side(one: Surface, other: Surface, value: float, sign: float) -> Linear:
+    """The distance along the normal of the first plane of the two, less its value."""
+    if not isinstance(one, Plane):
+        residual, second, first = side(other, one, value, sign)
+        return residual, first, second
+    far = other_point(other)
+    near, along = foot(one, far), sign * one.normal
+    residual = np.array([float((far - one.point) @ along) - value])
+    return residual, *_feet_apart(one, other, near, far, along)
+
+
+def askew(one: Cylinder, other: Cylinder, value: float, sign: float) -> Linear:
+    """The signed length of the common perpendicular of two axes, less its value."""
+    normal = cross(one.direction, other.direction)
+    along = sign * normal / max(float(np.linalg.norm(normal)), TINY)
+    residual = np.array([float((other.point - one.point) @ along) - value])
+    return residual, *_feet_apart(one, other, *nearest_points(one, other), along)
+
+
+def apart(one: Surface, other: Surface, value: float) -> Linear:
+    """The distance of centres and axes, of two axes their spacing, less its value."""
+    near, far = nearest_points(one, other, parallel=True)
+    gap = far - near
+    size = float(np.linalg.norm(gap))
+    return np.array([size - value]), *_feet_apart(one, other, near, far, gap / max(size, TINY))
+
+
+def coincident(one: Surface, other: Surface, basis: Floats) -> Linear:
+    """The components of the gap along the rows of basis: all three of two centres, the two across the axis else."""
+    near, far = nearest_points(one, other, parallel=True)
+    residual = basis @ (far - near)
+    if isinstance(one, Cylinder) and isinstance(other, Cylinder):
+        return residual, *_between_axes(one, other, basis)
+    return residual, -basis @ material_displacement(one, near), basis @ material_displacement(other, far)
+
+
+def _feet_apart(one: Surface, other: Surface, near: Floats, far: Floats, along: Floats) -> tuple[Floats, Floats]:
+    first, second = material_displacement(one, near), material_displacement(other, far)
+    return -(along @ first)[None], (along @ second)[None]
+
+
+def _between_axes(one: Cylinder, other: Cylinder, basis: Floats) -> tuple[Floats, Floats]:
+    """Of the gap between the given point of the first axis and its foot on the second."""
+    gap, b = one.point - other.point, other.direction
+    height, flat = float(gap @ b), np.eye(3) - np.outer(b, b)
+    tilts, shifts = across(other).T, across(other).T
+    turned = height * tilts + np.outer(b, gap @ tilts)
+    first = np.hstack([np.zeros((3, 2)), -flat @ across(one).T])
+    return basis @ first, basis @ np.hstack([turned, flat @ shifts])

@@ -1,0 +1,100 @@
+"""Solutions from joint fits: alike ones as one, each in the frames that the recipe allows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactfix.fixture import Fixture, FrameRecipe
+from tactfix.frame import FrameError, frame, frames, recipe_of, sign_choices
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.charts import displaced
+from tactfix.noise import chi_square_limit
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.sigma_points import motions_between
+from tactfix.poses.solution import Solution, Solutions, solution_from
+from tactfix.relations.joint_problem import JointFit, JointProblem
+from tactfix.relations.joint_sigma_points import JointSpread
+from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
+
+HELD = 1e-9
+"""Share of the fixture's size to which exact relations must hold in the end."""
+DIFFERENCE = 1e-7
+"""Step of the differences of the frame (rad, and fixture sizes): their error is of this size, rounding far below."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    """A fit, and others, none better, that no contact tells from it."""
+
+    best: JointFit
+    others: list[JointFit]
+
+
+def joint_solutions(
+    fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool = False
+) -> Solutions:
+    """The frames of each fit that is within its limit; of the best one where none is.
+
+    Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
+    """
+    groups = _grouped(fits, problem)
+    dof = groups[0].best.dof if groups else fixture.equations(problem.contacts.features) - 6
+    limit = chi_square_limit(dof)
+    explaining = [group for group in groups if group.best.chi2 <= limit]
+    found: list[Solution] = []
+    refusal: FrameError | None = None
+    for group in explaining or groups[:1]:
+        try:
+            found += _framed(fixture, problem, group)
+        except FrameError as error:
+            refusal = error
+    if refusal is not None and explaining and not found and not continuum:
+        raise refusal
+    return Solutions(tuple(found), dof, limit, complete=True, continuum=continuum)
+
+
+def _grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[_Group]:
+    """Best first, those that contacts do not tell apart together."""
+    groups: list[_Group] = []
+    for fit in sorted((fit for fit in fits if fit.missing < HELD), key=lambda fit: fit.chi2):
+        group = next((group for group in groups if _are_one(group.best, fit, problem)), None)
+        if group is None:
+            groups.append(_Group(fit, []))
+        else:
+            group.others.append(fit)
+    return groups
+
+
+def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
+    same_branch = [e.sign for e in one.equations] == [e.sign for e in other.equations]
+    seen = seen_difference(one.surfaces, other.surfaces, problem.contacts, problem.sigmas, problem.scale)
+    return seen < (FOLD if same_branch else BRANCHES)
+
+
+def _framed(fixture: Fixture, problem: JointProblem, group: _Group) -> list[Solution]:
+    """One solution per frame that the recipe allows; turning an axis round turns the frame, not how it moves."""
+    recipe, fit = recipe_of(fixture), group.best
+    pose, *others = frames(recipe, fit.surfaces)
+    values, normals = contact_residuals(fit.surfaces, problem.contacts)
+    spread = JointSpread(problem, recipe, fit, _frame_jacobian(recipe, fit)).at(pose)
+    aside = [np.sqrt(weight(fit.chi2, other.chi2)) * _motion_to(recipe, pose, other) for other in group.others]
+    spread = replace(spread, factor=np.hstack([spread.factor, *aside]))
+    solution = solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread)
+    return [solution, *(replace(solution, base_from_fixture=other) for other in others)]
+
+
+def _motion_to(recipe: FrameRecipe, pose: Floats, other: JointFit) -> Floats:
+    """The motion (6, 1) from a pose to that of the frames of another fit which is nearest to it."""
+    poses = np.array(frames(recipe, other.surfaces))
+    alike = np.einsum("mij,ij->m", poses[:, :3, :3], pose[:3, :3])
+    return motions_between(pose, poses[[np.argmax(alike)]])
+
+
+def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
+    """How the frame moves (6, width), rotation and origin, with each displacement, by differences."""
+    steps = DIFFERENCE * np.diag(fit.lengths)
+    steps = np.vstack([np.zeros(len(steps)), steps])
+    moved = {name: displaced(surface, steps[:, fit.columns[name]]) for name, surface in fit.surfaces.items()}
+    still, *others = frame(recipe, moved, sign_choices(recipe, fit.surfaces)[0])
+    return motions_between(still, np.array(others)) / DIFFERENCE

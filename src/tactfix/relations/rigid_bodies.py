@@ -1,0 +1,66 @@
+"""Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.frame import frames, recipe_of
+from tactfix.geometry.arrays import Floats
+from tactfix.poses.rigid import rigid_solutions
+from tactfix.poses.sigma_points import motions_between
+from tactfix.poses.solution import Solution, Solutions
+from tactfix.relations.realization import bodies, fixture_scale
+from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
+
+
+def body_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:
+    """Every pose of every body that explains the contacts; sigmas (n,) of the residuals.
+
+    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    """
+    parts = [rigid_solutions(shapes[0], contacts, sigmas, with_misses) for shapes in bodies(fixture)]
+    dof, limit = parts[0].dof, parts[0].limit
+    complete, continuum = all(part.complete for part in parts), any(part.continuum for part in parts)
+    found = sorted(((s, n) for n, part in enumerate(parts) for s in part.found), key=lambda pair: pair[0].chi2)
+    explaining = [pair for pair in found if pair[0].chi2 <= limit] or found[:1]
+    if continuum or dof < 0:
+        return Solutions(tuple(solution for solution, _ in explaining), dof, limit, complete, continuum)
+    framed = [pose for s in _distinct(fixture, contacts, sigmas, explaining) for pose in _framed(fixture, s)]
+    return Solutions(tuple(framed), dof, limit, complete, continuum)
+
+
+def _distinct(
+    fixture: Fixture, contacts: Contacts, sigmas: Floats, found: Sequence[tuple[Solution, int]]
+) -> list[Solution]:
+    """Best first, those that contacts do not tell apart as one; found: solutions, and the number of their body.
+
+    The features of a body that has a symmetry are where they are in several of its poses.
+    """
+    scale = fixture_scale(fixture)
+    kept: list[tuple[Solution, int]] = []
+    for solution, body in found:
+        for number, (other, other_body) in enumerate(kept):
+            seen = seen_difference(other.surfaces, solution.surfaces, contacts, sigmas, scale)
+            if seen < (FOLD if body == other_body else BRANCHES):
+                kept[number] = _with(fixture, other, solution), other_body
+                break
+        else:
+            kept.append((solution, body))
+    return [solution for solution, _ in kept]
+
+
+def _with(fixture: Fixture, best: Solution, other: Solution) -> Solution:
+    """The better of two solutions, its covariance large enough for both."""
+    poses = np.array(frames(recipe_of(fixture), other.surfaces))
+    alike = np.einsum("mij,ij->m", poses[:, :3, :3], best.base_from_fixture[:3, :3])
+    motion = motions_between(best.base_from_fixture, poses[[np.argmax(alike)]])
+    return replace(best, covariance=best.covariance + weight(best.chi2, other.chi2) * motion @ motion.T)
+
+
+def _framed(fixture: Fixture, solution: Solution) -> Iterator[Solution]:
+    """The solution in each frame that the recipe makes of its features."""
+    for pose in frames(recipe_of(fixture), solution.surfaces):
+        yield replace(solution, base_from_fixture=pose)
