@@ -43,7 +43,7 @@ class JointProblem:
 class JointFit:
     """Surfaces of least chi-square for one choice of branches, and the linear model there.
 
-    equations: of the relations on their branches, their bases where the surfaces are. observed (m,): residuals over sigma,
+    equations: of the relations, their bases where the surfaces are. observed (m,): residuals over sigma,
     less what is wanted, three of a contact on a point; feature by feature, those of the relations with a sigma behind.
     violation (k,): what is missing to the constraints (rad, fixture sizes). jacobian (m, width) of observed and
     constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
