@@ -20,17 +20,21 @@ placement:
   near: {matrix: [[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}
   free: [x, rz]
   within: {translation: 5, rotation: 2}
-distances: [{between: [bar, ball], value: 30, sigma: 0.1}, {between: [bar, top], value: 15}]
+distances: [{between: [bar, ball], value: 30, sigma: 0.1}, {between: [ball, seat], value: 5}]
 angles: [{between: [bar, top], value: 90, sigma: 1}]
 touch: {bar: {y: [null, 5]}, ball: {x: [35, null]}, top: {x: [0, 1]}}
 frame: {origin: {foot_of: ball, on: bar}, y: {along: bar}, x: {from: bar, to: ball}}
 """
 _MEETING = "frame: {origin: {meet_of: [bar, top]}, z: {along: top}, x: {opposite: {from: bar, to: ball}}}\n"
+_PLANE_AND_POINT = "top: {type: plane}\n  seat: {type: point}\n  ball: {"
 DOCUMENTS = {
-    "relations": PAPER[: PAPER.index("distances")].replace("ball: {", "top: {type: plane}\n  ball: {")
+    "relations": PAPER[: PAPER.index("distances")].replace(
+        "ball: {",
+        "top: {type: plane}\n  seat: {type: point}\n  ball: {",
+    )
     + _SECTIONS[: _SECTIONS.index("frame")]
     + _MEETING,
-    "places": PLACED + _SECTIONS,
+    "places": PLACED + "  seat: {type: point, point: [30, 0, 5]}\n" + _SECTIONS,
 }
 VALUES: list[Any] = [
     *(None, True, 0, -1, 181, 10**25, -(10**299), 1e308, 5e-324, float("nan"), float("inf")),

@@ -7,6 +7,7 @@ from files.texts import PAPER, PLACED, written
 
 from tactfix.errors import FileError
 from tactfix.files.fixture_file import load_fixture
+from tactfix.geometry.surfaces import Point
 
 
 def problems(folder: Path, text: str) -> list[str]:
@@ -235,3 +236,61 @@ def test_an_axis_between_features_that_touch_has_no_direction(tmp_path: Path) ->
     assert problems(tmp_path, PAPER.replace("value: 3.0", "value: 0")) == [
         "there is no direction from bar to ball: their distance is 0"
     ]
+
+
+SEATS = """tactfix: 1
+units: mm
+features:
+  a: {type: point, point: [0, 0, 0], sigma: 0.01}
+  b: {type: point, point: [100, 0, 0]}
+  ball: {type: sphere, radius: 10, center: [0, 50, 30]}
+  top: {type: plane, point: [0, 0, -5], normal: [0, 0, 1]}
+"""
+
+
+def test_points_carry_their_place(tmp_path: Path) -> None:
+    fixture = load_fixture(written(tmp_path, SEATS))
+    seat = fixture.features["a"]
+    assert (seat.type, seat.radius, seat.sigma) == ("point", None, 0.01)
+    assert isinstance(fixture.features["b"].surface, Point)
+    assert fixture.features["b"].surface.point.tolist() == [100, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("rest", "what"),
+    [
+        (
+            "distances: [{between: [a, b], value: 100}, {between: [a, top], value: 5}]",
+            "",
+        ),
+        ("distances: [{between: [ball, b], value: 116}]", ""),
+        ("distances: [{between: [a, b], value: 101}]", "distance of a and b is 101"),
+        ("distances: [{between: [a, top], value: -5}]", "distance of a and top is -5"),
+        ("distances: [{between: [a, b], value: -100}]", "has no sign"),
+        ("angles: [{between: [a, top], value: 90}]", "a is a point and has no direction"),
+        ("touch: {a: {x: [-1, 1]}}", "a is a point and is touched at one place alone"),
+        ("frame: {origin: {center_of: a}, x: {from: a, to: b}, z: {along: top}}", ""),
+        ("frame: {origin: {foot_of: a, on: top}, x: {from: a, to: b}, z: {along: top}}", "origin at (0, 0, -5)"),
+        ("frame: {origin: {center_of: a}, x: {from: a, to: b}, z: {along: b}}", "b is a point and has no direction"),
+        ("frame: {origin: {foot_of: a, on: b}, x: {from: a, to: b}, z: {along: top}}", "a, a point, has no foot on b"),
+    ],
+)
+def test_what_goes_with_points(tmp_path: Path, rest: str, what: str) -> None:
+    rest = rest.replace("116", repr((100**2 + 50**2 + 30**2) ** 0.5))
+    found = problems(tmp_path, f"{SEATS}{rest}\n")
+    assert len(found) == bool(what)
+    assert not what or what in found[0]
+
+
+@pytest.mark.parametrize("rest", ["radius: 3", "side: inner", "center: [0, 0, 0]", "normal: [0, 0, 1]"])
+def test_what_a_point_has_not(tmp_path: Path, rest: str) -> None:
+    (what,) = problems(tmp_path, SEATS.replace("sigma: 0.01", rest))
+    assert "unknown key" in what
+
+
+def test_points_by_relations(tmp_path: Path) -> None:
+    text = "tactfix: 1\nunits: mm\nfeatures:\n" + "".join(f"  {name}: {{type: point}}\n" for name in "abc")
+    text += "distances: [{between: [a, b], value: 10}, {between: [b, c], value: 10}, {between: [a, c], value: 30}]\n"
+    text += "frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}\n"
+    assert problems(tmp_path, text) == ["a and c are further apart than the way round over b"]
+    assert problems(tmp_path, text.replace("30", "15")) == []

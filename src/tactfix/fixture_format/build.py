@@ -21,7 +21,7 @@ from tactfix.fixture import (
 )
 from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
@@ -57,7 +57,7 @@ def _number(value: float | None) -> float | None:
 
 
 def _feature(name: str, entry: Entry) -> Feature:
-    radius = None if entry["type"] == "plane" else float(entry["radius"])
+    radius = _number(entry.get("radius"))
     return Feature(
         name, entry["type"], radius, entry.get("side", "outer"), float(entry.get("sigma", 0.0)), _surface(entry)
     )
@@ -69,6 +69,8 @@ def _surface(entry: Entry) -> Surface | None:
     match entry:
         case {"type": "plane", "point": list(point), "normal": list(normal)}:
             return Plane(_vector(point), _direction(normal))
+        case {"type": "point", "point": list(point)}:
+            return Point(_vector(point))
         case {"type": "sphere", "center": list(center), "radius": radius}:
             return Sphere(_vector(center), float(radius), side)
         case {"type": "cylinder", "point": list(point), "direction": list(direction), "radius": radius}:

@@ -43,8 +43,13 @@ class Entries:
         return [Finding(path, f"there is no feature {name!r}", did_you_mean(name, self.named), at_key)]
 
     def type_of(self, name: str) -> str | None:
-        """plane, sphere or cylinder; None where no well formed feature has this name."""
+        """plane, sphere, cylinder or point; None where no well formed feature has this name."""
         return self.features[name]["type"] if name in self.features else None
+
+    def kind_of(self, name: str) -> str | None:
+        """What relations and frame take a feature for: the centre of a sphere, or a point, is a centre."""
+        type_ = self.type_of(name)
+        return "center" if type_ in ("sphere", "point") else type_
 
 
 def entries_of(value: Mapping[str, Any]) -> Entries:

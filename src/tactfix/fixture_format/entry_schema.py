@@ -37,6 +37,14 @@ class PlaneModel(Strict):
     sigma: Sigma = _SIGMA
 
 
+class PointModel(Strict):
+    """A seat, cone, nest or mark that holds the centre of the tip at one place, whatever its radius."""
+
+    type: Literal["point"] = Field(description="A seat, cone, nest or mark that holds the tip's centre at one place.")
+    point: Vector | None = Field(default=None, description="That place, in the fixture frame.")
+    sigma: Sigma = Field(default=0.0, description="How well the place is known, in each direction.")
+
+
 class SphereModel(Strict):
     """A ball or a spherical socket."""
 
@@ -60,7 +68,7 @@ class CylinderModel(Strict):
     sigma: Sigma = _SIGMA
 
 
-FeatureModel: TypeAlias = Annotated[PlaneModel | SphereModel | CylinderModel, Field(discriminator="type")]
+FeatureModel: TypeAlias = Annotated[PlaneModel | PointModel | SphereModel | CylinderModel, Field(discriminator="type")]
 
 
 Pair: TypeAlias = Annotated[list[Name], Field(min_length=2, max_length=2)]
@@ -94,7 +102,7 @@ class DistanceModel(Strict):
 
     between: Pair = Field(description="The two features.")
     value: float = Field(
-        description="Between centres, axes and planes; sphere to plane is signed, positive on the outward side."
+        description="Between centres, axes and planes; centre to plane is signed, positive on the outward side."
     )
     sigma: Sigma = Field(default=0.0, description="One standard deviation of value.")
 
@@ -106,7 +114,9 @@ class AngleModel(Strict):
     value: Annotated[float, Field(ge=0, le=180)] = Field(
         description="Degrees: 0 to 180 between outward normals, 0 to 90 where an axis takes part, which has no sign."
     )
-    sigma: Sigma = Field(default=0.0, description="One standard deviation of value, in degrees.")
+    sigma: Annotated[float, Field(ge=0, le=180)] = Field(
+        default=0.0, description="One standard deviation of value, in degrees."
+    )
 
 
 class TouchModel(Strict):

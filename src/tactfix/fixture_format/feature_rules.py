@@ -13,6 +13,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 PLACE: Final[dict[str, tuple[str, ...]]] = {
     "plane": ("point", "normal"),
     "sphere": ("center",),
+    "point": ("point",),
     "cylinder": ("point", "direction"),
 }
 """What places a feature of each type in the fixture frame."""

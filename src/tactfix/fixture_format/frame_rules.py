@@ -10,7 +10,7 @@ from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.fixture_format.feature_rules import PLACE_KEYS
 from tactfix.fixture_format.problems import Finding, Path
 
-_FEET: Final = {("sphere", "cylinder"), ("sphere", "plane"), ("cylinder", "cylinder")}
+_FEET: Final = {("center", "cylinder"), ("center", "plane"), ("cylinder", "cylinder")}
 _MEETINGS: Final = {("plane", "plane", "plane"), ("cylinder", "plane")}
 
 
@@ -54,9 +54,9 @@ def _check_origin(origin: Entry, entries: Entries) -> Iterator[Finding]:
 def _check_center(name: str, entries: Entries) -> Iterator[Finding]:
     path = ("frame", "origin", "center_of")
     yield from entries.unknown(name, path)
-    if entries.type_of(name) not in (None, "sphere"):
+    if entries.kind_of(name) not in (None, "center"):
         what = f"{name} is a {entries.type_of(name)} and has no centre"
-        yield Finding(path, what, "name a sphere, or use foot_of or meet_of")
+        yield Finding(path, what, "name a sphere or point, or use foot_of or meet_of")
 
 
 def _check_foot(above: str, below: str, entries: Entries) -> Iterator[Finding]:
@@ -66,9 +66,9 @@ def _check_foot(above: str, below: str, entries: Entries) -> Iterator[Finding]:
     if above == below:
         what = f"{above} has no foot on itself"
         yield Finding(("frame", "origin", "on"), what, "name the cylinder or plane that the foot is on")
-    elif None not in types and types not in _FEET:
+    elif None not in types and (entries.kind_of(above), entries.kind_of(below)) not in _FEET:
         what = f"{above}, a {types[0]}, has no foot on {below}, a {types[1]}"
-        remedy = "take a sphere above a cylinder or plane, or two cylinders"
+        remedy = "take a sphere or point above a cylinder or plane, or two cylinders"
         yield Finding(("frame", "origin"), what, remedy)
 
 
@@ -91,20 +91,20 @@ def _check_axis(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]
         yield from _check_from_to(path, direction["from"], direction["to"], entries)
         return
     yield from entries.unknown(direction["along"], (*path, "along"))
-    if entries.type_of(direction["along"]) == "sphere":
-        what = f"{direction['along']} is a sphere and has no direction"
+    if entries.kind_of(direction["along"]) == "center":
+        what = f"{direction['along']} is a {entries.type_of(direction['along'])} and has no direction"
         yield Finding((*path, "along"), what, "name a cylinder or plane, or use from and to")
 
 
 def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterator[Finding]:
     yield from entries.unknown(start, (*path, "from"))
     yield from entries.unknown(end, (*path, "to"))
-    types = {entries.type_of(start), entries.type_of(end)}
+    kinds = {entries.kind_of(start), entries.kind_of(end)}
     if start == end:
         yield Finding((*path, "to"), f"{end} is where the axis comes from", "name another feature")
-    elif None not in types and "plane" in types and "sphere" not in types:
+    elif None not in kinds and "plane" in kinds and "center" not in kinds:
         what = f"there is no one direction from {start} to {end}"
-        yield Finding(path, what, "use along for the normal of a plane; from and to take spheres and cylinders")
+        yield Finding(path, what, "use along for the normal of a plane; from and to take spheres, points and cylinders")
 
 
 def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:

@@ -10,15 +10,15 @@ from tactfix.fixture_format.entry_schema import Length, Name, Strict
 
 
 class CenterOf(Strict):
-    """The centre of a sphere."""
+    """The centre of a sphere, or a point."""
 
-    center_of: Name = Field(description="A sphere: the origin is its centre.")
+    center_of: Name = Field(description="A sphere or point: the origin is its centre.")
 
 
 class FootOf(Strict):
     """The point of one feature that is nearest to another."""
 
-    foot_of: Name = Field(description="The feature above: a sphere, or a cylinder where 'on' is a cylinder too.")
+    foot_of: Name = Field(description="The feature above: a sphere or point; a cylinder where 'on' is a cylinder too.")
     on: Name = Field(description="The cylinder or plane on whose axis or face the origin lies, nearest to 'foot_of'.")
 
 

@@ -9,6 +9,7 @@ from tactfix.fixture_format.entry_schema import (
     CylinderModel,
     DistanceModel,
     PlaneModel,
+    PointModel,
     ProbeModel,
     SphereModel,
     TouchModel,
@@ -31,7 +32,12 @@ from tactfix.fixture_format.schema import FixtureDocument
 from tactfix.units import which_unit
 from tactfix.wording import did_you_mean
 
-_FEATURES: Final[dict[Any, type[BaseModel]]] = {"plane": PlaneModel, "sphere": SphereModel, "cylinder": CylinderModel}
+_FEATURES: Final[dict[Any, type[BaseModel]]] = {
+    "plane": PlaneModel,
+    "sphere": SphereModel,
+    "cylinder": CylinderModel,
+    "point": PointModel,
+}
 _RULES: Final[dict[Any, type[BaseModel]]] = {
     "center_of": CenterOf,
     "foot_of": FootOf,
@@ -122,7 +128,7 @@ def _how_to_add(key: str, parent: Path) -> str:
         "between": "add between: [one feature, another]",
         "to": "add to: and a feature",
         "on": "add on: and a cylinder or plane",
-        "origin": "add origin: {center_of: a sphere}, {foot_of: A, on: B} or {meet_of: [...]}",
+        "origin": "add origin: {center_of: a sphere or point}, {foot_of: A, on: B} or {meet_of: [...]}",
         "near": "add near: {file: yesterday.json}, {matrix: [[...], ...]} or a pose by the name of its format",
         "translation": "add translation: and a length",
         "rotation": "add rotation: and degrees",
@@ -135,7 +141,7 @@ def _untagged(path: Path, value: Any) -> Finding:
     place = _place(path)
     if path[0] == "features":
         if not isinstance(value, dict) or "type" not in value:
-            return Finding(path, f"{place} has no type", "add type: plane, sphere or cylinder", at_key=True)
+            return Finding(path, f"{place} has no type", "add type: plane, sphere, cylinder or point", at_key=True)
         remedy = did_you_mean(str(value["type"]), _FEATURES)
         return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
     if path[0] == "placement":

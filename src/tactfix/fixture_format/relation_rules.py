@@ -44,17 +44,18 @@ def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries)
         first.setdefault(pair, index)
 
 
-def _types(between: list[str], entries: Entries) -> tuple[str, ...]:
-    """The types of both features, sorted; empty where one of them is not known."""
-    types = [entries.type_of(name) for name in between]
-    return tuple(sorted(type_ for type_ in types if type_)) if all(types) else ()
+def _kinds(between: list[str], entries: Entries) -> tuple[str, ...]:
+    """The kinds of both features, sorted; empty where one of them is not known."""
+    kinds = [entries.kind_of(name) for name in between]
+    return tuple(sorted(kind for kind in kinds if kind)) if all(kinds) else ()
 
 
 def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[Finding]:
-    types = _types(distance["between"], entries)
-    if not types:
+    kinds = _kinds(distance["between"], entries)
+    if not kinds:
         return
-    if distance["value"] < 0 and types != ("plane", "sphere"):
+    if distance["value"] < 0 and kinds != ("center", "plane"):
+        types = sorted(str(entries.type_of(name)) for name in distance["between"])
         what = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
         yield Finding((*path, "value"), what, "write it without the sign")
     placed = any(given_places(entries.features[name]) for name in distance["between"])
@@ -62,12 +63,12 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
         return
     names = " and ".join(distance["between"])
     angle = next((a["value"] for a in entries.angles.values() if set(a["between"]) == set(distance["between"])), None)
-    if types == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
+    if kinds == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
         what = f"{names} have a distance only where clearly askew or parallel; their angle is {angle:g}"
         remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
         yield Finding((*path, "between"), what, remedy)
-    if types in (("plane", "plane"), ("cylinder", "plane")):
-        wanted = (0.0, 180.0) if types == ("plane", "plane") else (90.0,)
+    if kinds in (("plane", "plane"), ("cylinder", "plane")):
+        wanted = (0.0, 180.0) if kinds == ("plane", "plane") else (90.0,)
         if angle not in wanted:
             known = "their angle is not given" if angle is None else f"their angle is {angle:g}"
             angles = " or ".join(f"{value:g}" for value in wanted)
@@ -77,10 +78,10 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
 
 def _check_angle(path: Path, angle: Entry, entries: Entries) -> Iterator[Finding]:
     for place, name in enumerate(angle["between"]):
-        if entries.type_of(name) == "sphere":
-            what = f"{name} is a sphere and has no direction"
+        if entries.kind_of(name) == "center":
+            what = f"{name} is a {entries.type_of(name)} and has no direction"
             yield Finding((*path, "between", place), what, "give angles between planes and cylinders")
-    if "cylinder" in _types(angle["between"], entries) and angle["value"] > 90:
+    if "cylinder" in _kinds(angle["between"], entries) and angle["value"] > 90:
         what = f"an angle with the axis of a cylinder is at most 90, this is {angle['value']:g}"
         yield Finding((*path, "value"), what, f"an axis has no sign: write {180 - angle['value']:g}")
 
@@ -89,7 +90,7 @@ def _check_triangles(entries: Entries) -> Iterator[Finding]:
     """No side of three centres is longer than the other two together."""
     index_of: dict[frozenset[str], int] = {}
     for index, distance in entries.distances.items():
-        if _types(distance["between"], entries) == ("sphere", "sphere"):
+        if _kinds(distance["between"], entries) == ("center", "center"):
             index_of.setdefault(frozenset(distance["between"]), index)
     names = sorted({name for pair in index_of for name in pair})
     for three in combinations(names, 3):
@@ -109,7 +110,7 @@ def _check_triangles(entries: Entries) -> Iterator[Finding]:
             what = (
                 f"{' and '.join(longest['between'])} are further apart than the way round over {_third(three, longest)}"
             )
-            yield Finding(path, what, "check the three distances between these spheres")
+            yield Finding(path, what, "check the three distances between these")
 
 
 def _third(three: tuple[str, ...], side: Entry) -> str:

@@ -38,6 +38,9 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
     """Boxes of features that exist, with a low end below the high one."""
     for name, box in entries.touch.items():
         yield from entries.unknown(name, ("touch", name), at_key=True)
+        if entries.type_of(name) == "point":
+            what = f"{name} is a point and is touched at one place alone"
+            yield Finding(("touch", name), what, "remove its box", at_key=True)
         for axis in AXES:
             low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:
