@@ -63,7 +63,7 @@ def test_convert_refuses_and_is_forced(tmp_path, capsys):
         ([], 2, "--to"),
         (["--output", "pose.odd"], 2, ".src"),
         (["--to", "kuka", "--units", "m"], 2, "is in mm"),
-        (["--to", "kuka", "--from", "abb"], 3, "no pose of this form"),
+        (["--to", "kuka", "--from", "ur"], 3, "no pose of this form"),
     ],
 )
 def test_convert_says_what_it_cannot_do(arguments, status, said, tmp_path, capsys):

@@ -41,16 +41,20 @@ def _near_name(path: Path) -> str:
     return f"did you mean {str(path.with_name(near[0]))!r}?" if near else "check the path"
 
 
-def read_source(source: Source) -> tuple[str, str]:
-    """The name of a source for messages, and its text."""
+def source_bytes(source: Source) -> tuple[str, bytes | str]:
+    """The name of a source for messages, and what is in it: bytes, or text where it is a text that is open."""
     if isinstance(source, bytes):
-        return "contacts", decode("contacts", source)
+        return "contacts", source
     if isinstance(source, str | Path):
         if str(source) == "-":
-            return "standard input", decode("standard input", sys.stdin.buffer.read())
-        return str(source), decode(str(source), read_bytes(source))
-    name = str(getattr(source, "name", "contacts"))
-    content = source.read()
+            return "standard input", sys.stdin.buffer.read()
+        return str(source), read_bytes(source)
+    return str(getattr(source, "name", "contacts")), source.read()
+
+
+def read_source(source: Source) -> tuple[str, str]:
+    """The name of a source for messages, and its text."""
+    name, content = source_bytes(source)
     return name, decode(name, content) if isinstance(content, bytes) else composed(content.removeprefix("\ufeff"))
 
 

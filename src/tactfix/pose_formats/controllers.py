@@ -4,11 +4,24 @@ Conventions, units and literal syntax were gathered from the vendors' manuals an
 where only one source confirmed a convention its title says so.
 """
 
+from collections.abc import Callable
 from typing import Final
 
-from tactfix.pose_formats.dialect import Dialect, Numbers, numeric
+from tactfix.geometry.arrays import Floats
+from tactfix.pose_formats.controller_text import (
+    heidenhain_units,
+    read_abb,
+    read_fanuc,
+    read_kuka,
+    read_ur,
+    read_wobjdata,
+    siemens_units,
+)
+from tactfix.pose_formats.dialect import Dialect, NumberReader, Numbers, numeric
 from tactfix.pose_formats.number_syntax import NumberSyntax
+from tactfix.pose_formats.offsets import read_g10, read_tilted_plane
 from tactfix.pose_formats.orientation import EulerAngles, Orientation, Quaternion, RotationVector, TurnAboutZ
+from tactfix.pose_formats.ros_text import read_static, read_urdf
 
 # R = Rz(third) Ry(second) Rx(first): fixed axes x, y, z, written in that order.
 _FIXED_XYZ: Final = EulerAngles("ZYX", order=(2, 1, 0))
@@ -29,13 +42,21 @@ def _robot(
     template: str,
     comment: tuple[str, str] = _NO_COMMENT,
     around: str = "{}",
+    reader: NumberReader | None = None,
+    units_of: Callable[[str], str | None] | None = None,
 ) -> Dialect:
-    """A dialect in mm and degrees, or mm and a quaternion."""
+    """A dialect in mm and degrees, or mm and a quaternion; units_of tells what unit a text to be read is in."""
     words = tuple(labels.split())
     in_degrees = not isinstance(orientation, Quaternion)
     syntax = NumberSyntax(template, tuple(in_degrees and i > 2 for i in range(len(words))), comment, around)
     numbers = Numbers(words, "mm", orientation, "deg" if in_degrees else "")
-    return numeric(name, title, numbers, syntax, inch_word="G20" if template.startswith("G") else "")
+    if units_of is not None:
+        said = units_of
+
+        def reader(text: str) -> tuple[Floats, str | None]:
+            return syntax.read(text), said(text)
+
+    return numeric(name, title, numbers, syntax, reader)
 
 
 def _metric(
@@ -46,12 +67,13 @@ def _metric(
     template: str,
     comment: tuple[str, str],
     around: str = "{}",
+    reader: NumberReader | None = None,
 ) -> Dialect:
     """A dialect in m and rad, or m and a quaternion."""
     words = tuple(labels.split())
     unit = "" if isinstance(orientation, Quaternion) else "rad"
     syntax = NumberSyntax(template, (False,) * len(words), comment, around)
-    return numeric(name, title, Numbers(words, "m", orientation, unit), syntax)
+    return numeric(name, title, Numbers(words, "m", orientation, unit), syntax, reader)
 
 
 _ABB_POSE: Final = "[[%.6f,%.6f,%.6f],[%.9f,%.9f,%.9f,%.9f]]"
@@ -65,8 +87,17 @@ ROBOTS: Final = (
         _ZYX,
         "{X %.6f,Y %.6f,Z %.6f,A %.6f,B %.6f,C %.6f}",
         ("; ", ""),
+        reader=read_kuka,
     ),
-    _robot("abb", "ABB RAPID pose: quaternion w, x, y, z", _ABB_LABELS, Quaternion(True), _ABB_POSE, ("! ", "")),
+    _robot(
+        "abb",
+        "ABB RAPID pose: quaternion w, x, y, z",
+        _ABB_LABELS,
+        Quaternion(True),
+        _ABB_POSE,
+        ("! ", ""),
+        reader=read_abb,
+    ),
     _robot(
         "abb-wobjdata",
         "ABB RAPID wobjdata with this user frame",
@@ -75,6 +106,7 @@ ROBOTS: Final = (
         f'[FALSE,TRUE,"",{_ABB_POSE},[[0,0,0],[1,0,0,0]]]',
         ("! ", ""),
         "PERS wobjdata wobj_fixture:={};",
+        reader=read_wobjdata,
     ),
     _robot(
         "fanuc",
@@ -82,6 +114,7 @@ ROBOTS: Final = (
         "X Y Z W P R",
         _FIXED_XYZ,
         "X = %9.3f mm, Y = %9.3f mm, Z = %9.3f mm, W = %9.3f deg, P = %9.3f deg, R = %9.3f deg",
+        reader=read_fanuc,
     ),
     _metric(
         "ur",
@@ -90,6 +123,7 @@ ROBOTS: Final = (
         RotationVector(),
         "p[%.9f, %.9f, %.9f, %.9f, %.9f, %.9f]",
         ("# ", ""),
+        reader=read_ur,
     ),
     _robot(
         "yaskawa",
@@ -129,6 +163,7 @@ MACHINES: Final = (
         _FIXED_XYZ,
         "$P_UIFR[1]=CTRANS(X,%.6f,Y,%.6f,Z,%.6f):CROT(X,%.6f,Y,%.6f,Z,%.6f)",
         ("; ", ""),
+        units_of=siemens_units,
     ),
     # PLANE SPATIAL turns only; the datum shift before it, in the axes not yet turned, carries the origin.
     _robot(
@@ -139,6 +174,7 @@ MACHINES: Final = (
         "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X%+.6f\nCYCL DEF 7.2 Y%+.6f\nCYCL DEF 7.3 Z%+.6f\n"
         "PLANE SPATIAL SPA%+.6f SPB%+.6f SPC%+.6f",
         ("; ", ""),
+        units_of=heidenhain_units,
     ),
     _robot(
         "g68.2",
@@ -147,6 +183,7 @@ MACHINES: Final = (
         _ZXZ,
         "G68.2 X%.4f Y%.4f Z%.4f I%.4f J%.4f K%.4f",
         ("(", ")"),
+        reader=read_tilted_plane,
     ),
     _robot(
         "g10",
@@ -155,6 +192,7 @@ MACHINES: Final = (
         TurnAboutZ(),
         "G10 L2 P1 X%.4f Y%.4f Z%.4f R%.4f",
         ("(", ")"),
+        reader=read_g10,
     ),
 )
 
@@ -167,6 +205,7 @@ ROS_LINES: Final = (
         "--x %.9f --y %.9f --z %.9f --qx %.9f --qy %.9f --qz %.9f --qw %.9f",
         ("# ", ""),
         "ros2 run tf2_ros static_transform_publisher {} --frame-id base --child-frame-id fixture",
+        reader=lambda text: (read_static(text), None),
     ),
     _metric(
         "urdf",
@@ -175,5 +214,6 @@ ROS_LINES: Final = (
         EulerAngles("ZYX", order=(2, 1, 0), degrees=False),
         '<origin xyz="%.9f %.9f %.9f" rpy="%.9f %.9f %.9f"/>',
         ("<!-- ", " -->"),
+        reader=lambda text: (read_urdf(text), None),
     ),
 )

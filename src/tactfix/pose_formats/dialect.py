@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -52,20 +53,22 @@ class Dialect:
     has_units: bool = True
 
 
-def numeric(name: str, title: str, numbers: Numbers, syntax: NumberSyntax, *, inch_word: str = "") -> Dialect:
-    """The dialect that writes numbers in syntax.
+NumberReader: TypeAlias = Callable[[str], tuple[Floats, str | None]]
+"""Text -> the numbers (n,) of its one pose, and the unit of their lengths where the text says another than usual."""
 
-    inch_word: the word (G20) by which the program around would turn the lengths into inch; such a text is refused.
-    """
+
+def numeric(
+    name: str, title: str, numbers: Numbers, syntax: NumberSyntax, reader: NumberReader | None = None
+) -> Dialect:
+    """The dialect that writes numbers in syntax, and reads them with reader, without one by the same syntax."""
 
     def write(pose: Pose, remarks: tuple[str, ...]) -> str:
         return syntax.write(numbers.of(pose.base_from_fixture), remarks)
 
     def read(text: str | bytes) -> Pose:
-        words = decoded(text)
-        if inch_word and inch_word in words.upper().split():
-            raise syntax_error(f"{inch_word} makes its lengths inch", f"write it in {numbers.units}")
-        return Pose(numbers.pose(syntax.read(words)), numbers.units)
+        found, units = reader(decoded(text)) if reader else (syntax.read(decoded(text)), None)
+        pose = Pose(numbers.pose(found), units or numbers.units)
+        return pose.in_units(numbers.units)
 
     orientation, half_steps = numbers.orientation, syntax.half_steps
     slack = LOCK_SLACK if isinstance(orientation, EulerAngles) else 0.0

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.pose_formats.pose import syntax_error
+from tactfix.lexer import Lexer
+from tactfix.pose_formats.one_pose import the_one, without_comments
 
 _FIELD = re.compile(r"%\+?\d*\.(\d+)f")
-_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+_NUMBER = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_ENDS = r"(?![A-Za-z0-9_.]|,[0-9])"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,26 +43,30 @@ class NumberSyntax:
 
     def read(self, text: str) -> Floats:
         """The numbers (n,) of the one line of this syntax in text, or PoseSyntaxError."""
-        found = self._pattern().findall(self._without_comments(text))
-        if len(found) != 1:
-            what = f"holds {len(found)} poses of this form" if found else "holds no pose of this form"
-            raise syntax_error(what, f"write one, like {self._example()}")
-        return np.array([float(number) for number in found[0]])
+        pattern = self._pattern()
+        spoken = without_comments(text, self._comments())
+        return the_one(spoken, pattern, lambda lexer: self._numbers(lexer, pattern), self._example())
+
+    def _numbers(self, lexer: Lexer, pattern: re.Pattern[str]) -> Floats:
+        found = lexer.match(pattern)
+        assert found is not None
+        remedy = f"write one, like {self._example()}"
+        return np.array([Lexer(number, lexer.line, lexer.column).number(remedy) for number in found.groups()])
 
     def _example(self) -> str:
         return _FIELD.sub("0.0", self.template).replace("\n", " / ")
 
-    def _without_comments(self, text: str) -> str:
+    def _comments(self) -> re.Pattern[str]:
         opening, closing = (part.strip() for part in self.comment)
         if not opening:
-            return text
-        return re.sub(re.escape(opening) + ("(?s:.*?)" + re.escape(closing) if closing else ".*"), " ", text)
+            return re.compile(r"(?!)")
+        return re.compile(re.escape(opening) + ("(?s:.*?)" + re.escape(closing) if closing else "[^\r\n]*"))
 
     def _pattern(self) -> re.Pattern[str]:
         """The template as a pattern: any case, any number in a field, blanks anywhere between its words."""
         literals = _FIELD.split(self.template)[::2]  # the odd ones are the digits of the fields
         parts = [r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", literal))) for literal in literals]
-        pattern = rf"\s*{_NUMBER}\s*".join(parts)
+        pattern = rf"\s*{_NUMBER}\s*".join(parts).removesuffix(r"\s*") + _ENDS
         # A line that starts with a number has nothing that says where it starts: it must be alone on its line.
         whole_line = self.template.startswith("%")
         return re.compile(rf"^{pattern}$" if whole_line else pattern, re.IGNORECASE | re.MULTILINE)

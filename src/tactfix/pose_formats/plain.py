@@ -10,8 +10,10 @@ import yaml
 
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.dialect import Dialect, Numbers, decoded
+from tactfix.pose_formats.matrix_text import read_matrix
 from tactfix.pose_formats.orientation import Quaternion
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix, syntax_error
+from tactfix.pose_formats.ros_text import is_echo, read_echo
 from tactfix.units import UNITS
 from tactfix.yaml_tree import read_tree
 
@@ -32,25 +34,15 @@ def _write_rows(separator: str) -> Any:
 
 
 def _read_rows(text: str | bytes) -> Pose:
-    """Four rows of four numbers, blanks or commas between; '# units: mm' says the unit."""
-    units, rows = None, []
+    """The matrix, with or without brackets; '# units: mm' in a line of its own says the unit."""
+    units, spoken = None, []
     for number, line in enumerate(decoded(text).splitlines(), 1):
         content, _, remark = line.partition("#")
         key, _, value = remark.partition(":")
         if key.strip().lower() == "units":
             units = _units(value.strip(), number)
-        if content.strip():
-            rows.append(_row(content.replace(",", " ").split(), number))
-    if [len(row) for row in rows] != [4, 4, 4, 4]:
-        raise syntax_error("is not four rows of four numbers", "write the 4 x 4 matrix, or name the format with --from")
-    return Pose(rigid_matrix(rows), units)
-
-
-def _row(words: list[str], line: int) -> list[float]:
-    try:
-        return [float(word) for word in words]
-    except ValueError as error:
-        raise syntax_error("is not a row of numbers", "write four numbers", line) from error
+        spoken.append(content)
+    return Pose(rigid_matrix(read_matrix("\n".join(spoken))), units)
 
 
 def _units(value: object, line: int | None = None) -> str | None:
@@ -108,18 +100,45 @@ def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _read_yaml(text: str | bytes) -> Pose:
-    tree = read_tree(decoded(text))
+    """One document, or the same pose in each of several: a topic that is echoed ends each message with ---."""
+    spoken = decoded(text)
+    if is_echo(spoken):
+        return Pose(_ROS.pose(read_echo(spoken)), "m")
+    poses = [_read_document(document) for document in _documents(spoken)]
+    if any(not np.array_equal(pose.base_from_fixture, poses[0].base_from_fixture) for pose in poses):
+        raise syntax_error(f"holds {len(poses)} poses, and they differ", "keep one of them")
+    return poses[0]
+
+
+def _documents(text: str) -> list[str]:
+    """The documents of a YAML text that hold something, each with empty lines for those before it."""
+    found, begun = [], 0
+    lines = text.splitlines()
+    for number, line in enumerate([*lines, "---"]):
+        if line.rstrip() == "---":
+            inside = lines[begun:number]
+            if any(said.strip() and not said.lstrip().startswith("#") for said in inside):
+                found.append("\n" * begun + "\n".join(inside))
+            begun = number + 1
+    return found or [text]
+
+
+def _read_document(text: str) -> Pose:
+    tree = read_tree(text)
     if tree.problems:
         raise PoseSyntaxError(tree.problems)
     return _from_tree(tree.value)
 
 
 def _from_tree(tree: object) -> Pose:
-    """The pose in a parsed JSON or YAML document: locate's, tactfix's own, or a ROS TransformStamped."""
-    if not isinstance(tree, Mapping) or "transform" not in tree:
+    """The pose in a parsed JSON or YAML document: locate's, tactfix's own, or a message of ROS."""
+    if not isinstance(tree, Mapping):
         raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
-    if isinstance(tree["transform"], Mapping):
-        return _from_ros(tree["transform"])
+    parts = _ros_parts(tree)
+    if parts is not None:
+        return _from_ros(*parts)
+    if "transform" not in tree:
+        raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
     schema, status = tree.get("schema", SCHEMA), tree.get("status", "located")
     if schema not in (SCHEMA, _LOCATE_SCHEMA):
         raise syntax_error(f"schema is {schema!r}", f"give {_LOCATE_SCHEMA} or {SCHEMA}")
@@ -134,12 +153,32 @@ def _from_tree(tree: object) -> Pose:
     )
 
 
-def _from_ros(transform: Mapping[str, Any]) -> Pose:
-    """translation in m, rotation as quaternion x, y, z, w."""
-    try:
-        parts = [transform["translation"][axis] for axis in "xyz"] + [transform["rotation"][axis] for axis in "xyzw"]
-    except (KeyError, TypeError) as error:
-        raise syntax_error("is not a TransformStamped", "write translation x y z, rotation x y z w") from error
+def _ros_parts(tree: Mapping[str, Any]) -> tuple[object, object] | None:
+    """Position and orientation of a message: Transform, Pose, one of them stamped, a list of one, a hand-eye file."""
+    for key, inner in (("transforms", 0), ("transform", None), ("pose", None)):
+        value = tree.get(key)
+        if inner is not None and isinstance(value, list) and len(value) == 1:
+            value = value[0]
+        if isinstance(value, Mapping):
+            return _ros_parts(value)
+    if isinstance(tree.get("transformation"), Mapping):  # a calibration of easy_handeye
+        flat = tree["transformation"]
+        return flat, {axis: flat.get(f"q{axis}") for axis in "xyzw"}
+    if "translation" in tree or "rotation" in tree:
+        return tree.get("translation"), tree.get("rotation")
+    if "position" in tree or "orientation" in tree:
+        return tree.get("position"), tree.get("orientation")
+    return None
+
+
+def _from_ros(position: object, orientation: object) -> Pose:
+    """Position in m, orientation as quaternion x, y, z, w."""
+    remedy = "write translation x y z, rotation x y z w"
+    if not isinstance(position, Mapping) or not isinstance(orientation, Mapping):
+        raise syntax_error("is not a TransformStamped", remedy)
+    parts = [position.get(axis) for axis in "xyz"] + [orientation.get(axis) for axis in "xyzw"]
+    if any(part is None for part in parts):
+        raise syntax_error("is not a TransformStamped", remedy)
     numbers = _array(parts, "transform")
     if not np.isfinite(numbers).all():
         raise syntax_error("transform holds a value that is not a finite number", "write numbers")

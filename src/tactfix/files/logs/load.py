@@ -12,7 +12,8 @@ from tactfix.files.contact_file import ContactFile
 from tactfix.files.contact_options import ContactOptions, Settings, settle
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.log import Log, LogContact, LogFormat, Vector
-from tactfix.files.reading import Source, composed, read_source
+from tactfix.files.logs.source import read_log_text
+from tactfix.files.reading import Source, composed
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.wording import did_you_mean
@@ -100,9 +101,9 @@ def read_log(
     complete: whether tip radius and sigma must be known.
     """
     log_format = _find(format_name)
-    name, text = read_source(source)
+    name, text = read_log_text(source)
     problems: list[Problem] = []
-    log = log_format.read(text.splitlines(), problems)
+    log = log_format.read(text, problems)
     if tip_offset is not None and any(contact.rotation is None for contact in log.contacts):
         raise UsageError(f"--tip-offset needs poses; {format_name} logs points")
     _check_features(name, log, features, fixture, problems)

@@ -1,18 +1,18 @@
-"""What any machine log says, as far as it says it; and the words that readers of logs share."""
+"""What any machine log says, as far as it says it, and what readers of logs share."""
 
-import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from tactfix.errors import Problem
 from tactfix.geometry.arrays import Floats
-
-NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_NUMBER_ALONE: Final = re.compile(NUMBER)
+from tactfix.lexer import Lexer, TextError
 
 Vector: TypeAlias = tuple[float, float, float]
+
+STILL: Final = "move it back, or log the contacts of one state in a file of their own"
+_LINE_END: Final = re.compile(r"\r*\n|\r")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,8 +40,8 @@ class Log:
     notes: tuple[str, ...] = ()
 
 
-LogReader: TypeAlias = Callable[[Sequence[str], list[Problem]], Log]
-"""Lines of a log and a list for what is wrong with them -> what the log says."""
+LogReader: TypeAlias = Callable[[str, list[Problem]], Log]
+"""The text of a log and a list for what is wrong with it -> what the log says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,20 +49,64 @@ class LogFormat:
     """A log format by name.
 
     compensated: whether its points may already be points of the surface, so that only an option can tell the tip.
+    frame: the frame that it reports in where somebody has to choose it, such as the active work coordinates; "" where
+    the format itself fixes the frame.
     """
 
     name: str
     title: str
     read: LogReader
     compensated: bool = False
+    frame: str = ""
 
 
-def numbers_in(words: Sequence[str], count: int) -> tuple[float, ...] | None:
-    """The words as finite numbers, or None when one is not a plain number or there are not count of them."""
-    if len(words) != count or not all(_NUMBER_ALONE.fullmatch(word.strip()) for word in words):
-        return None
-    numbers = tuple(float(word) for word in words)
-    return numbers if all(map(math.isfinite, numbers)) else None
+@dataclass(slots=True)
+class Standing:
+    """What must not change between the contacts of one log: rotary axes, tool, frame, unit; by name."""
+
+    said: dict[str, tuple[object, int]] = field(default_factory=dict)
+
+    def keep(self, what: str, value: object, lexer: Lexer, remedy: str = STILL) -> None:
+        """Refuse value where what was another one before; a change is told once."""
+        before, line = self.said.setdefault(what, (value, lexer.line))
+        if before != value:
+            self.said[what] = (value, lexer.line)
+            lexer.refuse(f"{what} changes: {_shown(value)}, in line {line} {_shown(before)}", remedy)
+
+    def notes(self, *names: str) -> tuple[str, ...]:
+        """A note for each of names that stands at anything but zero."""
+        said = {name: self.said[name][0] for name in names if name in self.said}
+        return tuple(f"{name} stands at {_shown(value)} throughout" for name, value in said.items() if _says(value))
+
+
+def _says(value: object) -> bool:
+    return any(value) if isinstance(value, tuple) else bool(value)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_shown, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def log_lines(text: str) -> list[str]:
+    """The lines of a text; consoles end them with any number of carriage returns."""
+    return _LINE_END.split(text)
+
+
+def read_lines(text: str, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
+    """Read each line that holds something; what read refuses is a problem, and the next line is read all the same."""
+    for number, line in enumerate(log_lines(text), 1):
+        if line.strip():
+            try_reading(Lexer(line, number), problems, read)
+
+
+def try_reading(lexer: Lexer, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
+    """Read a text; what read refuses is a problem."""
+    try:
+        read(lexer)
+    except TextError as error:
+        problems.append(error.problem)
 
 
 def vector(numbers: Sequence[float]) -> Vector:
@@ -76,12 +120,13 @@ def against(normal: Sequence[float]) -> Vector | None:
     if not any(normal):
         return None
     x, y, z = normal
-    return -x, -y, -z
+    return 0.0 - x, 0.0 - y, 0.0 - z
 
 
-def passed_over(lines: Sequence[int], what: str) -> tuple[str, ...]:
+def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:
     """A note on lines that say nothing of contacts; none when there are none."""
-    if not lines:
+    found = tuple(lines)
+    if not found:
         return ()
-    shown = ", ".join(map(str, lines[:5])) + (", ..." if len(lines) > 5 else "")
-    return (f"{len(lines)} {what} passed over (line {shown})",)
+    shown = ", ".join(map(str, found[:5])) + (", ..." if len(found) > 5 else "")
+    return (f"{len(found)} {what} passed over (line {shown})",)

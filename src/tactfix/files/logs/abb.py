@@ -1,0 +1,138 @@
+"""ABB: robtargets and poses as RAPID writes them, of modules and of what a program wrote; mm, quaternion scalar first.
+
+    [LOCAL|TASK] CONST|VAR|PERS robtarget p10:=[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[eax_a, ... eax_f]];
+    MoveL [[...],[...],[...],[...]],v100,fine,tool0\\WObj:=wobj1;
+
+or the value alone, or three or seven columns. External axes must stand still; 9E+09 is one that is not there.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.console import read_opening
+from tactfix.files.logs.log import Log, LogContact, Standing, log_lines, passed_over, try_reading, vector
+from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
+from tactfix.lexer import Lexer
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.literals import ABB, abb_pose
+
+_COMMENT: Final = re.compile(r"!.*")
+_DECLARED: Final = re.compile(
+    r"\s*(?:(?:LOCAL|TASK)\s+)?(?:CONST|VAR|PERS)\s+(\w+)\s+(\w+)\s*(\{[0-9\s,]*\})?\s*(?=:=|;|$)",
+    re.IGNORECASE | re.ASCII,
+)
+_NAMED: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(?::=|=|:)", re.ASCII)
+_MOTION: Final = re.compile(r"\s*Move[A-Za-z]+\s*(?=\[)", re.IGNORECASE)
+_AFTER_MOTION: Final = re.compile(
+    r"\s*,[A-Za-z0-9_,\s\\:=.]*?,\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?(?=;|$)", re.IGNORECASE | re.ASCII
+)
+_POINTS: Final = ("ROBTARGET", "POSE", "POS")
+_ROW: Final = re.compile(r"\s*[-+.0-9]")
+_MOST_LINES: Final = 200
+
+
+@dataclass(slots=True)
+class _Reader:
+    columns: PoseColumns
+    standing: Standing
+    contacts: list[LogContact] = field(default_factory=list)
+    other: list[int] = field(default_factory=list)
+
+    def statement(self, lexer: Lexer) -> None:
+        declared = _DECLARED.match(lexer.text)
+        if declared is not None and declared.group(1).upper() not in _POINTS:
+            self.other.append(lexer.line)
+        elif declared is not None:
+            lexer.position = declared.end()
+            if lexer.take(":="):
+                self._values(lexer, declared.group(2), array=declared.group(3) is not None)
+        elif "[[" in re.sub(r"\s", "", lexer.text):
+            self._bare(lexer)
+        elif "[" in lexer.text or "]" in lexer.text:
+            lexer.refuse("this is not a whole robtarget", ABB)
+        elif _ROW.match(lexer.text) or self.columns.columns or _is_names(lexer.text):
+            contact = self.columns.line(lexer)
+            self.contacts.extend([contact] if contact else [])
+        else:
+            self.other.append(lexer.line)
+
+    def _bare(self, lexer: Lexer) -> None:
+        """A value with a name before it, in a motion, or alone."""
+        if lexer.match(_MOTION):
+            self.contacts.append(self._target(lexer, None))
+            after = lexer.match(_AFTER_MOTION)
+            if after is None:
+                lexer.refuse("what follows the target is no motion", ABB)
+            self.standing.keep("the tool", after.group(1), lexer)
+            self.standing.keep("the work object", after.group(2) or "wobj0", lexer)
+            lexer.take(";")
+            lexer.end(ABB)
+            return
+        named = lexer.match(_NAMED)
+        if named is None:
+            read_opening(lexer)
+        self._values(lexer, named.group(1) if named else None, array=False)
+
+    def _values(self, lexer: Lexer, name: str | None, *, array: bool) -> None:
+        """One target, or as many as the array holds, up to the end of the statement."""
+        if array:
+            lexer.mark("[", ABB)
+        found = [self._target(lexer, name)]
+        while array and lexer.take(","):
+            found.append(self._target(lexer, name))
+        if array:
+            lexer.mark("]", ABB)
+        lexer.take(";")
+        lexer.end(ABB)
+        self.contacts.extend(found)
+
+    def _target(self, lexer: Lexer, name: str | None) -> LogContact:
+        """[[x,y,z],[quaternion]], with configuration and external axes for a robtarget; [x,y,z] for a pos."""
+        here = lexer.position
+        lexer.mark("[", ABB)
+        if not lexer.follows("["):
+            point = vector(lexer.numbers(3, ABB))
+            lexer.mark("]", ABB)
+            return LogContact(lexer.line, point, id=name)
+        lexer.position = here
+        values, axes = abb_pose(lexer)
+        if axes:
+            self.standing.keep("external axes", axes, lexer)
+        return pose_contact(lexer, self.columns.numbers, values, name)
+
+    def log(self) -> Log:
+        notes = (*self.standing.notes("external axes"), *passed_over(self.other, "other statements"))
+        return Log(tuple(self.contacts), "mm", notes)
+
+
+def _is_names(text: str) -> bool:
+    return [word.upper() for word in re.split(r"[\s,;]+", text.strip())][:3] == ["X", "Y", "Z"]
+
+
+def _statements(text: str) -> list[Lexer]:
+    """Lines without comments, joined as long as brackets are open."""
+    found: list[Lexer] = []
+    begun: list[str] = []
+    for number, line in enumerate(log_lines(text), 1):
+        begun.append(_COMMENT.sub("", line))
+        joined = "\n".join(begun)
+        if joined.count("[") > joined.count("]") and len(begun) < _MOST_LINES:
+            continue
+        if joined.strip():
+            found.append(Lexer(joined, number - len(begun) + 1))
+        begun = []
+    rest = "\n".join(begun)
+    return [*found, Lexer(rest, text.count("\n") + 2 - len(begun))] if rest.strip() else found
+
+
+def read_abb(text: str, problems: list[Problem]) -> Log:
+    """Targets of the tool in the active work object."""
+    standing = Standing()
+    numbers = DIALECTS["abb"].numbers
+    assert numbers is not None
+    reader = _Reader(PoseColumns(numbers, standing), standing)
+    for statement in _statements(text):
+        try_reading(statement, problems, reader.statement)
+    return reader.log()

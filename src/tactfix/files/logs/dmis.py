@@ -1,0 +1,81 @@
+"""DMIS: PTMEAS/CART,x,y,z,i,j,k in the unit of UNITS/; i, j, k is the normal out of the material.
+
+A statement goes on in the next line after a $ at its end; $$ begins a comment. All other statements say nothing of
+contacts, but the unit and the part coordinate system must not change between them.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.log import Log, LogContact, Standing, against, log_lines, passed_over, try_reading, vector
+from tactfix.lexer import Lexer
+
+_POINT: Final = re.compile(r"\s*(?:PTMEAS|PTDATA)\s*/", re.IGNORECASE)
+_UNITS: Final = re.compile(r"\s*UNITS\s*/\s*([A-Z]+)", re.IGNORECASE)
+_FRAME: Final = re.compile(r"\s*(?:RECALL\s*/|D\s*\(|DA\s*\()", re.IGNORECASE)
+_REMEDY: Final = "write PTMEAS/CART,x,y,z or PTMEAS/CART,x,y,z,i,j,k"
+_KNOWN_UNITS: Final = {"MM": "mm", "M": "m", "INCH": "in"}
+
+
+@dataclass(slots=True)
+class _Reader:
+    contacts: list[LogContact] = field(default_factory=list)
+    units: str | None = None
+    frame: str = ""
+    standing: Standing = field(default_factory=Standing)
+    other: list[int] = field(default_factory=list)
+
+    def statement(self, lexer: Lexer) -> None:
+        units = _UNITS.match(lexer.text)
+        if lexer.match(_POINT):
+            self._point(lexer)
+        elif re.match(r"\s*PT(MEAS|DATA)", lexer.text, re.IGNORECASE) or "PTMEAS" in lexer.text.upper():
+            lexer.refuse("this is not a whole PTMEAS", _REMEDY)
+        elif units:
+            if units.group(1).upper() not in _KNOWN_UNITS:
+                lexer.refuse(f"UNITS/{units.group(1)} is not known here", "write it in MM, M or INCH")
+            self.units = _KNOWN_UNITS[units.group(1).upper()]
+        else:
+            self.frame = lexer.text.strip() if _FRAME.match(lexer.text) else self.frame
+            self.other.append(lexer.line)
+
+    def _point(self, lexer: Lexer) -> None:
+        lexer.mark("CART", _REMEDY)
+        lexer.mark(",", _REMEDY)
+        numbers = lexer.numbers(3, _REMEDY)
+        normal = (0.0, 0.0, 0.0)
+        if lexer.take(","):
+            i, j, k = lexer.numbers(3, _REMEDY)
+            normal = (i, j, k)
+        lexer.end(_REMEDY)
+        self.standing.keep("the unit", self.units, lexer)
+        self.standing.keep("the part coordinate system", self.frame, lexer)
+        self.contacts.append(LogContact(lexer.line, vector(numbers), against(normal)))
+
+    def log(self) -> Log:
+        return Log(tuple(self.contacts), self.units, passed_over(self.other, "other statements"))
+
+
+def _statements(text: str) -> list[Lexer]:
+    """Each statement with all its lines, without comments."""
+    found: list[Lexer] = []
+    begun: list[str] = []
+    for number, line in enumerate(log_lines(text), 1):
+        inside = line.split("$$", 1)[0]
+        goes_on = inside.rstrip().endswith("$")
+        begun.append(inside.rstrip()[:-1] if goes_on else inside)
+        if not goes_on:
+            if "".join(begun).strip():
+                found.append(Lexer("\n".join(begun), number - len(begun) + 1))
+            begun = []
+    return [*found, Lexer("\n".join(begun), 1)] if "".join(begun).strip() else found
+
+
+def read_dmis(text: str, problems: list[Problem]) -> Log:
+    """The measured points of a DMIS file, in the active part coordinate system."""
+    reader = _Reader()
+    for statement in _statements(text):
+        try_reading(statement, problems, reader.statement)
+    return reader.log()

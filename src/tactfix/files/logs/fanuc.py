@@ -1,0 +1,177 @@
+"""FANUC: positions of .ls programs, and position registers and frames as the controller lists them; mm and degrees.
+
+    P[1:"name"]{ GP1: UF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0', X = 1.0 mm, ... R = 0.0 deg };
+    [1,2] = 'name' Group: 1 Config: N U T, 0, 0, 0   X: 1.0 Y: 2.0 Z: 3.0   W: 0.0 P: 0.0 R: 0.0
+
+or six columns. User frame, tool and the axes of other groups must be the same throughout.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading
+from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
+from tactfix.lexer import Lexer
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.literals import FANUC, fanuc_item, fanuc_pose
+
+_POINT: Final = re.compile(
+    r"[ \t]*P[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[ \t]*\"([^\"\n]*)\"[ \t]*)?\][ \t]*\{", re.IGNORECASE
+)
+_LISTED: Final = re.compile(r"[ \t]*\[[ \t]*([0-9]{1,3}[ \t]*(?:,[ \t]*[0-9]{1,3})?)[ \t]*\][ \t]*=")
+_ITEM: Final = re.compile(r"[ \t]*X[ \t]*[=:]", re.IGNORECASE)
+_CONFIGURATION: Final = re.compile(
+    r"\s*(?:[A-Z][ \t,]*){1,4}(?:[ \t]*,?[ \t]*-?[0-9]{1,2}){0,4}[ \t]*,?", re.IGNORECASE
+)
+_UNKNOWN: Final = re.compile(r"\*{3,}")
+_ROW: Final = re.compile(r"[ \t]*[-+.0-9]")
+
+
+@dataclass(slots=True)
+class _Reader:
+    columns: PoseColumns
+    standing: Standing
+    contacts: list[LogContact] = field(default_factory=list)
+    other: list[int] = field(default_factory=list)
+    empty: list[int] = field(default_factory=list)
+    joints: list[int] = field(default_factory=list)
+
+    def part(self, lexer: Lexer) -> None:
+        """One position with all its lines, or one line."""
+        if point := lexer.match(_POINT):
+            self._taught(lexer, point.group(2) or f"P[{point.group(1)}]")
+        elif listed := lexer.match(_LISTED):
+            self._listed(lexer, f"[{listed.group(1)}]")
+        elif _ITEM.match(lexer.text):
+            self._contact(lexer, fanuc_pose(lexer), None)
+            lexer.end(FANUC)
+        elif _ROW.match(lexer.text) and not re.match(r"\s*[0-9]+\s*:", lexer.text):
+            contact = self.columns.line(lexer)
+            self.contacts.extend([contact] if contact else [])
+        elif [word.upper() for word in re.split(r"[\s,;]+", lexer.text.strip())][:3] == ["X", "Y", "Z"]:
+            self.columns.line(lexer)
+        elif re.search(r"(?<![A-Za-z])[XYZWPR]\s*=\s*[-+.0-9]", lexer.text):
+            lexer.refuse("this is not a whole position", FANUC)
+        else:
+            self.other.append(lexer.line)
+
+    def _taught(self, lexer: Lexer, name: str) -> None:
+        """P[n]{ groups };"""
+        pose: tuple[float, ...] | None = None
+        axes: list[float] = []
+        while lexer.take("GP"):
+            group = lexer.integer(FANUC)
+            lexer.mark(":", FANUC)
+            self._frame(lexer, group)
+            if lexer.follows("X"):
+                pose = pose or fanuc_pose(lexer)
+            axes += _axes(lexer)
+        lexer.mark("}", FANUC)
+        lexer.take(";")
+        lexer.end(FANUC)
+        if pose is None:
+            self.joints.append(lexer.line)
+            return
+        self.standing.keep("axes of other groups", tuple(axes), lexer)
+        self._contact(lexer, pose, name)
+
+    def _frame(self, lexer: Lexer, group: int) -> None:
+        """UF : 0, UT : 1, CONFIG : '...',"""
+        for what, label in (("UF", "the user frame, UF,"), ("UT", "the tool, UT,")):
+            if lexer.take(what):
+                lexer.mark(":", FANUC)
+                number = "F" if lexer.take("F") else str(lexer.integer(FANUC))
+                lexer.mark(",", FANUC)
+                if group == 1:
+                    self.standing.keep(label, number, lexer)
+        if lexer.take("CONFIG"):
+            lexer.mark(":", FANUC)
+            lexer.quoted("'", FANUC)
+            lexer.mark(",", FANUC)
+
+    def _listed(self, lexer: Lexer, name: str) -> None:
+        """What stands after [1,2] = in a list of position registers or frames."""
+        if lexer.follows("'"):
+            name = lexer.quoted("'", FANUC) or name
+        if lexer.take("Uninitialized") or _UNKNOWN.search(lexer.text):
+            self.empty.append(lexer.line)
+            return
+        if lexer.take("Group"):
+            lexer.mark(":", FANUC)
+            lexer.integer(FANUC)
+        if lexer.take("Config"):
+            lexer.mark(":", FANUC)
+            lexer.match(_CONFIGURATION)
+        if lexer.follows("J1"):
+            self.joints.append(lexer.line)
+            return
+        if not lexer.follows("X"):
+            self.other.append(lexer.line)
+            return
+        pose = fanuc_pose(lexer)
+        self.standing.keep("axes of other groups", tuple(_axes(lexer)), lexer)
+        lexer.end(FANUC)
+        self._contact(lexer, pose, name)
+
+    def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
+        begin = Lexer("", lexer.first_line)
+        self.contacts.append(pose_contact(begin, self.columns.numbers, pose, name))
+
+    def log(self) -> Log:
+        notes = (
+            *self.standing.notes("axes of other groups"),
+            *passed_over(self.joints, "positions of joints, which tell no point,"),
+            *passed_over(self.empty, "positions that were never set"),
+            *passed_over(self.other, "other lines"),
+        )
+        return Log(tuple(self.contacts), "mm", notes)
+
+
+def _axes(lexer: Lexer) -> list[float]:
+    """J1= 100.0 mm, E1= 0.0 mm, ... of a group."""
+    found = []
+    while lexer.follows("J") or lexer.follows("E"):
+        lexer.name(FANUC)
+        found.append(fanuc_item(lexer, "mm", "deg"))
+        lexer.take(",")
+    return found
+
+
+def _parts(text: str) -> list[Lexer]:
+    """Positions with all their lines, and single lines between them."""
+    found: list[Lexer] = []
+    begun: list[str] = []
+    for number, line in enumerate(text.split("\n"), 1):
+        opened = bool(begun)
+        taught = opened and _POINT.match(begun[0])
+        goes_on = opened and (taught or (line.strip() and not _begins(line)))
+        if opened and not goes_on:
+            found.append(Lexer("\n".join(begun), number - len(begun)))
+            begun = []
+        begun.append(line)
+        if not _POINT.match(begun[0]) and not _LISTED.match(begun[0]) and not _ITEM.match(begun[0]):
+            found.append(Lexer(line, number)) if line.strip() else None
+            begun = []
+        elif taught and "}" in line:
+            found.append(Lexer("\n".join(begun), number - len(begun) + 1))
+            begun = []
+    rest = "\n".join(begun)
+    return [*found, Lexer(rest, text.count("\n") + 2 - len(begun))] if rest.strip() else found
+
+
+def _begins(line: str) -> bool:
+    """Whether a line begins something of its own."""
+    return bool(_POINT.match(line) or _LISTED.match(line) or re.match(r"[ \t]*(?:\[\*|/|X[ \t]*=)", line))
+
+
+def read_fanuc(text: str, problems: list[Problem]) -> Log:
+    """Positions of the tool in the active user frame."""
+    standing = Standing()
+    numbers = DIALECTS["fanuc"].numbers
+    assert numbers is not None
+    reader = _Reader(PoseColumns(numbers, standing), standing)
+    for part in _parts(text.replace("\r", "")):
+        try_reading(part, problems, reader.part)
+    return reader.log()

@@ -1,0 +1,154 @@
+"""Consoles of grbl and its relatives: [PRB:x,y,z:1] for a hit, in machine coordinates; [PRB:...:0] for a miss.
+
+TinyG and g2core say it in JSON: {"prb":{"e":1,"x":..,"y":..,"z":..}}. The rest of a console is talk, of which the
+probe commands tell the approach, G90 and G91 how they are meant, and $13 or G20 the unit.
+"""
+
+import json
+import re
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.console import block_of, read_closing, read_opening
+from tactfix.files.logs.log import Log, LogContact, Standing, Vector, passed_over, read_lines, vector
+from tactfix.files.logs.probe_commands import ProbeCommands
+from tactfix.gcode import Block
+from tactfix.lexer import MOST, Lexer
+
+_REMEDY: Final = "write [PRB:1.000,2.000,3.000:1]"
+_POINTS: Final = "write each number with a decimal point: a comma divides numbers here"
+_JSON: Final = 'write {"prb":{"e":1,"x":1.0,"y":2.0,"z":3.0}}'
+_PARAMETER: Final = re.compile(r"\[(?:G5[4-9]|G28|G30|G92|TLO)[.:]", re.IGNORECASE)
+_UNIT_SETTING: Final = re.compile(r"\$13\s*=\s*([01])\b")
+_MODES: Final = re.compile(r"\[GC:([^\]]*)\]", re.IGNORECASE)
+_FAILED: Final = re.compile(r"\b(?:ALARM|error):", re.IGNORECASE)
+_ROTARY: Final = "the axes beyond X Y Z"
+
+
+@dataclass(slots=True)
+class _Reader:
+    contacts: list[LogContact] = field(default_factory=list)
+    misses: list[int] = field(default_factory=list)
+    repeated: list[int] = field(default_factory=list)
+    noisy: list[int] = field(default_factory=list)
+    talk: list[int] = field(default_factory=list)
+    standing: Standing = field(default_factory=Standing)
+    commands: ProbeCommands = field(default_factory=ProbeCommands)
+    units: str | None = None
+    json_units: str | None = None
+    last: tuple[Vector, bool] | None = None
+    listing: bool = False
+
+    def line(self, lexer: Lexer) -> None:
+        opening = read_opening(lexer)
+        if lexer.follows("[PRB:"):
+            self._noted(lexer, opening.noise)
+            self._report(lexer, opening.command)
+        elif '"prb"' in lexer.rest.lower() and lexer.follows("{"):
+            self._noted(lexer, opening.noise)
+            self._json(lexer)
+        elif "PRB" in lexer.text.upper():
+            lexer.refuse("this is not a whole probe report", _REMEDY)
+        else:
+            self._talk(lexer, opening.command)
+
+    def _noted(self, lexer: Lexer, noise: bool) -> None:
+        if noise:
+            self.noisy.append(lexer.line)
+
+    def _report(self, lexer: Lexer, command: Block | None) -> None:
+        """[PRB:x,y,z:1], with more axes after z where the controller has them."""
+        lexer.take("[PRB:")
+        literals = [lexer.literal(_REMEDY)]
+        while lexer.take(","):
+            literals.append(lexer.literal(_REMEDY))
+        if len(literals) < 3:
+            lexer.refuse(f"{len(literals)} numbers are not x,y,z", _REMEDY)
+        if len(literals) > 3 and not all("." in literal for literal in literals):
+            lexer.refuse(f"{len(literals)} numbers, some without a decimal point", _POINTS)
+        lexer.mark(":", _REMEDY)
+        hit = lexer.integer(_REMEDY)
+        if hit not in (0, 1):
+            lexer.refuse(f"{hit} is neither 1 for a hit nor 0 for a miss", _REMEDY)
+        lexer.mark("]", _REMEDY)
+        read_closing(lexer, _REMEDY)
+        self._touched(lexer, [float(literal) for literal in literals], bool(hit), command)
+
+    def _json(self, lexer: Lexer) -> None:
+        """{"prb":{...}} or {"r":{"prb":{...}},...}, as JSON reads it."""
+        try:
+            tree = json.loads(lexer.rest, object_pairs_hook=_once)
+        except (ValueError, RecursionError):
+            lexer.refuse("this is not JSON", _JSON)
+        report = tree.get("prb") or tree.get("r", {}).get("prb") if isinstance(tree, dict) else None
+        if not isinstance(report, dict) or not {"e", "x", "y", "z"} <= report.keys() <= set("exyzabcuvw"):
+            lexer.refuse("prb does not hold e, x, y and z alone", _JSON)
+        if report["e"] not in (0, 1) or not all(_plain(value) for value in report.values()):
+            lexer.refuse("prb holds something that is no number", _JSON)
+        axes = [float(report[axis]) for axis in "xyzabcuvw" if axis in report]
+        self.units = self.units or self.json_units
+        self._touched(lexer, axes, bool(report["e"]), None)
+
+    def _touched(self, lexer: Lexer, axes: list[float], hit: bool, command: Block | None) -> None:
+        """One report: a miss, a repetition of the last report ($#), or a contact."""
+        now = (vector([axis + 0.0 for axis in axes[:3]]), hit)
+        if self.listing and now == self.last:
+            self.repeated.append(lexer.line)
+            return
+        self.last = now
+        approach = self.commands.approach(command)
+        if not hit:
+            self.misses.append(lexer.line)
+            return
+        self.standing.keep(_ROTARY, tuple(axes[3:]), lexer)
+        self.contacts.append(LogContact(lexer.line, now[0], approach))
+
+    def _talk(self, lexer: Lexer, command: Block | None) -> None:
+        """A line that is no report: commands are remembered, and what says that a list of parameters is being shown."""
+        said = lexer.rest.strip()
+        self.talk.append(lexer.line)
+        setting, modes = _UNIT_SETTING.match(said), _MODES.fullmatch(said)
+        if said == "$#" or _PARAMETER.match(said):
+            self.listing = True
+        elif said.lower() == "ok":
+            self.listing = False
+        elif _FAILED.search(lexer.text):
+            self.commands.forget()
+        elif setting:
+            self.units = "in" if setting.group(1) == "1" else "mm"
+        else:
+            self._command(block_of(modes.group(1)) if modes else block_of(said) or command)
+
+    def _command(self, block: Block | None) -> None:
+        if block is None:
+            return
+        self.listing = False
+        self.commands.heard(block)
+        for code in block.codes("G"):
+            self.json_units = {20.0: "in", 21.0: "mm"}.get(code, self.json_units)
+
+    def log(self) -> Log:
+        notes = [f"line {line}: the probe met nothing; dropped" for line in self.misses]
+        notes += [f"line {line}: $# tells the last hit again; dropped" for line in self.repeated]
+        notes += [f"line {line}: stray bytes before the report" for line in self.noisy]
+        notes += [*self.commands.notes(), *self.standing.notes(_ROTARY)]
+        return Log(tuple(self.contacts), self.units, (*notes, *passed_over(self.talk, "lines that are no reports")))
+
+
+def _plain(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key stands twice")
+    return found
+
+
+def read_grbl(text: str, problems: list[Problem]) -> Log:
+    """The hits of a console, with the approach where the console repeats the probe command before them."""
+    reader = _Reader()
+    read_lines(text, problems, reader.line)
+    return reader.log()

@@ -1,0 +1,141 @@
+"""I++ DME answers (version 1.4.3): tag, # and what OnPtMeasReport asked for, in millimetres.
+
+X() Y() Z() are the tip's centre, IJK() the outward normal, ER() the effective radius of the tip, Q() the quality (0
+is good), R() the rotary table and Tool.A() Tool.B() Tool.C() the head, in degrees. Some servers write PtMeas(...)
+around an answer. & and % acknowledge a command, ! is an error, and a tag that begins with E belongs to an event.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.console import read_opening
+from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
+from tactfix.lexer import Lexer
+
+_TAG: Final = re.compile(r"(?:[0-9]{5}|E[0-9]{4})(?![0-9A-Za-z])")
+_POINT: Final = re.compile(r"(?<![A-Za-z0-9_.])[XYZ]\s*\(", re.IGNORECASE)
+_COMMAND: Final = re.compile(r"\s*([A-Za-z]\w*)\s*\(")
+_REMEDY: Final = "write 00001 # X(1.0), Y(2.0), Z(3.0), IJK(0, 0, 1), ER(1.0)"
+_WIDTHS: Final = {"X": 1, "Y": 1, "Z": 1, "IJK": 3, "IJKACT": 3, "R": 1, "Q": 1, "ER": 1}
+_HEAD: Final = ("TOOL.A", "TOOL.B", "TOOL.C")
+_FRAME: Final = "the coordinate system"
+_TOOL: Final = "the tool"
+_STANDING: Final = {"R": "the rotary table, R()", **{name: f"the head, Tool.{name[-1]}()," for name in _HEAD}}
+
+
+@dataclass(slots=True)
+class _Reader:
+    contacts: list[LogContact] = field(default_factory=list)
+    standing: Standing = field(default_factory=Standing)
+    commands: dict[str, str] = field(default_factory=dict)
+    now: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    talk: list[int] = field(default_factory=list)
+
+    def line(self, lexer: Lexer) -> None:
+        begin = lexer.position
+        tag = lexer.blanks().match(_TAG)
+        if tag is None:
+            lexer.position = begin
+            read_opening(lexer)
+            tag = lexer.blanks().match(_TAG)
+        if tag is None:
+            if _POINT.search(lexer.text) and "#" in lexer.text:
+                lexer.refuse("this answer has no tag of five digits", _REMEDY)
+            self.talk.append(lexer.line)
+        elif lexer.take("!"):
+            self.notes.append(f"line {lexer.line}: the machine reports an error instead of a contact; dropped")
+        elif lexer.take("#"):
+            self._answer(lexer, tag.group())
+        elif lexer.take("&") or lexer.take("%"):
+            lexer.end("write nothing after & and %")
+            self.talk.append(lexer.line)
+        else:
+            self._command(lexer, tag.group())
+
+    def _command(self, lexer: Lexer, tag: str) -> None:
+        """What the client asked for; frame and tool are remembered until a contact comes."""
+        command = _COMMAND.match(lexer.rest)
+        if command is None:
+            lexer.refuse("this is neither a command nor an answer", _REMEDY)
+        name = command.group(1).upper()
+        self.commands[tag] = name
+        self.talk.append(lexer.line)
+        if name in ("SETCOORDSYSTEM", "SETCSYTRANSFORMATION"):
+            self.now[_FRAME] = lexer.rest.strip()
+        elif name in ("CHANGETOOL", "SETTOOL", "ALIGNTOOL"):
+            self.now[_TOOL] = lexer.rest.strip()
+
+    def _answer(self, lexer: Lexer, tag: str) -> None:
+        """A contact, where the answer holds a coordinate and does not answer another command than a measurement."""
+        asked = self.commands.get(tag, "PTMEAS")
+        if not _POINT.search(lexer.rest) or tag.startswith("E") or asked.startswith("GET"):
+            self.talk.append(lexer.line)
+            return
+        wrapped = lexer.take("PtMeas")
+        if wrapped:
+            lexer.mark("(", _REMEDY)
+        said = _properties(lexer)
+        if wrapped:
+            lexer.mark(")", _REMEDY)
+        lexer.end(_REMEDY)
+        self._contact(lexer, tag, said, wrapped)
+
+    def _contact(self, lexer: Lexer, tag: str, said: dict[str, tuple[float, ...]], wrapped: bool) -> None:
+        lacking = [f"{axis}()" for axis in "XYZ" if axis not in said]
+        if lacking:
+            lexer.refuse(f"the answer lacks {', '.join(lacking)}", "ask for X(), Y(), Z() with OnPtMeasReport")
+        if said.get("Q", (0.0,))[0] != 0:
+            self.notes.append(f"line {lexer.line}: the machine reports bad quality, Q({said['Q'][0]:g}); dropped")
+            return
+        radius = said.get("ER")
+        if wrapped and radius is None and not any(name in said for name in _HEAD) and "R" in said:
+            radius = said.pop("R")
+            self.notes.append(f"line {lexer.line}: {_RADIUS}") if not self.contacts else None
+        for name, what in _STANDING.items():
+            if name in said:
+                self.standing.keep(what, said[name], lexer)
+        for what, value in self.now.items():
+            self.standing.keep(what, value, lexer)
+        point = vector([said[axis][0] for axis in "XYZ"])
+        tip_radius = None if radius is None else radius[0]
+        normal = said.get("IJKACT", said.get("IJK", (0.0, 0.0, 0.0)))
+        self.contacts.append(LogContact(lexer.line, point, against(normal), tip_radius=tip_radius, id=tag))
+
+    def log(self) -> Log:
+        told = (*self.notes, *self.standing.notes(*_STANDING.values()))
+        return Log(tuple(self.contacts), "mm", (*told, *passed_over(self.talk, "lines that are no measurements")))
+
+
+_RADIUS: Final = (
+    "R() without ER(), inside PtMeas(...), is taken as the radius of the tip, as in files that were not written by "
+    "the standard, where R() is the rotary table; --tip-radius beats it"
+)
+
+
+def _properties(lexer: Lexer) -> dict[str, tuple[float, ...]]:
+    """NAME(number, ...) by name in capitals, commas between."""
+    said: dict[str, tuple[float, ...]] = {}
+    while True:
+        name = lexer.name(_REMEDY).upper()
+        if lexer.text.startswith(".", lexer.position):
+            lexer.take(".")
+            name += "." + lexer.name(_REMEDY).upper()
+        if name not in _WIDTHS and name not in _HEAD:
+            lexer.refuse(f"{name}() is not known in a measurement", _REMEDY)
+        if name in said:
+            lexer.refuse(f"{name}() stands twice", _REMEDY)
+        lexer.mark("(", _REMEDY)
+        said[name] = lexer.numbers(_WIDTHS.get(name, 1), _REMEDY)
+        lexer.mark(")", _REMEDY)
+        if not lexer.take(","):
+            return said
+
+
+def read_ippdme(text: str, problems: list[Problem]) -> Log:
+    """The measurements in a dialogue, or in its answers alone."""
+    reader = _Reader()
+    read_lines(text, problems, reader.line)
+    return reader.log()

@@ -1,0 +1,127 @@
+"""KUKA: positions as KRL writes them, one a line, of .dat and .src files and of what a program wrote; mm and degrees.
+
+    {X 1,Y 2,Z 3,A 0,B 90,C 0,S 2,T 35,E1 0.0, ...}      also {POS: ...}, {E6POS: ...}, {FRAME: ...}
+    DECL E6POS XP1={...}    GLOBAL FRAME P1={...}    $POS_ACT={...}    LIN {...} C_DIS
+
+or six columns. External axes must stand still; DECL FDAT tells tool and base, which must be the same throughout.
+"""
+
+import re
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.columns import separator_of
+from tactfix.files.logs.console import read_opening
+from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, try_reading
+from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
+from tactfix.lexer import Lexer
+from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats.literals import KUKA, KUKA_AXES, KUKA_LABELS, kuka_position
+
+_COMMENT: Final = re.compile(r";.*")
+_POSITION: Final = re.compile(r"(?<![A-Za-z0-9_])[XYZ]\s*[-+.0-9]", re.IGNORECASE)
+_BEFORE: Final = re.compile(
+    r"\s*(?:(?:GLOBAL|DECL|CONST)\s+)*(?:(E6POS|POS|FRAME|FDAT)\s+)?([A-Za-z_$][\w$.]*(?:\[\s*\d*\s*\])?)\s*[=:]\s*",
+    re.IGNORECASE | re.ASCII,
+)
+_MOTION: Final = re.compile(r"\s*S?(?:PTP|LIN|PTP_REL|LIN_REL)\s*(?=\{)", re.IGNORECASE)
+_APPROXIMATE: Final = re.compile(r"\s*C_(?:DIS|PTP|ORI|VEL|SPL)\b", re.IGNORECASE)
+_INSIDE: Final = re.compile(r"\{\s*([A-Za-z_]\w*)", re.ASCII)
+_TAUGHT: Final = re.compile(r"\bF(\w+)\s*=", re.ASCII)
+_TAUGHT_NUMBER: Final = re.compile(r"(TOOL_NO|BASE_NO)\s+(-?[0-9]{1,3})\b", re.IGNORECASE)
+
+
+@dataclass(slots=True)
+class _Reader:
+    columns: PoseColumns
+    standing: Standing
+    contacts: list[LogContact] = field(default_factory=list)
+    talk: list[int] = field(default_factory=list)
+    axes: list[int] = field(default_factory=list)
+    taught: dict[str, tuple[int, list[tuple[str, str]]]] = field(default_factory=dict)
+
+    def line(self, lexer: Lexer) -> None:
+        comment = lexer.text.lstrip().startswith((";", "#"))
+        inside = None if comment else _INSIDE.search(lexer.text)
+        word = inside.group(1).upper() if inside else ""
+        if comment:
+            self.talk.append(lexer.line)
+        elif word in ("X", "E6POS", "POS", "FRAME"):
+            self._position(lexer)
+        elif word in ("A1", "E6AXIS", "AXIS"):
+            self.axes.append(lexer.line)
+        elif word in ("TOOL_NO", "BASE_NO"):
+            self._tool(lexer)
+        elif not _POSITION.search(lexer.text) and not _is_row(lexer.text) and self.columns.columns == ():
+            self._talk_or_names(lexer)
+        elif "{" in lexer.text or "}" in lexer.text or _POSITION.search(lexer.text):
+            lexer.refuse("this is not a whole position", KUKA)
+        else:
+            self._row(lexer)
+
+    def _talk_or_names(self, lexer: Lexer) -> None:
+        if [word.upper() for word in re.split(r"[\s,;]+", lexer.text.strip())][:3] == ["X", "Y", "Z"]:
+            self._row(lexer)
+        else:
+            self.talk.append(lexer.line)
+
+    def _row(self, lexer: Lexer) -> None:
+        contact = self.columns.line(lexer)
+        if contact is not None:
+            self.contacts.append(contact)
+
+    def _position(self, lexer: Lexer) -> None:
+        """One position with what stands before and after it."""
+        if lexer.match(_MOTION):
+            name = None
+        else:
+            before = lexer.match(_BEFORE)
+            name = before.group(2) if before else None
+            if before is None:
+                read_opening(lexer)
+        said = kuka_position(lexer)
+        lexer.match(_APPROXIMATE)
+        lexer.blanks().match(_COMMENT)
+        lexer.end(KUKA)
+        self.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
+        self.contacts.append(pose_contact(lexer, self.columns.numbers, [said[label] for label in KUKA_LABELS], name))
+
+    def _tool(self, lexer: Lexer) -> None:
+        """DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,...}: the tool and base that the point XP1 was taught with."""
+        name = _TAUGHT.search(lexer.text)
+        if name is not None:
+            self.taught[name.group(1).upper()] = lexer.line, _TAUGHT_NUMBER.findall(lexer.text)
+        self.talk.append(lexer.line)
+
+    def check_taught(self, problems: list[Problem]) -> None:
+        """All contacts must have been taught with one tool and base, where FDAT tells them."""
+        for contact in self.contacts:
+            line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
+            for what, number in numbers:
+                try_reading(Lexer("", line), problems, partial(self.standing.keep, what.upper(), int(number)))
+
+    def log(self) -> Log:
+        notes = (
+            *passed_over(self.axes, "positions of axes, which tell no point,"),
+            *passed_over(self.talk, "other lines"),
+        )
+        return Log(tuple(self.contacts), "mm", (*self.standing.notes("external axes", "TOOL_NO", "BASE_NO"), *notes))
+
+
+def _is_row(text: str) -> bool:
+    """Whether a line begins with a number."""
+    cells = text.strip().split(separator_of(text))
+    return cells[0].strip()[:1] in set("+-.0123456789")
+
+
+def read_kuka(text: str, problems: list[Problem]) -> Log:
+    """Positions of the tool in the active base."""
+    standing = Standing()
+    numbers = DIALECTS["kuka"].numbers
+    assert numbers is not None
+    reader = _Reader(PoseColumns(numbers, standing), standing)
+    read_lines(text, problems, reader.line)
+    reader.check_taught(problems)
+    return reader.log()

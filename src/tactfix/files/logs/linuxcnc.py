@@ -1,0 +1,33 @@
+"""LinuxCNC's (PROBEOPEN name): X Y Z A B C U V W of the tip's centre a line, in the active work coordinates."""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from tactfix.errors import Problem
+from tactfix.files.logs.log import Log, LogContact, Standing, read_lines, vector
+from tactfix.lexer import Lexer
+
+_REMEDY: Final = "write nine numbers, X Y Z A B C U V W, with blanks between"
+_MISSES: Final = (
+    "LinuxCNC logs a G38.3 or G38.5 that met nothing like a hit: its line is the end of the move, and only the "
+    "residuals tell it"
+)
+
+
+@dataclass(slots=True)
+class _Reader:
+    contacts: list[LogContact] = field(default_factory=list)
+    standing: Standing = field(default_factory=Standing)
+
+    def line(self, lexer: Lexer) -> None:
+        axes = [lexer.number(_REMEDY) for _ in range(9)]
+        lexer.end(_REMEDY)
+        self.standing.keep("A B C U V W", tuple(axes[3:]), lexer)
+        self.contacts.append(LogContact(lexer.line, vector(axes[:3])))
+
+
+def read_linuxcnc(text: str, problems: list[Problem]) -> Log:
+    """A log of straight probes (G38.2 to G38.5). Rotary and parallel axes must stand still throughout."""
+    reader = _Reader()
+    read_lines(text, problems, reader.line)
+    return Log(tuple(reader.contacts), notes=(_MISSES, *reader.standing.notes("A B C U V W")))

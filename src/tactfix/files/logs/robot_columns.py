@@ -1,0 +1,100 @@
+"""Poses of a robot as lines of bare numbers, with or without a row of names above.
+
+Without names a line holds the numbers of the controller's own pose in their order, or x, y and z alone. With names
+the columns may stand in any order; those of external axes must stand still, those of a recorder (RTDE) that say
+nothing of the pose are passed over.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from tactfix.files.logs.columns import Cell, cells_of, is_number, numbers_of
+from tactfix.files.logs.log import LogContact, Standing, vector
+from tactfix.lexer import Lexer
+from tactfix.pose_formats.dialect import Numbers
+from tactfix.pose_formats.pose import PoseSyntaxError
+
+_RECORDED: Final = re.compile(
+    r"timestamp|(actual|target|input|output|joint|tool|robot|safety|runtime|speed|standard|payload|euromap67|ft_raw|"
+    r"elbow|tcp|script)_\w+|tcp_offset_\d",
+    re.IGNORECASE,
+)
+_RECORDED_POSES: Final = ("ACTUAL_TCP_POSE", "TARGET_TCP_POSE")
+_PASSED: Final = frozenset({"S", "T"})
+_EXTERNAL: Final = re.compile(r"E[1-6]|EAX_[A-F]")
+
+
+@dataclass(slots=True)
+class PoseColumns:
+    """Reads lines of numbers as poses whose numbers are those of a pose format."""
+
+    numbers: Numbers
+    standing: Standing
+    columns: tuple[str, ...] = ()
+    passed: list[str] = field(default_factory=list)
+
+    @property
+    def _remedy(self) -> str:
+        return f"write {', '.join(self.numbers.labels)} with one separator throughout"
+
+    def line(self, lexer: Lexer) -> LogContact | None:
+        """The contact of a line; None for the row of names."""
+        cells = cells_of(lexer, self.standing)
+        if not self.columns and not any(map(is_number, cells)):
+            self._names(lexer, cells)
+            return None
+        if not self.columns:
+            labels = self.numbers.labels
+            if len(cells) not in (3, len(labels)):
+                lexer.refuse(f"{len(cells)} numbers are no pose", self._remedy)
+            self.columns = tuple(labels[: len(cells)])
+        if len(cells) != len(self.columns):
+            lexer.refuse(f"{len(cells)} numbers where there are {len(self.columns)} columns", self._remedy)
+        found = dict(zip(self.columns, numbers_of(lexer, cells, self.standing), strict=True))
+        return self._contact(lexer, found)
+
+    def _names(self, lexer: Lexer, cells: tuple[Cell, ...]) -> None:
+        """The row of names: each one must be known, and those of the position be there."""
+        by_capitals = {label.upper(): label for label in self.numbers.labels}
+        names = [cell.text.strip('"').upper() for cell in cells]
+        recorded = next((name for name in _RECORDED_POSES if f"{name}_0" in names), None)
+        if recorded is not None:
+            by_capitals = {f"{recorded}_{i}": label for i, label in enumerate(self.numbers.labels)}
+        columns = tuple(by_capitals.get(name, name) for name in names)
+        for cell, name, column in zip(cells, names, columns, strict=True):
+            lexer.position = cell.column - 1
+            known = column in self.numbers.labels or name in _PASSED or _EXTERNAL.fullmatch(name)
+            if not known and not _RECORDED.fullmatch(name):
+                lexer.refuse(f"the column {cell.text[:40]!r} is not known", self._remedy)
+            if names.count(name) > 1:
+                lexer.refuse(f"the column {cell.text[:40]!r} stands twice", self._remedy)
+        lacking = [label for label in self.numbers.labels if label not in columns]
+        if lacking and lacking != list(self.numbers.labels[3:]):
+            lexer.refuse(f"there is no column {', '.join(lacking)}", self._remedy)
+        self.columns = columns
+        self.passed = [name.lower() for name, column in zip(names, columns, strict=True) if _RECORDED.fullmatch(column)]
+
+    def _contact(self, lexer: Lexer, found: dict[str, float]) -> LogContact:
+        for name, value in found.items():
+            if _EXTERNAL.fullmatch(name):
+                self.standing.keep(f"the external axis {name}", value, lexer)
+            elif name.upper().startswith("TCP_OFFSET"):
+                self.standing.keep("the tool's offset", value, lexer)
+        labels = self.numbers.labels
+        if not all(label in found for label in labels):
+            return LogContact(lexer.line, vector([found[label] for label in labels[:3]]))
+        return pose_contact(lexer, self.numbers, [found[label] for label in labels])
+
+
+def pose_contact(lexer: Lexer, numbers: Numbers, values: Sequence[float], name: str | None = None) -> LogContact:
+    """The contact whose pose has these numbers."""
+    line = lexer.line
+    try:
+        pose = numbers.pose(np.array(values))
+    except PoseSyntaxError as error:
+        lexer.refuse(error.problems[0].what, error.problems[0].remedy)
+    return LogContact(line, vector(pose[:3, 3].tolist()), rotation=pose[:3, :3], id=name)

@@ -1,0 +1,53 @@
+"""Blocks of G-code: letters with numbers, glued or not; comments say nothing."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from tactfix.lexer import Lexer
+
+_COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
+_REMEDY: Final = "write each word as a letter and a number, such as X-12.5"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """The words of a block in order, letters in capitals."""
+
+    words: tuple[tuple[str, float], ...]
+
+    def codes(self, letter: str) -> tuple[float, ...]:
+        """The numbers of all words of a letter, such as the G of G20 G91."""
+        return tuple(number for found, number in self.words if found == letter)
+
+    def only(self, letters: str, lexer: Lexer, remedy: str) -> dict[str, float]:
+        """The words by letter; refused where one stands twice, or is none of letters."""
+        found: dict[str, float] = {}
+        for letter, number in self.words:
+            if letter not in letters:
+                lexer.refuse(f"the word {letter}{number:g} is not known here", remedy)
+            if letter in found:
+                lexer.refuse(f"{letter} stands twice", remedy)
+            found[letter] = number
+        return found
+
+
+def read_block(lexer: Lexer) -> Block:
+    """All words up to the end of the text, without its comments."""
+    words: list[tuple[str, float]] = []
+    while True:
+        if lexer.blanks().match(_COMMENT):
+            continue
+        if not lexer.rest:
+            return Block(tuple(words))
+        letter = lexer.rest[0]
+        if not (letter.isascii() and letter.isalpha()):
+            lexer.refuse(f"{letter!r} begins no word", _REMEDY)
+        lexer.position += 1
+        words.append((letter.upper(), lexer.number(_REMEDY, glued=True)))
+
+
+def missing(words: dict[str, float], letters: str) -> Sequence[str]:
+    """Those of letters that no word has."""
+    return [letter for letter in letters if letter not in words]

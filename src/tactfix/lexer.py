@@ -1,0 +1,159 @@
+"""Reading text that machines write, character by character: whoever asks for a part gets it whole or a TextError.
+
+A grammar asks a Lexer for words, numbers and marks in turn and at last for the end, so that no character is passed
+over. A number ends where its last character ends: a letter, a digit or a second decimal point that is glued to it
+makes the whole no number. Only ASCII digits are digits.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Final, NoReturn
+
+from tactfix.errors import Problem, TactfixError
+
+MOST: Final = 1e30
+"""No length, angle or count that a machine writes is larger; what is, is damage."""
+_MOST_CHARACTERS: Final = 40
+_NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_WITHOUT_EXPONENT: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
+_NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+_BLANKS: Final = re.compile(r"[ \t\r\n]*")
+
+
+class TextError(TactfixError):
+    """A text does not follow its grammar at one place; whoever knows the file's name makes a FileError of it."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(str(problem))
+
+
+@dataclass(slots=True)
+class Lexer:
+    """A place in text, of which the first character stands in line first_line at column first_column of its file."""
+
+    text: str
+    first_line: int = 1
+    first_column: int = 1
+    position: int = 0
+
+    @property
+    def line(self) -> int:
+        """The line of the next character."""
+        return self.first_line + self.text.count("\n", 0, self.position)
+
+    @property
+    def column(self) -> int:
+        """The column of the next character."""
+        before = self.text.rfind("\n", 0, self.position)
+        return self.position - before if before >= 0 else self.first_column + self.position
+
+    @property
+    def rest(self) -> str:
+        """What has not been read."""
+        return self.text[self.position :]
+
+    def refuse(self, what: str, remedy: str) -> NoReturn:
+        """Refuse the text at the next character."""
+        raise TextError(Problem(what, remedy, line=self.line, column=self.column))
+
+    def blanks(self) -> "Lexer":
+        """Pass blanks."""
+        found = _BLANKS.match(self.text, self.position)
+        self.position = found.end() if found else self.position
+        return self
+
+    def follows(self, mark: str) -> bool:
+        """Whether mark (any case) comes next, after blanks."""
+        self.blanks()
+        return self.text[self.position : self.position + len(mark)].upper() == mark.upper()
+
+    def take(self, mark: str) -> bool:
+        """Pass mark (any case) and the blanks before it, if it comes next."""
+        if not self.follows(mark):
+            return False
+        self.position += len(mark)
+        return True
+
+    def mark(self, mark: str, remedy: str) -> None:
+        """Pass mark, which must come next."""
+        if not self.take(mark):
+            self.refuse(f"{mark!r} is missing before {self._shown()}", remedy)
+
+    def match(self, pattern: re.Pattern[str]) -> re.Match[str] | None:
+        """Pass what pattern finds right here, and give it."""
+        found = pattern.match(self.text, self.position)
+        if found is not None:
+            self.position = found.end()
+        return found
+
+    def name(self, remedy: str) -> str:
+        """The name that comes next: letters, digits, _ and $, no digit first."""
+        self.blanks()
+        found = self.match(_NAME)
+        return found.group() if found else self.refuse(f"no name stands before {self._shown()}", remedy)
+
+    def literal(self, remedy: str, *, glued: bool = False) -> str:
+        """The characters of the number that comes next.
+
+        glued: a letter may follow without a blank, as in G-code, where there is no exponent either.
+        """
+        self.blanks()
+        found = (_WITHOUT_EXPONENT if glued else _NUMBER).match(self.text, self.position)
+        end = found.end() if found else self.position
+        after = self.text[end : end + 1]
+        continued = after.isalnum() or after in ("_", ".") if after else False
+        if found is None or (continued and not (glued and after.isalpha())):
+            looks = _LIKE_A_NUMBER.match(self.text, self.position)
+            shown = looks.group() if looks else ""
+            self.refuse(f"{shown[:_MOST_CHARACTERS]!r} is no number" if shown else self._no_number(), remedy)
+        literal = found.group()
+        if len(literal) > _MOST_CHARACTERS or not abs(float(literal)) <= MOST:
+            self.refuse(f"{literal[:_MOST_CHARACTERS]} is beyond all measure", remedy)
+        self.position = end
+        return literal
+
+    def number(self, remedy: str, *, glued: bool = False) -> float:
+        """The number that comes next."""
+        return float(self.literal(remedy, glued=glued)) + 0.0
+
+    def numbers(self, count: int, remedy: str, separator: str = ",") -> tuple[float, ...]:
+        """So many numbers with separator between."""
+        found = [self.number(remedy)]
+        for _ in range(count - 1):
+            self.mark(separator, remedy)
+            found.append(self.number(remedy))
+        return tuple(found)
+
+    def integer(self, remedy: str) -> int:
+        """The whole number that comes next."""
+        here = self.blanks().position
+        literal = self.literal(remedy)
+        if not literal.lstrip("+-").isdigit():
+            self.position = here
+            self.refuse(f"{literal} is no whole number", remedy)
+        return int(literal)
+
+    def quoted(self, mark: str, remedy: str) -> str:
+        """The text between two marks."""
+        self.mark(mark, remedy)
+        end = self.text.find(mark, self.position)
+        if end < 0:
+            self.refuse(f"{mark} is left open", remedy)
+        inside = self.text[self.position : end]
+        self.position = end + len(mark)
+        return inside
+
+    def end(self, remedy: str) -> None:
+        """Refuse what is left, if anything but blanks is."""
+        self.blanks()
+        if self.position < len(self.text):
+            self.refuse(f"{self._shown()} is left over", remedy)
+
+    def _no_number(self) -> str:
+        return f"no number stands before {self._shown()}"
+
+    def _shown(self) -> str:
+        rest = self.rest.strip()
+        return repr(rest if len(rest) <= 20 else rest[:20] + "...") if rest else "the end of the line"
