@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tactfix.geometry.arrays import perpendicular, unit
+from tactfix.geometry.arrays import basis_across, unit
 from tactfix.geometry.rigid import (
     homogeneous,
     inverse,
@@ -96,8 +96,18 @@ def test_homogeneous_puts_rotation_and_translation_where_they_belong():
 
 
 @given(vectors.filter(lambda v: np.linalg.norm(v) > 1e-6))
-def test_perpendicular_is_square_unit_and_well_conditioned(v):
+def test_a_basis_across_is_orthonormal_and_right_handed(v):
     direction = unit(v)
-    square = perpendicular(direction)
-    assert abs(square @ direction) < 1e-15
-    assert np.linalg.norm(square) == pytest.approx(1, abs=1e-15)
+    frame = np.vstack([basis_across(direction), direction])
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=4e-15)
+    assert np.linalg.det(frame) > 0
+
+
+def test_a_basis_across_is_exact_along_the_axes_and_noise_does_not_turn_it():
+    rng = np.random.default_rng(4)
+    nice = [d for d in np.ndindex(7, 7, 7) if d != (3, 3, 3)]
+    for direction in unit(np.array(nice) - 3.0):
+        off = unit(direction + 1e-6 * rng.standard_normal((20, 3)))
+        assert np.abs(basis_across(off) - basis_across(direction)).max() < 1e-4
+    for axis in (*np.eye(3), *-np.eye(3)):
+        assert set(np.abs(basis_across(axis)).ravel()) == {0.0, 1.0}

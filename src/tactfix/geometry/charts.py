@@ -1,14 +1,14 @@
 """Small displacements of surfaces in their own coordinates: as many numbers as the surface has degrees of freedom.
 
 plane: tilt (2, rad, about its given point), shift along the normal. sphere and point: shift (3). cylinder: tilt (2,
-rad), shift square to the axis (2), at its given point. The two directions across come from `perpendicular`.
+rad), shift square to the axis (2), at its given point. The two directions across come from `basis_across`.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, cross, perpendicular, unit
+from tactfix.geometry.arrays import Floats, basis_across, cross, unit
 from tactfix.geometry.nearest import direction_of, foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radial_directions, residuals
 
@@ -20,9 +20,7 @@ def dimension(surface: Surface) -> int:
 
 def across(surface: Plane | Cylinder) -> Floats:
     """Two unit vectors (2, 3) square to the normal or axis and to each other."""
-    direction = direction_of(surface)
-    first = perpendicular(direction)
-    return np.array([first, cross(direction, first)])
+    return basis_across(direction_of(surface))
 
 
 def displaced(surface: Surface, step: Floats) -> Surface:

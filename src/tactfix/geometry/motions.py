@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen, perpendicular
+from tactfix.geometry.arrays import Floats, basis_across, frozen
 from tactfix.geometry.scale import Tolerance, anchored, middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
@@ -140,8 +140,7 @@ def twists(motions: Motions) -> Floats:
         case Spherical():
             rows = [_rotation(motions.center, axis) for axis in np.eye(3)]
         case Planar():
-            first = perpendicular(motions.normal)
-            second = np.cross(motions.normal, first)
+            first, second = basis_across(motions.normal)
             rows = [_translation(first), _translation(second), _rotation(np.zeros(3), motions.normal)]
     return np.array(rows).reshape(-1, 6)
 

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias, overload
 import numpy as np
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.geometry.arrays import Floats, frozen, lengths, perpendicular, unit
+from tactfix.geometry.arrays import Floats, basis_across, frozen, lengths, unit
 
 Side: TypeAlias = Literal["outer", "inner"]
 SidedType: TypeAlias = Literal["plane", "sphere", "cylinder"]
@@ -138,7 +138,7 @@ def radial_directions(surface: Sphere | Cylinder | Point, points: Floats) -> Flo
     arms = radial(surface, points)
     size = lengths(arms)[..., None]
     if not size.all():
-        anywhere = perpendicular(surface.direction) if isinstance(surface, Cylinder) else np.eye(3)[0]
+        anywhere = basis_across(surface.direction)[0] if isinstance(surface, Cylinder) else np.eye(3)[0]
         arms, size = np.where(size > 0, arms, anywhere), np.where(size > 0, size, 1.0)
     return np.asarray(arms / size)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, cross, frozen, perpendicular, unit
+from tactfix.geometry.arrays import Floats, basis_across, cross, frozen, unit
 from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter, ParameterKind
 
 _LENGTHS = ("x", "y", "z")
@@ -57,7 +57,7 @@ def axis_frame(axis: Floats) -> Floats:
     """A rotation (3, 3) whose third column is the unit axis (3,): axes exchanged in turn where axis is one of them."""
     largest = int(np.argmax(np.abs(axis)))
     aligned = abs(axis[largest]) > 1 - 1e-12
-    first = np.eye(3)[(largest + 1) % 3] if aligned else perpendicular(axis)
+    first = np.eye(3)[(largest + 1) % 3] if aligned else basis_across(axis)[0]
     return np.stack([first, cross(axis, first), axis], axis=1)
 
 

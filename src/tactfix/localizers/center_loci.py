@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Floats, frozen, unit
-from tactfix.localizers.cylinder_refinement import basis_across
+from tactfix.geometry.arrays import Floats, basis_across, frozen, unit
 from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, quadratic
 
 _PARALLEL = 1e-7

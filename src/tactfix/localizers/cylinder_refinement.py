@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, unit
+from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
 from tactfix.localizers.least_squares import polished, refined
 
 PARAMETERS = 5
@@ -80,21 +80,6 @@ def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | floa
     near = np.flatnonzero(misses <= np.maximum(_IN_SIGHT, 30 * slack))
     points = problem.points[near] if problem.points.ndim == 3 else problem.points
     return replace(problem, points=points).refined(states[near]), near
-
-
-def basis_across(directions: Floats) -> Floats:
-    """Two unit vectors (..., 2, 3) square to each other and to the unit vectors directions (..., 3).
-
-    Well conditioned for every direction; written out, because it is needed at every step of every refinement.
-    """
-    x, y, z = directions[..., 0], directions[..., 1], directions[..., 2]
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    basis = np.empty((*directions.shape[:-1], 2, 3))
-    basis[..., 0, 0], basis[..., 0, 1], basis[..., 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
-    basis[..., 1, 0], basis[..., 1, 1], basis[..., 1, 2] = b, sign + y * y * a, -y
-    return basis
 
 
 def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats:

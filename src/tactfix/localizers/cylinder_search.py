@@ -10,9 +10,9 @@ from functools import cache
 
 import numpy as np
 
-from tactfix.geometry.arrays import EPS, Floats, Ints
+from tactfix.geometry.arrays import EPS, Floats, Ints, basis_across
 from tactfix.localizers.cylinder_directions import direction_zeros
-from tactfix.localizers.cylinder_refinement import basis_across, circle_states
+from tactfix.localizers.cylinder_refinement import circle_states
 from tactfix.localizers.degeneracy import RATIO
 from tactfix.localizers.homogeneous_forms import Complexes
 from tactfix.localizers.tangent_lines import tangent_zeros

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, unit
+from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
 from tactfix.geometry.surfaces import Plane
 from tactfix.localizers.candidate import SurfaceCandidate
-from tactfix.localizers.cylinder_refinement import basis_across
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear
 from tactfix.localizers.scaling import unit_contacts
 

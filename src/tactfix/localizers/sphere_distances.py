@@ -8,11 +8,10 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, frozen, lengths, unit
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, basis_across, frozen, lengths, unit
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
-from tactfix.localizers.cylinder_refinement import basis_across
 from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.rounding import ROUNDING, effective_sigmas

@@ -13,7 +13,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Bools, Floats, cross, perpendicular, unit
+from tactfix.geometry.arrays import Bools, Floats, basis_across, unit
 from tactfix.geometry.rigid import rotation_from_vector
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, offset_radius, radius_of
 from tactfix.localizers.candidate import SurfaceCandidate
@@ -160,5 +160,4 @@ def _turns_about(axis: Floats, from_axis: Floats) -> Floats:
 
 def _frame_about(axis: Floats) -> Floats:
     """Rows of a right-handed frame whose third is axis."""
-    across = perpendicular(axis)
-    return np.array([across, cross(axis, across), axis])
+    return np.vstack([basis_across(axis), axis])

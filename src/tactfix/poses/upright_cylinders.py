@@ -9,9 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import TINY, Floats, cross, lengths
+from tactfix.geometry.arrays import TINY, Floats, basis_across, cross, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface
-from tactfix.localizers.cylinder_refinement import basis_across
 
 CONTACTS = 3
 SQUARE = 1e-3

@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.accessibility.touchable import axial_interval, closed_box, face
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Floats, perpendicular
+from tactfix.geometry.arrays import Floats, basis_across
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 _AROUND = 48
@@ -43,8 +43,7 @@ def ellipsoid_grid(half_axes: Floats, axes: Floats) -> Floats:
 def _tube(cylinder: Cylinder, closed: TouchBox, points: Floats) -> Floats:
     """The side of a cylinder, as far as its box goes or the points do."""
     ends = [*axial_interval(cylinder, closed), *((points - cylinder.point) @ cylinder.direction)]
-    u = perpendicular(cylinder.direction)
-    v = np.cross(cylinder.direction, u)
+    u, v = basis_across(cylinder.direction)
     around = np.linspace(0, 2 * np.pi, _AROUND)[:, None]
     ring = cylinder.radius * (np.cos(around) * u + np.sin(around) * v)
     axis = cylinder.point + np.array([[min(ends)], [max(ends)]]) * cylinder.direction

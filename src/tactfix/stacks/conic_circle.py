@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import Bools, Floats, basis_across
 
 _PAIR_OF_LINES = 1e-7
 """Of the sum of the eigenvalues' sizes: the smallest of a conic that is no pair of lines. Rounding is far below."""
@@ -27,7 +27,7 @@ def circle_of_conic(k: Floats, caution: float) -> tuple[Floats, Bools, Bools]:
     must be to be clear, beyond what rounding asks for.
     """
     lone = _lone_eigenvector(k)
-    u, v = _across(lone)
+    u, v = np.moveaxis(basis_across(lone.T), 0, -1)
     l_c = _form(k, lone, lone)
     uu, uv, vv = _form(k, u, u), _form(k, u, v), _form(k, v, v)
     difference, middle = 0.5 * (uu - vv), 0.5 * (uu + vv)
@@ -80,13 +80,3 @@ def _null_vector(xx: Floats, yy: Floats, zz: Floats, xy: Floats, xz: Floats, yz:
     z = np.where(first, e, np.where(second, f, c))
     scale = 1.0 / np.sqrt(x * x + y * y + z * z)
     return np.stack([x * scale, y * scale, z * scale])
-
-
-def _across(n: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors (3, m) square to n and to each other."""
-    x, y, z = n
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    u = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x])
-    return u, np.stack([b, sign + y * y * a, -y])
