@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tactfix.files.pose_file import load_pose
     from tactfix.fitting.fit import fit
     from tactfix.fitting.result import FitResult
-    from tactfix.fixture import Fixture
+    from tactfix.fixture import Feature, Fixture, Placement, Probe
     from tactfix.localization.locate import locate
     from tactfix.planning.plan import plan
     from tactfix.planning.result import Plan
@@ -55,6 +55,7 @@ __all__ = [
     "DegenerateContactsError",
     "DesignReport",
     "Fault",
+    "Feature",
     "FileError",
     "FitResult",
     "Fixture",
@@ -62,9 +63,11 @@ __all__ = [
     "MissingExtraError",
     "Movement",
     "NotLocatedError",
+    "Placement",
     "Plan",
     "Pose",
     "PoseRefusedError",
+    "Probe",
     "Problem",
     "Simulation",
     "SphereCenters",
@@ -96,6 +99,9 @@ _HOMES = {
     "Fault": "tactfix.simulation.faults",
     "FileError": "tactfix.errors",
     "FitResult": "tactfix.fitting.result",
+    "Feature": "tactfix.fixture",
+    "Placement": "tactfix.fixture",
+    "Probe": "tactfix.fixture",
     "Fixture": "tactfix.fixture",
     "LocateResult": "tactfix.results",
     "Movement": "tactfix.pose_formats.comparison",

@@ -3,14 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tactfix.errors import UsageError
+from tactfix.errors import MissingExtraError, UsageError
 from tactfix.geometry.arrays import Bools, Floats, Ints, frozen
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Unknown: TypeAlias = Literal["tip", "tip-radius"]
 """What of the tip is found from the contacts: where its centre is in the flange frame, its effective radius."""
@@ -76,9 +79,66 @@ class Contacts:
         """The contacts on one feature, in order."""
         return self.subset(self.by_feature.get(feature, ()))
 
-    def subset(self, indices: Sequence[int] | Ints) -> "Contacts":
-        """The contacts with these indices (from 0), in that order."""
-        index = np.asarray(indices, dtype=np.intp)
+    def __getitem__(self, which: slice | Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
+        """The contacts of a slice, a mask (n,) of booleans, or these indices (from 0)."""
+        return self.subset(np.arange(len(self))[which] if isinstance(which, slice) else which)
+
+    def __add__(self, other: "Contacts") -> "Contacts":
+        """These contacts and then the other ones; rows keep their numbers.
+
+        Raises UsageError where tip radius, tip offset, or whether flange rotations are known differ.
+        """
+        if self.tip_radius != other.tip_radius or not _alike(self.tip_offset, other.tip_offset):
+            raise UsageError("contacts of different tips cannot be joined; locate them apart, or give one tip radius")
+        if (self.flange_rotations is None) != (other.flange_rotations is None):
+            raise UsageError("contacts with and without flange rotations cannot be joined; give all of them, or none")
+        rotations = None
+        if self.flange_rotations is not None and other.flange_rotations is not None:
+            rotations = np.concatenate([self.flange_rotations, other.flange_rotations])
+        return Contacts(
+            features=self.features + other.features,
+            points=np.concatenate([self.points, other.points]),
+            approaches=np.concatenate([self.approaches, other.approaches]),
+            sigmas=np.concatenate([self.sigmas, other.sigmas]),
+            tip_radius=self.tip_radius,
+            rows=self.rows + other.rows,
+            ids=self.ids + other.ids,
+            flange_rotations=rotations,
+            tip_offset=self.tip_offset,
+        )
+
+    def to_dataframe(self) -> "DataFrame":
+        """The contacts as a pandas DataFrame: feature, x, y, z, ax, ay, az, sigma, id, by row.
+
+        Raises MissingExtraError where pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame, Index
+        except ImportError as error:
+            raise MissingExtraError("dataframe", "a DataFrame of contacts") from error
+        numbers = np.column_stack([self.points, self.approaches, self.sigmas])
+        frame = DataFrame(
+            numbers, columns=["x", "y", "z", "ax", "ay", "az", "sigma"], index=Index(self.rows, name="row")
+        )
+        frame.insert(0, "feature", list(self.features))
+        frame["id"] = list(self.ids)
+        return frame
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{name} {len(index)}" for name, index in self.by_feature.items())
+        return f"<Contacts: {len(self)} ({counts}), tip radius {self.tip_radius:g}>"
+
+    def subset(self, indices: Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
+        """The contacts with these indices (from 0), in that order, or of a mask (n,) of booleans.
+
+        Raises UsageError for a mask that is not as long as the contacts are many.
+        """
+        index = np.asarray(indices)
+        if index.dtype == np.bool_:
+            if index.shape != (len(self),):
+                raise UsageError(f"a mask of shape {index.shape} for {len(self)} contacts; give one boolean for each")
+            index = np.flatnonzero(index)
+        index = index.astype(np.intp, copy=False)
         pick = tuple(int(i) for i in index)
         return Contacts(
             features=tuple(self.features[i] for i in pick),
@@ -110,6 +170,12 @@ class Contacts:
     def label(self, index: int) -> str:
         """How messages call a contact: its row, and its id where the file gives one."""
         return f"row {self.rows[index]}" + (f" ({self.ids[index]})" if self.ids[index] else "")
+
+
+def _alike(one: Floats | None, other: Floats | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return bool(np.array_equal(one, other))
 
 
 def contacts_from_arrays(

@@ -4,15 +4,16 @@
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, frozen
-from tactfix.geometry.surfaces import FeatureType, Side, Surface
+from tactfix.geometry.surfaces import Cylinder, FeatureType, Plane, Point, Side, Sphere, Surface
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Direction: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -37,10 +38,83 @@ class Feature:
     sigma: float
     surface: Surface | None
 
+    @classmethod
+    def plane(cls, point: ArrayLike | None = None, normal: ArrayLike | None = None, *, sigma: float = 0.0) -> "Feature":
+        """A plane; point (3,), normal (3,) out of the material, of any length: its place, or neither.
+
+        Raises UsageError for what no plane can be, as the other features do.
+        """
+        place = _place("plane", point=point, normal=normal)
+        return _checked(cls("", "plane", None, "outer", sigma, None if place is None else Plane(place[0], place[1])))
+
+    @classmethod
+    def sphere(
+        cls, radius: float, center: ArrayLike | None = None, *, side: Side = "outer", sigma: float = 0.0
+    ) -> "Feature":
+        """A sphere, outer (a ball) or inner (a socket); center (3,): its place, or none."""
+        place = _place("sphere", center=center)
+        return _checked(
+            cls(
+                "",
+                "sphere",
+                float(radius),
+                side,
+                sigma,
+                None if place is None else Sphere(place[0], float(radius), side),
+            )
+        )
+
+    @classmethod
+    def cylinder(
+        cls,
+        radius: float,
+        point: ArrayLike | None = None,
+        direction: ArrayLike | None = None,
+        *,
+        side: Side = "outer",
+        sigma: float = 0.0,
+    ) -> "Feature":
+        """A cylinder, outer (a pin) or inner (a bore); point (3,) and direction (3,), of any length: its axis."""
+        place = _place("cylinder", point=point, direction=direction)
+        surface = None if place is None else Cylinder(place[0], place[1], float(radius), side)
+        return _checked(cls("", "cylinder", float(radius), side, sigma, surface))
+
+    @classmethod
+    def point(cls, point: ArrayLike | None = None, *, sigma: float = 0.0) -> "Feature":
+        """A seat, cone, nest or mark that holds the tip's centre; point (3,): its place, or none."""
+        place = _place("point", point=point)
+        return _checked(cls("", "point", None, "outer", sigma, None if place is None else Point(place[0])))
+
     @property
     def equations(self) -> int:
         """How many equations a contact on it gives: three on a point, one on all others."""
         return 3 if self.type == "point" else 1
+
+
+def _place(kind: str, **vectors: ArrayLike | None) -> list[Floats] | None:
+    """The vectors (3,) that place a feature, None where none is given."""
+    given = {name: np.asarray(vector, dtype=np.float64) for name, vector in vectors.items() if vector is not None}
+    if not given:
+        return None
+    if len(given) < len(vectors):
+        raise UsageError(f"a {kind} is placed by {' and '.join(vectors)}; give them all, or none")
+    for name, vector in given.items():
+        if vector.shape != (3,) or not np.isfinite(vector).all():
+            raise UsageError(f"{name} of a {kind} is three finite numbers")
+        if name in ("normal", "direction") and not vector.any():
+            raise UsageError(f"{name} of a {kind} is zero; it must point somewhere")
+    return list(given.values())
+
+
+def _checked(feature: Feature) -> Feature:
+    """The feature; UsageError where its numbers can be none."""
+    if feature.radius is not None and not 0 < feature.radius < np.inf:
+        raise UsageError(f"the radius of a {feature.type} is a finite number above 0, not {feature.radius:g}")
+    if not 0 <= feature.sigma < np.inf:
+        raise UsageError(f"the sigma of a {feature.type} is a finite number, 0 or above, not {feature.sigma:g}")
+    if feature.side not in ("outer", "inner"):
+        raise UsageError(f"the side of a {feature.type} is outer or inner, not {feature.side!r}")
+    return feature
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +262,59 @@ class Fixture:
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", MappingProxyType(dict(self.features)))
         object.__setattr__(self, "touch", MappingProxyType(dict(self.touch)))
+
+    @classmethod
+    def from_features(
+        cls,
+        name: str,
+        units: str,
+        features: Mapping[str, Feature],
+        *,
+        probe: Probe | None = None,
+        touch: Mapping[str, Mapping[str, tuple[float | None, float | None]]] | None = None,
+    ) -> "Fixture":
+        """A fixture by geometry, of features that carry their places; held to all that a fixture file is held to.
+
+        touch: where a feature may be touched, such as {"pin": {"z": (6.0, None)}}, None being open.
+        Raises FileError with all that is wrong with it.
+        """
+        from tactfix.files.fixture_file import fixture_from_dict
+
+        bare = cls(name, units, probe or Probe(), {n: replace(f, name=n) for n, f in features.items()}, (), None, {})
+        document = bare.to_dict() | ({"touch": dict(touch)} if touch else {})
+        return fixture_from_dict(document)
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> "Fixture":
+        """The fixture that the mapping of a fixture file describes.
+
+        Raises FileError with all that is wrong with it.
+        """
+        from tactfix.files.fixture_file import fixture_from_dict
+
+        return fixture_from_dict(document)
+
+    @classmethod
+    def from_text(cls, text: str) -> "Fixture":
+        """The fixture that the text of a fixture file (YAML) describes.
+
+        Raises FileError with all that is wrong with it, by line and column.
+        """
+        from tactfix.files.fixture_file import fixture_from_text
+
+        return fixture_from_text(text)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The mapping that a fixture file of it holds."""
+        from tactfix.fixture_format.write import fixture_document
+
+        return fixture_document(self)
+
+    def to_yaml(self) -> str:
+        """The text of a fixture file that describes it."""
+        from tactfix.files.fixture_file import fixture_text
+
+        return fixture_text(self)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Read-only views do not travel to other processes: there the fixture is built again."""

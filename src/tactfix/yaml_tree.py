@@ -153,3 +153,28 @@ def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
         line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
     remedy = "check indentation (blanks, no tabs), brackets, quotes and colons from here on upwards"
     return Problem(f"this is not YAML: {what}", remedy, line=line, column=column)
+
+
+class _OnOneLine(dict[str, Any]):
+    """A mapping that is written on one line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """PyYAML's own, but that mappings of that kind take one line."""
+
+
+_Dumper.add_representer(
+    _OnOneLine, lambda dumper, value: dumper.represent_mapping("tag:yaml.org,2002:map", value, flow_style=True)
+)
+
+
+def yaml_text(value: dict[str, Any]) -> str:
+    """A mapping as YAML: keys in their order, each entry of an inner mapping or list on a line, doubles in full."""
+    lines = {key: _entries(item) for key, item in value.items()}
+    return str(yaml.dump(lines, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000))
+
+
+def _entries(item: Any) -> Any:
+    if isinstance(item, dict):
+        return {key: _OnOneLine(entry) if isinstance(entry, dict) else entry for key, entry in item.items()}
+    return [_OnOneLine(entry) for entry in item] if isinstance(item, list) else item

@@ -1,15 +1,18 @@
 """Fixture files: YAML in, a fixture out, or every problem of the file at once with its line and column."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tactfix.errors import FileError, Problem
+import numpy as np
+
+from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.reading import decode, read_bytes
 from tactfix.fixture import Fixture
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.read import read_fixture
-from tactfix.yaml_tree import Tree, read_tree
+from tactfix.fixture_format.write import fixture_document
+from tactfix.yaml_tree import Tree, read_tree, yaml_text
 
 if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
@@ -24,15 +27,61 @@ def load_fixture(path: str | Path) -> Fixture:
     if _is_contacts(text):
         remedy = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
         raise FileError(str(path), [Problem("this is a contact file", remedy)])
+    return _fixture_of(text, str(path), Path(path).stem, _beside(Path(path)))
+
+
+def fixture_from_text(text: str) -> Fixture:
+    """The fixture that the text of a fixture file describes; poses that it names are looked for in the working folder.
+
+    Raises FileError as load_fixture does; the text is called "the fixture".
+    """
+    return _fixture_of(text, "the fixture", "fixture", _beside(Path("fixture.yaml")))
+
+
+def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
+    """The fixture that the mapping of a fixture file describes; arrays, tuples and numpy's numbers are taken too.
+
+    Raises FileError with all that is wrong with it, without lines: the mapping is called "the fixture".
+    """
+    fixture = read_fixture(_plain(document), "fixture", _beside(Path("fixture.yaml")))
+    if isinstance(fixture, Fixture):
+        return fixture
+    raise FileError("the fixture", [Problem(finding.what, finding.remedy) for finding in fixture])
+
+
+def fixture_text(fixture: Fixture) -> str:
+    """The fixture file that describes the fixture, as YAML.
+
+    Raises UsageError for a placement that was measured with a full covariance: a fixture file names the file of it.
+    """
+    if fixture.placement is not None and isinstance(fixture.placement.sigma, np.ndarray):
+        raise UsageError("the covariance of a placement cannot be written here; write it with to_json of its result")
+    return yaml_text(fixture_document(fixture))
+
+
+def _plain(value: Any) -> Any:
+    """Values as YAML has them."""
+    match value:
+        case Mapping():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case np.ndarray() | np.generic():
+            return value.tolist()
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case _:
+            return value
+
+
+def _fixture_of(text: str, path: str, name: str, pose_files: Callable[[str], "Pose"]) -> Fixture:
     tree = read_tree(text)
-    fixture = read_fixture(tree.value, Path(path).stem, _beside(Path(path))) if tree.is_complete else []
+    fixture = read_fixture(tree.value, name, pose_files) if tree.is_complete else []
     if isinstance(fixture, Fixture) and not tree.problems:
         return fixture
     findings = [] if isinstance(fixture, Fixture) else fixture
     problems = list(tree.problems)
     known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
     problems += [p for p in (_placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
-    raise FileError(str(path), sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
+    raise FileError(path, sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
 
 
 def _is_contacts(text: str) -> bool:
