@@ -5,7 +5,7 @@ The report layer turns these into text and JSON; the names here are the names th
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
-ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path"]
+ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path", "tip"]
 DiagnosisCode: TypeAlias = Literal[
     "outlier",
     "approach",
@@ -127,13 +127,31 @@ class ContactResidual:
     approach_angle_deg: float | None
 
 
+POSE_UNKNOWNS: Final = ("rx", "ry", "rz", "tx", "ty", "tz")
+"""The names of what a pose is found for, in the order of its covariance."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipEstimate:
+    """The tip as the contacts have it: its centre (3,) in the flange frame, None where nothing says it, and its radius.
+
+    covariance (k, k): of those that were unknown: x, y, z of the centre, the radius.
+    """
+
+    offset: Floats | None
+    radius: float
+    covariance: Floats
+    message: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LocateResult:
     """The answer of locate; see the contract of each field in samples/README.md ("JSON of locate").
 
     base_from_fixture (4, 4) and covariance (6, 6: d_rot in rad, d_t in units) are None unless status is "located".
     sigmas of the frame are the square roots of the covariance's diagonal. surfaces holds the features in base whenever
-    they are known. chi2_limit is what chi2 was held against.
+    they are known. chi2_limit is what chi2 was held against. Where the tip was unknown: unknowns, the names of
+    all that was found together; joint_covariance (u, u) in that order; tip, wherever the contacts determine it.
     """
 
     fixture: str
@@ -152,6 +170,9 @@ class LocateResult:
     next_contact: NextContact | None = None
     warnings: tuple[str, ...] = ()
     diagnosis: tuple[Diagnosis, ...] = ()
+    unknowns: tuple[str, ...] = POSE_UNKNOWNS
+    joint_covariance: Floats | None = None
+    tip: TipEstimate | None = None
 
     @property
     def pose(self) -> "Pose":

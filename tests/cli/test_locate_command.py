@@ -166,7 +166,7 @@ def test_a_point_that_is_asked_for_is_told_of(answers: Answers, capsys: pytest.C
 def test_options_reach_the_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Contacts] = []
 
-    def locate(_: Fixture, contacts: Contacts, *, scale_sigma: bool) -> LocateResult:
+    def locate(_: Fixture, contacts: Contacts, *, scale_sigma: bool, **more: object) -> LocateResult:
         assert scale_sigma
         seen.append(contacts)
         return answer()

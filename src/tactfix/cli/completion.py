@@ -32,6 +32,11 @@ def units(incomplete: str) -> list[str]:
     return [unit for unit in UNITS if unit.startswith(incomplete)]
 
 
+def unknowns(incomplete: str) -> list[str]:
+    """What of the tip may be unknown."""
+    return [what for what in ("tip", "tip-radius", "tip,tip-radius") if what.startswith(incomplete)]
+
+
 def feature_runs(incomplete: str) -> list[str]:
     """bar: and ball: of --features bar:5,ball:3, from the fixture that stands on the line."""
     done, comma, begun = incomplete.rpartition(",")

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
+from tactfix.cli.arguments import unknowns, vector
 from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
@@ -23,6 +23,7 @@ from tactfix.cli.options import (
     TipOffset,
     TipRadius,
     Units,
+    Unknown,
     Verbose,
 )
 from tactfix.cli.output import emit, note, tell, wants_summary
@@ -61,6 +62,7 @@ def command(
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
     ] = False,
+    unknown: Unknown = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -85,13 +87,15 @@ def command(
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
     fixture = load_fixture(fixture_path)
-    options = ContactOptions(units, tip_radius, sigma)
+    sought = unknowns(unknown)
+    options = ContactOptions(units, tip_radius, sigma, unknown=sought)
     read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
-    result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
+    result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)
     text = render_pose(result, style, point, force=force, quiet=quiet)
     if text is not None:
         emit(text, output)
     tell(verdict_lines(result))
+    tell([] if result.tip is None else [result.tip.message], quiet=quiet)
     tell(result.warnings, quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
         # rich takes as long to import as all else: only for people who see it.

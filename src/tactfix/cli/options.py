@@ -58,6 +58,14 @@ Features: TypeAlias = Annotated[
         autocompletion=completion.feature_runs,
     ),
 ]
+Unknown: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WHAT",
+        help="Find the tip too: tip (its offset, from flange poses), tip-radius, or tip,tip-radius.",
+        autocompletion=completion.unknowns,
+    ),
+]
 TipOffset: TypeAlias = Annotated[
     str | None, typer.Option(metavar="X,Y,Z", help="Tip centre in the flange frame, for flange poses.")
 ]

@@ -25,10 +25,10 @@ def is_worthless(solution: Solution, contacts: Contacts) -> bool:
 def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tuple[FreeMotion, ...]:
     """The free motions at a solution, in base and in words; the weakest one where none is quite free."""
     if len(solution.free_twists):
-        return tuple(_in_words(fixture, solution, twist, "") for twist in tidied(solution.free_twists))
+        return tuple(in_words(fixture, solution, twist, "") for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
-    return (_in_words(fixture, solution, _weakest(contacts, solution), note),)
+    return (in_words(fixture, solution, _weakest(contacts, solution), note),)
 
 
 def _weakest(contacts: Contacts, solution: Solution) -> Floats:
@@ -43,7 +43,8 @@ def _weakest(contacts: Contacts, solution: Solution) -> Floats:
     return np.asarray(at_base_origin((axes[:, -1] * units)[None], origin)[0])
 
 
-def _in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str) -> FreeMotion:
+def in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str) -> FreeMotion:
+    """The motion twist (6,) at base's origin, of unit size, named by the features; note follows its name."""
     from tactfix.geometry.scale import tolerance_for  # located fixtures have no motion to name
     from tactfix.localization.motion_words import twist_in_words
 

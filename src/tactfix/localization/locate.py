@@ -4,12 +4,12 @@ contacts -> all solutions (`poses.rigid`: all at once; `relations.assembly`: fea
 against each (`verdicts`) -> a status, and what to do next.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from tactfix.contacts import Contacts
+from tactfix.contacts import Contacts, Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
@@ -30,7 +30,14 @@ SAMPLES_SHOWN = 8
 """Poses of a continuum that are listed."""
 
 
-def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, explain: bool = True) -> LocateResult:
+def locate(
+    fixture: Fixture,
+    contacts: Contacts,
+    *,
+    scale_sigma: bool = False,
+    explain: bool = True,
+    unknown: Collection[Unknown] = (),
+) -> LocateResult:
     """Find where a fixture stands.
 
     contacts are in base and in the fixture's units. With scale_sigma the covariance is scaled by chi2 / dof where there
@@ -38,11 +45,18 @@ def locate(fixture: Fixture, contacts: Contacts, *, scale_sigma: bool = False, e
     nearest miss and the search for what would make it consistent, and an underdetermined one of a fixture by relations
     may come without the motions left free.
 
+    unknown: what of the tip is found as well: "tip", its centre in the flange frame, from contacts that say how the
+    flange stood, and "tip-radius".
+
     Returns a LocateResult whose status is "located" exactly when one pose is left.
     Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
     """
     _refuse_foreign(fixture, contacts)
     contacts = _without_approach_to_points(fixture, contacts)
+    if unknown:
+        from tactfix.localization.unknown_tip import locate_with_tip
+
+        return locate_with_tip(fixture, contacts, frozenset(unknown), scale_sigma=scale_sigma)
     sigmas = residual_sigmas(fixture, contacts)
     solutions = solve(fixture, contacts, sigmas, with_misses=explain)
     verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
@@ -166,14 +180,14 @@ def _result(
         chi2_limit=solutions.limit,
         rms=best.rms if best else None,
         candidates=(*candidates, *solutions.fallen),
-        surfaces=_agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
-        contacts=_contact_residuals(contacts, best) if best else (),
+        surfaces=agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
+        contacts=contact_residuals(contacts, best) if best else (),
         warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left, doubts),
         diagnosis=doubts,
     )
 
 
-def _agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
+def agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
     """The features that every solution places alike."""
     if not solutions:
         return {}
@@ -201,7 +215,8 @@ def _reach(solution: Solution, contacts: Contacts) -> float:
     return 3 * float(max(finite.max(initial=0.0), contacts.sigmas.max()))
 
 
-def _contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactResidual, ...]:
+def contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactResidual, ...]:
+    """How each contact fits a solution."""
     cosine = -np.einsum("ij,ij->i", contacts.approaches, solution.normals)
     angles = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     return tuple(

@@ -20,7 +20,7 @@ from tactfix.geometry.motions import (
     twists,
 )
 from tactfix.geometry.nearest import other_point
-from tactfix.geometry.scale import Tolerance
+from tactfix.geometry.scale import Tolerance, middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import FreeMotion
 from tactfix.wording import listed
@@ -69,8 +69,9 @@ def twist_in_words(rotation: Floats, translation: Floats, surfaces: Surfaces, to
     """
     turn = float(np.linalg.norm(rotation))
     travel = float(np.linalg.norm(translation))
+    here = float(np.linalg.norm(translation + np.cross(rotation, middle_of(surfaces.values()))))
     # No feature moves by the rotation as much as it does by the translation, to within the tolerance.
-    if turn * tolerance.length <= tolerance.angle**2 * travel:
+    if turn * tolerance.length <= tolerance.angle**2 * here:
         return f"slides along {direction_in_words(translation / travel, surfaces, tolerance)}"
     line = Line(np.cross(rotation, translation) / turn**2, rotation / turn)
     words = line_in_words(line, surfaces, tolerance)

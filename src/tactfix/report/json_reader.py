@@ -7,9 +7,19 @@ import numpy as np
 
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.report.json_report import LOCATE_SCHEMA, Json
-from tactfix.results import Candidate, ContactResidual, Diagnosis, FreeMotion, LocateResult, NextContact, Reason
+from tactfix.results import (
+    POSE_UNKNOWNS,
+    Candidate,
+    ContactResidual,
+    Diagnosis,
+    FreeMotion,
+    LocateResult,
+    NextContact,
+    Reason,
+    TipEstimate,
+)
 
 _LINE = "write it with result.to_json() or tactfix locate --json"
 
@@ -49,7 +59,17 @@ def _result(report: Json) -> LocateResult:
         next_contact=_next_contact(report["next_contact"]),
         warnings=tuple(report["warnings"]),
         diagnosis=tuple(_diagnosis(one) for one in report.get("diagnosis", ())),
+        unknowns=tuple(report.get("unknowns", POSE_UNKNOWNS)),
+        joint_covariance=_optional(report.get("joint_covariance"), (len(report.get("unknowns", POSE_UNKNOWNS)),) * 2),
+        tip=_tip(report.get("tip")),
     )
+
+
+def _tip(one: Json | None) -> TipEstimate | None:
+    if one is None:
+        return None
+    covariance = np.asarray(one["covariance"], dtype=np.float64)
+    return TipEstimate(_optional(one["offset"], (3,)), one["radius"], covariance, one["message"])
 
 
 def _optional(values: Any, shape: tuple[int, ...]) -> Floats | None:
@@ -76,6 +96,8 @@ def _surface(one: Json) -> Surface:
             return Sphere(_array(one["center"], (3,)), one["radius"])
         case "cylinder":
             return Cylinder(_array(one["point"], (3,)), _array(one["direction"], (3,)), one["radius"])
+        case "point":
+            return Point(_array(one["point"], (3,)))
         case other:
             raise ValueError(f"no surface is a {other!r}")
 

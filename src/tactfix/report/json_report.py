@@ -10,7 +10,7 @@ import numpy as np
 from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.results import Candidate, Diagnosis, LocateResult, NextContact, Reason
+from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, NextContact, Reason, TipEstimate
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
@@ -40,6 +40,10 @@ def locate_json(result: LocateResult, at: Floats | None = None) -> Json:
     at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and how surely.
     """
     report = _locate_json(result)
+    if result.unknowns != POSE_UNKNOWNS:
+        report["unknowns"] = list(result.unknowns)
+        report["joint_covariance"] = array(result.joint_covariance)
+        report["tip"] = None if result.tip is None else _tip(result.tip)
     if at is not None:
         report["at"] = _at(result, at)
     return report
@@ -168,6 +172,15 @@ def _at(result: LocateResult, point_fixture: Floats) -> Json:
         "point": None if pose is None else array(pose[:3, :3] @ point_fixture + pose[:3, 3]),
         "covariance": array(spread),
         "worst_sigma": number(sigma_at(result, point_fixture)),
+    }
+
+
+def _tip(tip: TipEstimate) -> Json:
+    return {
+        "offset": array(tip.offset),
+        "radius": number(tip.radius),
+        "covariance": array(tip.covariance),
+        "message": tip.message,
     }
 
 

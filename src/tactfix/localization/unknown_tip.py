@@ -1,0 +1,164 @@
+"""Where a fixture stands when it is not known where the tip is, or how large: both together, or what is missing.
+
+The solutions are those of `unknowns.search`; what speaks against each is asked with the contacts as its tip makes them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts, Unknown
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.localization.elimination import judge
+from tactfix.localization.motion_words import vector
+from tactfix.localization.tip_motions import tip_motions
+from tactfix.noise import SURE
+from tactfix.poses.solution import largest_sigma
+from tactfix.probe import residual_sigmas
+from tactfix.relations.realization import realize
+from tactfix.results import POSE_UNKNOWNS, Candidate, LocateResult, Reason, Status, TipEstimate
+from tactfix.unknowns.search import TipSolutions, tip_solutions
+from tactfix.unknowns.solution import TipSolution
+
+SAME_TIP = 1e-6
+"""Share of the contacts' spread by which the tips of samples of one continuum may differ by rounding."""
+
+
+def locate_with_tip(
+    fixture: Fixture, contacts: Contacts, unknown: frozenset[Unknown], *, scale_sigma: bool = False
+) -> LocateResult:
+    """Where the fixture stands, and what of the tip is unknown; base frame and fixture units.
+
+    Raises UsageError where contacts do not say how the flange stood, or the fixture's shape is not known.
+    """
+    if "tip" in unknown and contacts.flange_rotations is None:
+        raise UsageError("the tip is unknown, and the contacts do not say how the flange stood at each touch")
+    if fixture.placement is not None:
+        raise UsageError("an unknown tip and a place known beforehand do not go together; leave out one of them")
+    shapes = realize(fixture)
+    if not shapes:
+        raise UsageError(f"{fixture.name}: an unknown tip takes a fixture whose features stand in known places")
+    sigmas = residual_sigmas(fixture, contacts)
+    solutions = tip_solutions(shapes, contacts, sigmas, unknown, fixture.probe.tip_within)
+    reasons = [_against(fixture, solution, solutions.limit) for solution in solutions.found]
+    if not any(len(against) == 0 for against in reasons):
+        # Where only the path speaks against every pose that is left, it is not the one that the probe took.
+        reasons = [tuple(reason for reason in against if reason.code != "path") for against in reasons]
+    left = [solution for solution, against in zip(solutions.found, reasons, strict=True) if not against]
+    status = _status(solutions, left)
+    result = _result(fixture, contacts, solutions, reasons, left, status)
+    result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
+    if status == "underdetermined":
+        loosest = max(left or solutions.found, key=lambda s: len(s.weak))
+        return replace(result, free_motions=tip_motions(fixture, loosest))
+    if status == "located":
+        factor = left[0].solution.chi2 / solutions.dof if scale_sigma and solutions.dof > 0 else 1.0
+        joint = left[0].covariance * factor
+        pose = left[0].solution.base_from_fixture
+        return replace(result, base_from_fixture=pose, covariance=joint[:6, :6], joint_covariance=joint)
+    return result
+
+
+def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Reason, ...]:
+    """What speaks against a solution: its fit, a tip farther off than it can be, approach, touch box, path."""
+    pose = solution.solution
+    if pose.chi2 > limit:
+        worst = int(np.argmax(np.abs(pose.residuals)))
+        where = solution.contacts.label(worst)
+        message = f"chi-square {pose.chi2:.4g} is above {limit:.4g}; worst at {where}"
+        return (Reason("fit", solution.contacts.features[worst], solution.contacts.rows[worst], message),)
+    within, off = fixture.probe.tip_within, float(np.linalg.norm(solution.tip))
+    if within is not None and off > within and off - SURE * _sigma_along(solution) > within:
+        message = f"the tip would be {off:.4g} {fixture.units} from its nominal place, tip_within is {within:g}"
+        return (Reason("tip", None, None, message),)
+    return judge(fixture, solution.contacts, pose).reasons
+
+
+def _sigma_along(solution: TipSolution) -> float:
+    """One standard deviation of how far the tip is off."""
+    direction = solution.tip / np.linalg.norm(solution.tip)
+    return float(np.linalg.norm(direction @ solution.factor[6:9]))
+
+
+def _status(solutions: TipSolutions, left: Sequence[TipSolution]) -> Status:
+    if solutions.dof < 0 or all(len(solution.weak) for solution in left or solutions.found):
+        explained = solutions.found[0].solution.chi2 <= solutions.limit
+        return "underdetermined" if left or explained or solutions.dof < 0 else "inconsistent"
+    if not left:
+        return "inconsistent"
+    return "located" if len(left) == 1 else "ambiguous"
+
+
+def _result(
+    fixture: Fixture,
+    contacts: Contacts,
+    solutions: TipSolutions,
+    reasons: Sequence[tuple[Reason, ...]],
+    left: Sequence[TipSolution],
+    status: Status,
+) -> LocateResult:
+    """What every status reports alike."""
+    from tactfix.localization.locate import agreed, contact_residuals
+
+    best = (left or solutions.found)[0]
+    pairs = [(s.solution, against) for s, against in zip(solutions.found, reasons, strict=True)]
+    candidates = [Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, against) for s, against in pairs]
+    return LocateResult(
+        fixture=fixture.name,
+        units=fixture.units,
+        status=status,
+        base_from_fixture=None,
+        covariance=None,
+        dof=solutions.dof,
+        chi2=best.solution.chi2,
+        chi2_limit=solutions.limit,
+        rms=best.solution.rms,
+        candidates=tuple(sorted(candidates, key=lambda candidate: bool(candidate.reasons))),
+        surfaces={} if status == "inconsistent" else agreed([s.solution for s in left or solutions.found], contacts),
+        contacts=contact_residuals(best.contacts, best.solution),
+    )
+
+
+def _names(unknown: frozenset[Unknown]) -> tuple[str, ...]:
+    tip = ("tip_x", "tip_y", "tip_z") if "tip" in unknown else ()
+    return (*POSE_UNKNOWNS, *tip, *(("tip_radius",) if "tip-radius" in unknown else ()))
+
+
+def _tip(
+    contacts: Contacts, left: Sequence[TipSolution], solutions: TipSolutions, unknown: frozenset[Unknown]
+) -> TipEstimate | None:
+    """The tip, where the contacts determine it, whether the fixture's pose or not."""
+    best = left[0]
+    if not all(solution.tip_is_known for solution in left) or best.solution.chi2 > solutions.limit:
+        return None
+    slack = SAME_TIP * contacts.spread + _worst_sigma(best) / 2
+    if any(np.abs(other.tip - best.tip).max() > slack for other in left):
+        return None
+    offset = best.contacts.tip_offset if "tip" in unknown else contacts.tip_offset
+    covariance = best.factor[6:] @ best.factor[6:].T
+    return TipEstimate(offset, best.contacts.tip_radius, covariance, _in_words(best, offset, solutions, unknown))
+
+
+def _worst_sigma(solution: TipSolution) -> float:
+    return float(np.sqrt(np.linalg.eigvalsh(solution.factor[6:] @ solution.factor[6:].T)[-1]))
+
+
+def _in_words(best: TipSolution, offset: Floats | None, solutions: TipSolutions, unknown: frozenset[Unknown]) -> str:
+    parts = []
+    if "tip" in unknown and offset is not None:
+        sigma = largest_sigma(best.factor[6:9] @ best.factor[6:9].T)
+        off = float(np.linalg.norm(best.tip))
+        parts.append(
+            f"the tip is at {vector(offset)} in the flange frame, {off:.3g} from where it was taken to be, "
+            f"worst sigma {sigma:.2g}"
+        )
+    if "tip-radius" in unknown:
+        sigma = float(np.linalg.norm(best.factor[-1]))
+        parts.append(f"the tip's radius is {best.contacts.tip_radius:.6g}, sigma {sigma:.2g}")
+    if not solutions.complete:
+        bound = "; say probe.tip_within to bound it" if "tip" in unknown else ""
+        parts.append(f"that no other pose with another tip explains the contacts is not certain{bound}")
+    return "; ".join(parts)

@@ -1,0 +1,57 @@
+"""Levenberg-Marquardt from many trials at once to the least squares of pose, tip and radius together."""
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats
+from tactfix.unknowns.equations import TipEquations, Trials
+
+MOST_STEPS = 80
+ARRIVED = 1e-10
+"""Length of a step (rad, lengths of the problem) with which a trial has arrived."""
+SETTLED = 1e-13
+"""Share of its cost that the last step of a trial gains."""
+
+
+def descend(equations: TipEquations, trials: Trials) -> tuple[Trials, Floats]:
+    """Where the trials lead to, and the chi-square (S,) there."""
+    residuals, jacobian = equations.evaluate(trials)
+    cost = (residuals**2).sum(axis=1)
+    damping = np.full(len(cost), 1e-4)
+    for _ in range(MOST_STEPS):
+        step = _step(residuals, jacobian, damping)
+        ahead = equations.stepped(trials, step)
+        new_residuals, new_jacobian = equations.evaluate(ahead)
+        new_cost = (new_residuals**2).sum(axis=1)
+        better = new_cost < cost
+        gain = np.where(better, cost - new_cost, 0.0)
+        small = np.abs(step).max(axis=1) < ARRIVED
+        trials = _chosen(better, ahead, trials)
+        residuals = np.where(better[:, None], new_residuals, residuals)
+        jacobian = np.where(better[:, None, None], new_jacobian, jacobian)
+        cost = np.where(better, new_cost, cost)
+        damping = np.where(better, 0.1 * damping, 10 * damping)
+        if (small | (damping > 1e8) | (better & (gain <= SETTLED * cost))).all():
+            break
+    return trials, cost
+
+
+def _step(residuals: Floats, jacobian: Floats, damping: Floats) -> Floats:
+    """The damped steps (S, u), none longer than half a radian or half a length of the problem."""
+    normal = np.swapaxes(jacobian, 1, 2) @ jacobian
+    diagonal = np.einsum("sii->si", normal)
+    # What nothing resists has no curvature of its own: the mean of the others keeps the matrix regular.
+    diagonal += damping[:, None] * diagonal + 1e-12 * diagonal.mean(axis=1, keepdims=True)
+    gradient = (np.swapaxes(jacobian, 1, 2) @ residuals[:, :, None])[:, :, 0]
+    step = -np.linalg.solve(normal, gradient[:, :, None])[:, :, 0]
+    size = np.sqrt((step**2).sum(axis=1, keepdims=True))
+    return np.asarray(step * np.minimum(1.0, 0.5 / np.maximum(size, 0.5)))
+
+
+def _chosen(better: Floats, ahead: Trials, before: Trials) -> Trials:
+    which = better[:, None]
+    return Trials(
+        np.where(which[:, :, None], ahead.rotations, before.rotations),
+        np.where(which, ahead.origins, before.origins),
+        np.where(which, ahead.tips, before.tips),
+        np.where(better, ahead.radii, before.radii),
+    )

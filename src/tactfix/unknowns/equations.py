@@ -1,0 +1,173 @@
+"""The equations of contacts whose tip is not quite known, for many trials of pose, tip and radius at once.
+
+A contact i was reported with the tip's centre at x_i. Had the tip's centre stood off by d in the flange frame, with the
+flange turned by Q_i, it was at x_i + Q_i d. With the outward normal n there, in base, a fixture that turns by w about
+the contacts' centre c and shifts by v, and a tip that changes by d and its radius by e, change the residual by
+
+    -n . v - ((x - c) x n) . w + (Q^T n) . d - e.
+
+A contact on a point p has three equations, the three components of x + Q d - p, without the last term and with p for x
+in the second: a turn about p is then free to the last digit, whatever the noise. Lengths are divided by one
+length of the problem and places counted from c, so that all columns are alike in size. Trials come first: (S, ...).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.contacts import Contacts, Unknown
+from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
+from tactfix.geometry.rigid import orthonormalized, rotation_from_vector
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """S trials: base_from_fixture, rotations (S, 3, 3) and origins (S, 3); changes of the tip (S, 3), its radii (S,).
+
+    Lengths in the units of the problem; places counted from its centre.
+    """
+
+    rotations: Floats
+    origins: Floats
+    tips: Floats
+    radii: Floats
+
+    def subset(self, index: Ints) -> "Trials":
+        """The trials with these numbers."""
+        return Trials(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipEquations:
+    """m equations: points (m, 3) from the centre, flanges, projectors (m, 3, 3), anchors, normals (m, 3).
+
+    radii (m,), signs (m,): 1 outside, -1 inside; takes_tip (m,): 1 where the tip's radius counts, 0 on points; weights
+    (m,): one over sigma, in units of length. of (m,): the contact of each. columns: of
+    the ten unknowns (turn, shift, tip, radius) those that are unknown. centre (3,), length: those of the problem.
+    """
+
+    points: Floats
+    flanges: Floats
+    anchors: Floats
+    projectors: Floats
+    normals: Floats
+    radii: Floats
+    signs: Floats
+    takes_tip: Floats
+    weights: Floats
+    of: Ints
+    columns: Ints
+    centre: Floats
+    length: float
+
+    @staticmethod
+    def build(
+        surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, unknown: frozenset[Unknown]
+    ) -> "TipEquations":
+        """The equations of contacts on surfaces (fixture frame), sigmas (n,) of their residuals."""
+        length = length_of(contacts)
+        forms = {name: _forms(surfaces[name], length) for name in contacts.by_feature}
+        of = np.repeat(np.arange(len(contacts)), [len(forms[name]) for name in contacts.features])
+        columns = zip(*(form for name in contacts.features for form in forms[name]), strict=True)
+        anchors, projectors, normals, radii, signs, takes_tip = (np.array(column) for column in columns)
+        flanges = contacts.flange_rotations
+        return TipEquations(
+            points=(contacts.points[of] - contacts.centre) / length,
+            flanges=np.zeros((len(of), 3, 3)) if flanges is None else flanges[of],
+            anchors=anchors,
+            projectors=projectors,
+            normals=normals,
+            radii=radii,
+            signs=signs,
+            takes_tip=takes_tip,
+            weights=length / sigmas[of],
+            of=of,
+            columns=np.flatnonzero([True] * 6 + ["tip" in unknown] * 3 + ["tip-radius" in unknown]),
+            centre=contacts.centre,
+            length=length,
+        )
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    def trials(self, poses: Floats, tips: Floats, tip_radius: float) -> Trials:
+        """Trials at base_from_fixture poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
+        return Trials(
+            poses[:, :3, :3],
+            (poses[:, :3, 3] - self.centre) / self.length,
+            tips / self.length,
+            np.full(len(poses), tip_radius / self.length),
+        )
+
+    def poses(self, trials: Trials) -> Floats:
+        """base_from_fixture (S, 4, 4) of the trials, in fixture units."""
+        poses = np.zeros((len(trials.radii), 4, 4))
+        poses[:, :3, :3], poses[:, 3, 3] = orthonormalized(trials.rotations), 1.0
+        poses[:, :3, 3] = self.centre + self.length * trials.origins
+        return poses
+
+    def evaluate(self, trials: Trials) -> tuple[Floats, Floats]:
+        """Residuals over sigma (S, m), and their Jacobian (S, m, u) in the columns that are unknown."""
+        places = self.points + np.einsum("mij,sj->smi", self.flanges, trials.tips)
+        local = (places - trials.origins[:, None]) @ trials.rotations - self.anchors
+        arms = np.einsum("mij,smj->smi", self.projectors, local)
+        size = lengths(arms)
+        gradient = self.normals + self.signs[:, None] * arms / np.maximum(size, TINY)[..., None]
+        values = np.einsum("smi,mi->sm", local, self.normals) + self.signs * (size - self.radii)
+        values -= self.takes_tip * trials.radii[:, None]
+        normals = gradient @ np.swapaxes(trials.rotations, 1, 2)
+        # Of a point the place itself: on the others the tip, which is all that a turn of the surface is seen by.
+        held = (self.takes_tip == 0)[:, None] * (local @ np.swapaxes(trials.rotations, 1, 2))
+        jacobian = np.concatenate(
+            [
+                -cross(places - held, normals),
+                -normals,
+                np.einsum("mij,smi->smj", self.flanges, normals),
+                np.broadcast_to(-self.takes_tip[:, None], (*values.shape, 1)),
+            ],
+            axis=2,
+        )
+        return values * self.weights, jacobian[:, :, self.columns] * self.weights[:, None]
+
+    def stepped(self, trials: Trials, step: Floats) -> Trials:
+        """The trials after steps (S, u): turns about the problem's centre, shifts, tip and radius."""
+        whole = np.zeros((len(step), 10))
+        whole[:, self.columns] = step
+        turns = rotation_from_vector(whole[:, :3])
+        return Trials(
+            turns @ trials.rotations,
+            (turns @ trials.origins[:, :, None])[:, :, 0] + whole[:, 3:6],
+            trials.tips + whole[:, 6:9],
+            trials.radii + whole[:, 9],
+        )
+
+
+def length_of(contacts: Contacts) -> float:
+    """How far the tip's centres, or the flange's origins, spread: on one place alone the tip itself does not."""
+    if contacts.flange_rotations is None or contacts.tip_offset is None:
+        return contacts.spread
+    origins = contacts.points - contacts.flange_rotations @ contacts.tip_offset
+    arms = origins - origins.mean(axis=0)
+    return max(contacts.spread, float(np.sqrt((arms * arms).sum() / len(contacts))))
+
+
+_FLAT = np.zeros((3, 3))
+_Form = tuple[Floats, Floats, Floats, float, float, float]
+"""Anchor, projector, normal, radius, sign and whether the tip's radius counts."""
+
+
+def _forms(surface: Surface, length: float) -> list[_Form]:
+    """The equations of one contact on a surface."""
+    match surface:
+        case Plane():
+            return [(surface.point / length, _FLAT, surface.normal, 0.0, 0.0, 1.0)]
+        case Point():
+            return [(surface.point / length, _FLAT, axis, 0.0, 0.0, 0.0) for axis in np.eye(3)]
+        case Sphere():
+            anchor, projector = surface.center, np.eye(3)
+        case Cylinder():
+            anchor, projector = surface.point, np.eye(3) - np.outer(surface.direction, surface.direction)
+    sign = 1.0 if surface.side == "outer" else -1.0
+    return [(anchor / length, projector, np.zeros(3), surface.radius / length, sign, 1.0)]
