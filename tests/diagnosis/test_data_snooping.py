@@ -52,8 +52,10 @@ def test_a_slip_that_the_sum_hides_makes_the_pose_fall(index):
     assert result.chi2 < result.chi2_limit
     assert [reason.code for reason in result.candidates[0].reasons] == ["fit"]
     assert result.candidates[0].reasons[0].row == index + 1
-    assert result.diagnosis[0].code == "outlier"
-    assert result.diagnosis[0].rows == (index + 1,)
+    first = result.diagnosis[0]
+    assert first.code == "outlier"
+    # So small a slip may have others that explain it nearly as well: then they are told together.
+    assert (first.causes[0] if first.one_of else first).rows == (index + 1,)
 
 
 def test_a_smaller_slip_is_named_with_how_far_it_moves_the_pose():

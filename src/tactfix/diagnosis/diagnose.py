@@ -10,7 +10,7 @@ Locating again costs a tenth of a second or more, so that a hypothesis is first 
 it out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import chain, islice
 from typing import TypeAlias
 
@@ -25,16 +25,21 @@ from tactfix.diagnosis.contact_faults import (
     swapped_labels,
     without_each,
 )
+from tactfix.diagnosis.corrections import Problem
 from tactfix.diagnosis.deletion import Doubts
 from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
 from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve
+from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
 from tactfix.diagnosis.screen import Screen
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
+from tactfix.relations.realization import fixture_scale, realize
 from tactfix.results import Diagnosis
 
+MOST_SHAPES = 2
+"""Shapes of a fixture by relations that are asked."""
 MANY = 48
 """Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
 none to find."""
@@ -44,6 +49,32 @@ Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
 NOTHING_EXPLAINS = (
     "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
 )
+
+
+def diagnosed(
+    fixture: Fixture,
+    contacts: Contacts,
+    solutions: Sequence[Solution],
+    accepts: Accepts,
+    suspicious: Callable[[], tuple[Diagnosis, ...]],
+) -> tuple[Diagnosis, ...]:
+    """The mistakes that explain the contacts, most plausible first; nothing where none does.
+
+    solutions: what fits them, or nearly. suspicious: how the mistakes are looked for where the file leaves the shape of
+    the fixture free, or contacts are many.
+    """
+    shapes = realize(fixture)
+    if not shapes or len(contacts) >= MANY:
+        return suspicious()
+    slack = float(
+        np.linalg.norm([r.sigma * (fixture_scale(fixture) if r.kind == "angle" else 1.0) for r in fixture.relations])
+    )
+    sigmas = np.hypot(residual_sigmas(fixture, contacts), slack)
+    found = [
+        mistakes_that_explain(fixture, Problem(shape, contacts, sigmas), solutions, accepts)
+        for shape in shapes[:MOST_SHAPES]
+    ]
+    return min((one for one in found if one), key=lambda one: one[0].chi2 or 0.0, default=())
 
 
 def suspicions(

@@ -19,6 +19,7 @@ from tactfix.geometry.surfaces import Surface, offset_radius
 from tactfix.localization.elimination import Verdict, judge
 from tactfix.localization.fit_test import misfit_of, misgivings
 from tactfix.localization.free_motions import free_motions, is_worthless
+from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
 from tactfix.results import Candidate, ContactResidual, Diagnosis, LocateResult, Status
@@ -273,7 +274,7 @@ def _with_free_motions(
 
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
-    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, suspicions
+    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, suspicions
 
     def solve_again(corrected: Contacts) -> Solutions:
         return solve(fixture, corrected, residual_sigmas(fixture, corrected))
@@ -287,8 +288,20 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts,
             return None
         return again.chi2, "" if again.status == "located" else f" (what is left is {again.status})"
 
+    def accepts(corrected: Fixture, kept: Contacts, solution: Solution) -> str | None:
+        verdict = _verdict(corrected, kept, solution, chi_square_limit(corrected.equations(kept.features) - 6))
+        if {reason.code for reason in verdict.reasons} - {"path"}:
+            return None
+        return " (what is left is weak)" if is_worthless(solution, kept) else ""
+
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
     best = next(iter(solutions.found), None)
-    found = suspicions(fixture, contacts, best, fits, solve_again, explained)
+    found = diagnosed(
+        fixture,
+        contacts,
+        solutions.found,
+        accepts,
+        lambda: suspicions(fixture, contacts, best, fits, solve_again, explained),
+    )
     messages = tuple(cause.message for cause in found) or (NOTHING_EXPLAINS,)
     return replace(result, warnings=(*result.warnings, *messages), diagnosis=found)

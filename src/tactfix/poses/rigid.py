@@ -10,7 +10,7 @@ from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, moved
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.points_as_planes import Equations, one_equation_each
-from tactfix.poses.pose_fit import PoseFit, contact_residuals
+from tactfix.poses.pose_fit import PoseFit, contact_residuals, fit_at
 from tactfix.poses.rigid_sigma_points import rigid_spread
 from tactfix.poses.solution import Solution, Solutions, solution_from
 
@@ -50,6 +50,15 @@ def _unresolved(one: PoseFit, other: PoseFit) -> bool:
     shift = other_origin + turn @ (centre - one_origin) - centre
     change = one.sensitivity.jacobian @ np.concatenate([axial(turn) * one.sensitivity.scale, shift])
     return bool(np.linalg.norm(change) < UNRESOLVED)
+
+
+def solution_at(
+    base_from_fixture: Floats, surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
+) -> Solution:
+    """What is to be known of one pose (4, 4), known to be the best near itself; surfaces in the fixture's frame."""
+    single = one_equation_each(surfaces, contacts, sigmas)
+    fit = fit_at(single.surfaces, single.contacts, single.sigmas, base_from_fixture)
+    return _solution(fit, surfaces, contacts, single)
 
 
 def _solution(fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations) -> Solution:

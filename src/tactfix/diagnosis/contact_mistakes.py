@@ -1,0 +1,57 @@
+"""Mistakes in a few contacts: off their surface, on another feature, or with labels swapped."""
+
+import math
+from collections.abc import Iterable
+from itertools import combinations
+
+from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.geometry.surfaces import Point
+
+
+def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothesis]:
+    """Each of these sets of contacts (from 0) left out."""
+    names, count = problem.contacts.features, len(problem.contacts)
+    return [
+        Hypothesis(
+            "outlier",
+            index=chosen,
+            features=tuple(dict.fromkeys(names[i] for i in chosen)),
+            alternatives=math.comb(count, len(chosen)),
+            deleted=chosen,
+        )
+        for chosen in sets
+    ]
+
+
+def relabels(problem: Problem) -> list[Hypothesis]:
+    """Each contact on each other feature; points, whose contacts are three equations, are left as they are."""
+    names, sided = problem.contacts.features, _sided(problem)
+    pairs = [(i, f) for i, name in enumerate(names) for f in sided if f != name and name in sided]
+    return [
+        Hypothesis(
+            "relabel",
+            index=(i,),
+            features=(feature,),
+            alternatives=len(pairs),
+            labels=(*names[:i], feature, *names[i + 1 :]),
+        )
+        for i, feature in pairs
+    ]
+
+
+def swaps(problem: Problem) -> list[Hypothesis]:
+    """The labels of each two contacts on different features swapped."""
+    names, sided = problem.contacts.features, _sided(problem)
+    usable = [i for i, name in enumerate(names) if name in sided]
+    pairs = [(i, k) for i, k in combinations(usable, 2) if names[i] != names[k]]
+    found = []
+    for i, k in pairs:
+        labels = list(names)
+        labels[i], labels[k] = labels[k], labels[i]
+        features = (names[i], names[k])
+        found.append(Hypothesis("swapped_labels", (i, k), features, len(pairs), labels=tuple(labels)))
+    return found
+
+
+def _sided(problem: Problem) -> list[str]:
+    return [name for name, surface in problem.surfaces.items() if not isinstance(surface, Point)]

@@ -1,0 +1,135 @@
+"""A mistake as what is changed in fixture and contacts where it is undone, and the problem that is then left.
+
+Every mistake is one of a few changes: contacts left out, contacts on other features, features elsewhere or of another
+size, lengths in another unit, and one or a few numbers free to be fitted (a tip radius, a radius, a place).
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats, perpendicular
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.poses.points_as_planes import Equations, one_equation_each
+from tactfix.results import DiagnosisCode
+
+Free: TypeAlias = Literal["tip", "radius", "place"]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A rigid fixture and contacts on it: surfaces in the fixture frame, sigmas (n,) of the residuals."""
+
+    surfaces: Mapping[str, Surface]
+    contacts: Contacts
+    sigmas: Floats
+
+    @cached_property
+    def single(self) -> Equations:
+        """The contacts with one equation each."""
+        return one_equation_each(self.surfaces, self.contacts, self.sigmas)
+
+    @property
+    def dof(self) -> int:
+        """Equations beyond the six of a pose."""
+        return len(self.single.contacts) - 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hypothesis:
+    """One mistake, by what undoes it.
+
+    index: the contacts concerned (from 0); features: those concerned; alternatives: among how many such mistakes it is
+    chosen. deleted: contacts left out. labels: features (n names) that contacts are on. surfaces: what stands
+    otherwise. free: what is fitted, the radius or place that of the one feature. tip, points, sigmas: the tip radius,
+    and factors of coordinates and of sigmas. reversed: contacts whose approach is the opposite. note: what a message
+    needs to know.
+    """
+
+    code: DiagnosisCode
+    index: tuple[int, ...] = ()
+    features: tuple[str, ...] = ()
+    alternatives: float = 1.0
+    deleted: tuple[int, ...] = ()
+    labels: tuple[str, ...] | None = None
+    surfaces: Mapping[str, Surface] = field(default_factory=dict)
+    free: Free | None = None
+    tip: float | None = None
+    points: float = 1.0
+    sigmas: float = 1.0
+    reversed: tuple[int, ...] = ()
+    note: str = ""
+
+    def numbers(self, problem: Problem) -> int:
+        """How many numbers are free: one for each equation left out, and those that are fitted."""
+        out = int(np.isin(problem.single.of, self.deleted).sum())
+        return out + (0 if self.free is None else self.directions(problem).shape[1])
+
+    def directions(self, problem: Problem) -> Floats:
+        """The directions (3, k) of the fixture frame in which the feature is free to stand; (3, 1) of no meaning."""
+        return place_directions(problem.surfaces[self.features[0]]) if self.free == "place" else np.zeros((3, 1))
+
+    def penalty(self, problem: Problem) -> float:
+        """What chi-square must fall by for the mistake to be believed: the extended Bayesian information criterion.
+
+        log n for each number that is free (Schwarz 1978), and twice the logarithm of the alternatives among which the
+        mistake is chosen (Chen and Chen 2008). Where sigma is another one than the recorded coordinates had, the
+        normal density's own factor counts too.
+        """
+        count = len(problem.single.contacts)
+        density = 2 * problem.dof * math.log(self.sigmas / self.points) if problem.dof > 0 else 0.0
+        return self.numbers(problem) * math.log(count) + 2 * math.log(self.alternatives) + density
+
+    def corrected(self, problem: Problem, values: Floats) -> Problem:
+        """The problem without the mistake; values (k,): of the numbers fitted, in fixture units (changes)."""
+        surfaces = {**problem.surfaces, **self.surfaces}
+        tip = problem.contacts.tip_radius if self.tip is None else self.tip
+        tip += float(values[0]) if self.free == "tip" else 0.0
+        if self.free in ("radius", "place"):
+            name = self.features[0]
+            surfaces[name] = self._refitted(surfaces[name], values, problem)
+        contacts = self._contacts(problem.contacts, tip)
+        kept = np.delete(np.arange(len(contacts)), list(self.deleted))
+        return Problem(surfaces, contacts.subset(kept), problem.sigmas[kept] * self.sigmas)
+
+    def _refitted(self, surface: Surface, values: Floats, problem: Problem) -> Surface:
+        if self.free == "radius":
+            assert isinstance(surface, Sphere | Cylinder)
+            return replace(surface, radius=surface.radius + float(values[0]))
+        return shifted(surface, self.directions(problem) @ values)
+
+    def _contacts(self, contacts: Contacts, tip: float) -> Contacts:
+        approaches = contacts.approaches.copy()
+        approaches[list(self.reversed)] *= -1
+        return replace(
+            contacts,
+            features=contacts.features if self.labels is None else self.labels,
+            points=contacts.points * self.points,
+            approaches=approaches,
+            sigmas=contacts.sigmas * self.sigmas,
+            tip_radius=tip,
+        )
+
+
+def shifted(surface: Surface, shift: Floats) -> Surface:
+    """The surface moved by a shift (3,)."""
+    if isinstance(surface, Sphere):
+        return replace(surface, center=surface.center + shift)
+    return replace(surface, point=surface.point + shift)
+
+
+def place_directions(surface: Surface) -> Floats:
+    """The directions (3, k) in which a shift of the surface is seen: normal of a plane, across an axis, all."""
+    match surface:
+        case Plane():
+            return surface.normal[:, None]
+        case Cylinder():
+            first = perpendicular(surface.direction)
+            return np.stack([first, np.cross(surface.direction, first)], axis=1)
+        case _:
+            return np.eye(3)

@@ -1,0 +1,146 @@
+"""Mistakes in the fixture file: sizes, places, coordinates exchanged or mirrored, features taken for each other."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations, pairwise, permutations
+
+import numpy as np
+
+from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+
+AXES = "xyz"
+MOST_PERMUTED = 4
+"""Features, or blocks of contacts, all of whose orders are tried; of more only two are exchanged."""
+SAME = 1e-9
+"""Share of the fixture's coordinates within which a change of them changes nothing."""
+
+
+def sizes(problem: Problem) -> list[Hypothesis]:
+    """A radius that is another one, or a diameter: of each round feature that is touched, and of all."""
+    touched = problem.contacts.by_feature
+    round_ = {n: s for n in touched if isinstance(s := problem.surfaces[n], Sphere | Cylinder)}
+    halves: dict[str, Surface] = {n: replace(s, radius=s.radius / 2) for n, s in round_.items()}
+    count = len(round_)
+    found = [Hypothesis("radius", features=(name,), alternatives=count, free="radius") for name in round_]
+    found += [
+        Hypothesis("diameter", features=(name,), alternatives=count + 1, surfaces={name: half})
+        for name, half in halves.items()
+    ]
+    return found if count < 2 else [*found, all_diameters(halves)]
+
+
+def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
+    """The radii of all are diameters."""
+    return Hypothesis("diameter", features=tuple(halves), alternatives=len(halves) + 1, surfaces=halves)
+
+
+def places(problem: Problem) -> list[Hypothesis]:
+    """Each touched feature elsewhere, with two of its coordinates exchanged, or one of the wrong sign."""
+    touched = list(problem.contacts.by_feature)
+    if len(touched) < 2:
+        return []
+    found = [Hypothesis("feature_place", features=(n,), alternatives=len(touched), free="place") for n in touched]
+    return [*found, *(h for name in touched for h in _wrong_coordinates(problem, name, len(touched)))]
+
+
+def _wrong_coordinates(problem: Problem, name: str, count: int) -> Iterator[Hypothesis]:
+    surface = problem.surfaces[name]
+    for matrix, note in (*_exchanges(), *_mirrors()):
+        for other in _ways_mapped(surface, matrix):
+            yield Hypothesis(
+                "axes" if len(note) == 2 else "mirrored",
+                features=(name,),
+                alternatives=3 * (count + 1),
+                surfaces={name: other},
+                note=note,
+            )
+
+
+def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
+    """The surface with its coordinates mapped, and with those of its place alone, where that makes it another one."""
+    if isinstance(surface, Point):
+        return []
+    whole = mapped(surface, matrix)
+    ways = [whole] if isinstance(surface, Sphere) else [whole, replace(surface, point=matrix @ surface.point)]
+    different = [way for way in ways if not _is_same(surface, way)]
+    return different[:1] if len(different) == 2 and _is_same(*different) else different
+
+
+def reflections(problem: Problem) -> list[Hypothesis]:
+    """The whole fixture with two coordinates exchanged, or mirrored: alike but for where its frame stands."""
+    (exchanged, axes), (mirror, axis) = _exchanges()[0], _mirrors()[0]
+    return [
+        Hypothesis("axes", surfaces={n: mapped(s, exchanged) for n, s in problem.surfaces.items()}, note=axes),
+        Hypothesis("mirrored", surfaces={n: mapped(s, mirror) for n, s in problem.surfaces.items()}, note=axis),
+    ]
+
+
+def exchanges(problem: Problem) -> list[Hypothesis]:
+    """Whole features taken for each other, and blocks of contacts in another order."""
+    names = problem.contacts.features
+    touched = tuple(problem.contacts.by_feature)
+    orders = list(permutations(touched)) if len(touched) <= MOST_PERMUTED else list(_two_exchanged(touched))
+    labels = {tuple(dict(zip(touched, order, strict=True))[name] for name in names) for order in orders}
+    labels |= set(_blocks_reordered(names))
+    labels -= {names}
+    return [
+        Hypothesis("feature_exchange", features=_changed(names, other), alternatives=len(labels), labels=other)
+        for other in sorted(labels)
+    ]
+
+
+def _changed(names: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
+    pairs = zip(names, other, strict=True)
+    return tuple(dict.fromkeys(name for pair in pairs if pair[0] != pair[1] for name in pair))
+
+
+def _two_exchanged(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    for i, k in combinations(range(len(names)), 2):
+        order = list(names)
+        order[i], order[k] = order[k], order[i]
+        yield tuple(order)
+
+
+def _blocks_reordered(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Labels as they were, had the blocks in which features were touched one after the other come in another order."""
+    starts = [0, *(i for i in range(1, len(names)) if names[i] != names[i - 1]), len(names)]
+    blocks = [names[a:b] for a, b in pairwise(starts)]
+    if len(blocks) <= MOST_PERMUTED:
+        for order in permutations(blocks):
+            yield tuple(name for block in order for name in block)
+
+
+def _exchanges() -> list[tuple[Floats, str]]:
+    return [(np.eye(3)[_order(a, b)], AXES[a] + AXES[b]) for a, b in combinations(range(3), 2)]
+
+
+def _order(a: int, b: int) -> list[int]:
+    order = [0, 1, 2]
+    order[a], order[b] = b, a
+    return order
+
+
+def _mirrors() -> list[tuple[Floats, str]]:
+    return [(np.diag([-1.0 if k == a else 1.0 for k in range(3)]), AXES[a]) for a in range(3)]
+
+
+def mapped(surface: Surface, matrix: Floats) -> Surface:
+    """The surface with all its coordinates mapped by an orthogonal matrix (3, 3)."""
+    match surface:
+        case Plane():
+            return Plane(matrix @ surface.point, matrix @ surface.normal)
+        case Sphere():
+            return replace(surface, center=matrix @ surface.center)
+        case Cylinder():
+            return replace(surface, point=matrix @ surface.point, direction=matrix @ surface.direction)
+        case Point():
+            return Point(matrix @ surface.point)
+
+
+def _is_same(one: Surface, other: Surface) -> bool:
+    point = one.center if isinstance(one, Sphere) else one.point
+    return same_surface(one, other, SAME * max(float(np.abs(point).max()), math.ulp(1.0)), SAME)

@@ -1,0 +1,145 @@
+"""Which mistakes explain contacts on a rigid fixture: all hypotheses fitted, tested, and ranked."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.diagnosis.contact_mistakes import outliers, relabels, swaps
+from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.diagnosis.data_snooping import normalized_residuals
+from tactfix.diagnosis.file_mistakes import tips, units
+from tactfix.diagnosis.fixture_mistakes import exchanges, places, reflections, sizes
+from tactfix.diagnosis.ranking import told_apart, without_generalizations
+from tactfix.diagnosis.telling import one_of, told
+from tactfix.diagnosis.trial_search import NOTHING, Explanation, TrialSearch, searched_anew
+from tactfix.fixture import Fixture
+from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit, normal_limit
+from tactfix.poses.rigid import solution_at
+from tactfix.poses.solution import Solution
+from tactfix.results import Diagnosis
+
+Accepts: TypeAlias = Callable[[Fixture, Contacts, Solution], str | None]
+"""A remark on a pose that nothing speaks against, empty where there is none to make; None where something does."""
+
+MOST_TOLD = 8
+MOST_ASKED = 40
+"""Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
+MOST_LEFT_OUT = 3
+COARSEST_SIGMA = 0.003
+"""Share of the contacts' spread, and ..."""
+MOST_TIMES = 30.0
+"""... times what the file says: whatever does not fit would fit with a larger one."""
+
+
+def mistakes_that_explain(
+    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
+) -> tuple[Diagnosis, ...]:
+    """The mistakes after which a pose is left, most plausible first; solutions: those that fit as it is, or nearly."""
+    known = [solution.base_from_fixture for solution in solutions]
+    search = TrialSearch(problem, known)
+    found = search.explanations([*_few(problem), *sizes(problem), *places(problem), *tips(problem)])
+    found += searched_anew(problem, [*exchanges(problem), *reflections(problem), *units(problem)])
+    found += _sigma(problem, search)
+    found += [one for solution in solutions for one in _approaches(problem, solution)]
+    accepted = _accepted(fixture, problem, found, accepts)
+    for size in range(2, MOST_LEFT_OUT + 1):
+        if any(_is_enough(problem, one) for one, _ in accepted) or problem.dof < size:
+            break
+        sets = outliers(problem, search.sets_to_leave_out(size))
+        accepted += _accepted(fixture, problem, search.explanations(sets), accepts)
+    return _ranked(fixture, problem, dict(accepted))
+
+
+def _is_enough(problem: Problem, one: Explanation) -> bool:
+    """Whether more mistakes at once need not be looked for; another sigma explains whatever they leave."""
+    return one.hypothesis.code != "sigma" and one.chi2 <= _limit(problem, one, SUSPICIOUS)
+
+
+def _few(problem: Problem) -> list[Hypothesis]:
+    single = outliers(problem, [(i,) for i in range(len(problem.contacts))]) if problem.dof > 0 else []
+    return [*single, *relabels(problem), *swaps(problem)]
+
+
+def _limit(problem: Problem, one: Explanation, probability: float) -> float:
+    return chi_square_limit(problem.dof - one.hypothesis.numbers(problem), probability)
+
+
+def _accepted(
+    fixture: Fixture, problem: Problem, found: Sequence[Explanation], accepts: Accepts
+) -> list[tuple[Explanation, str]]:
+    """Those that explain the contacts, and that nothing else speaks against, with what is to be remarked."""
+    explaining = [one for one in found if one.chi2 <= _limit(problem, one, 1e-6)]
+    explaining = without_generalizations(problem, explaining)
+    accepted = []
+    for one in sorted(explaining, key=lambda one: one.score)[:MOST_ASKED]:
+        for way in one.ways:
+            remark = _remark(fixture, problem, way, accepts)
+            if remark is not None:
+                accepted.append((way, remark))
+                break
+    return accepted
+
+
+def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accepts) -> str | None:
+    hypothesis = one.hypothesis
+    corrected = hypothesis.corrected(problem, one.values)
+    if corrected.contacts.tip_radius < 0:
+        return None
+    moved = set(hypothesis.surfaces) | (set(hypothesis.features) if hypothesis.free == "place" else set())
+    # Touch boxes say where a feature is touched that stands where the file says.
+    touch = {name: box for name, box in fixture.touch.items() if name not in moved}
+    solution = solution_at(one.base_from_fixture, corrected.surfaces, corrected.contacts, corrected.sigmas)
+    remark = accepts(replace(fixture, touch=touch), corrected.contacts, solution)
+    # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
+    return remark if not remark or hypothesis.deleted else None
+
+
+def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]) -> tuple[Diagnosis, ...]:
+    if not accepted:
+        return ()
+    alike, others = told_apart(without_generalizations(problem, list(accepted)))
+    say = [told(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_TOLD]]
+    rest = [told(problem, fixture.units, one, accepted[one]) for one in others[: MOST_TOLD - len(say)]]
+    return (one_of(say), *rest)
+
+
+def _sigma(problem: Problem, search: TrialSearch) -> list[Explanation]:
+    """One factor on every sigma, where then no contact stands out."""
+    best = search.explanations([NOTHING])[0]
+    factor = math.sqrt(best.chi2 / max(problem.dof, 1))
+    coarse = factor * float(problem.sigmas.max()) > COARSEST_SIGMA * problem.contacts.spread
+    if problem.dof < 2 or not 1 < factor < MOST_TIMES or coarse:
+        return []
+    solution = solution_at(best.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
+    sizes, _ = normalized_residuals(problem.contacts, problem.sigmas, solution)
+    if float(sizes.max()) > factor * normal_limit(len(sizes), SUSPICIOUS):
+        return []
+    hypothesis = Hypothesis("sigma", sigmas=factor)
+    score = problem.dof + hypothesis.penalty(problem) + math.log(len(sizes))
+    ways = [replace(w, hypothesis=hypothesis, chi2=float(problem.dof), score=score, others=()) for w in best.ways]
+    return [replace(ways[0], others=tuple(ways[1:]))]
+
+
+def _approaches(problem: Problem, solution: Solution) -> list[Explanation]:
+    """All approaches reversed, or those that come out of the material at a pose that fits."""
+    contacts = problem.contacts
+    cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, solution.normals), -1.0)
+    against = tuple(np.flatnonzero(cosine > SURE * solution.normal_sigmas).tolist())
+    if not against or solution.chi2 > chi_square_limit(problem.dof):
+        return []
+    given = tuple(np.flatnonzero(contacts.has_approach).tolist())
+    names = tuple(dict.fromkeys(contacts.features[i] for i in against))
+    ways = math.comb(len(given), len(against))
+    hypotheses = [
+        Hypothesis("approach", reversed=given),
+        Hypothesis("approach", index=against, features=names, alternatives=ways, reversed=against),
+    ]
+    return [
+        Explanation(h, np.zeros(0), solution.base_from_fixture, solution.chi2, solution.chi2 + h.penalty(problem))
+        for h in hypotheses
+        if len(against) < len(given) or not h.index
+    ]

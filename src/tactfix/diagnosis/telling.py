@@ -1,0 +1,182 @@
+"""Explanations in words and numbers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.diagnosis.file_faults import UNITS_MEANT
+from tactfix.diagnosis.trial_search import Explanation
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.results import Diagnosis
+from tactfix.wording import listed
+
+CONSISTENT = "the contacts are consistent"
+
+
+def told(problem: Problem, units: str, explanation: Explanation, remark: str = "") -> Diagnosis:
+    """The diagnosis that an explanation is; remark: what is to be said of what is left."""
+    hypothesis = explanation.hypothesis
+    value, message = _value_and_message(problem, units, explanation)
+    return Diagnosis(
+        code=hypothesis.code,
+        rows=tuple(sorted(problem.contacts.rows[i] for i in hypothesis.index)),
+        features=hypothesis.features,
+        value=value,
+        chi2=explanation.chi2,
+        message=message + remark,
+    )
+
+
+def one_of(causes: list[Diagnosis]) -> Diagnosis:
+    """Causes that the contacts cannot tell apart as one: the most plausible, with the rows and features of all."""
+    if len(causes) == 1:
+        return causes[0]
+    return replace(
+        causes[0],
+        rows=tuple(sorted({row for cause in causes for row in cause.rows})),
+        features=tuple(dict.fromkeys(name for cause in causes for name in cause.features)),
+        message="one of these, which the contacts cannot tell apart: " + "; or ".join(c.message for c in causes),
+        one_of=True,
+        causes=tuple(causes),
+    )
+
+
+Told = tuple[float | tuple[float, ...] | None, str]
+
+
+def _value_and_message(problem: Problem, units: str, explanation: Explanation) -> Told:
+    hypothesis = explanation.hypothesis
+    match hypothesis.code:
+        case "outlier":
+            return _outlier(problem, explanation)
+        case "approach" | "swapped_labels" | "relabel" | "feature_exchange":
+            return None, _labels_or_approach(problem.contacts, hypothesis)
+        case "unit":
+            return _unit(hypothesis)
+        case "tip_radius":
+            return _tip(problem, units, explanation)
+        case "sigma":
+            return _sigma(problem, units, hypothesis.sigmas)
+        case _:
+            return _fixture_file(problem, units, explanation)
+
+
+def _outlier(problem: Problem, explanation: Explanation) -> Told:
+    contacts, index = problem.contacts, explanation.hypothesis.index
+    in_base = {name: moved(explanation.base_from_fixture, s) for name, s in problem.surfaces.items()}
+    off = contact_residuals(in_base, contacts.subset(index))[0]
+    if len(index) == 1:
+        label = f"{contacts.label(index[0])} ({contacts.features[index[0]]})"
+        return float(off[0]), f"without {label} the others are consistent: touch it again"
+    labels = listed([contacts.label(i) for i in index])
+    return tuple(off.tolist()), f"without {labels} the others are consistent: touch these again"
+
+
+def _labels_or_approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
+    labels = [contacts.label(i) for i in hypothesis.index]
+    match hypothesis.code:
+        case "swapped_labels":
+            return f"with the labels of {labels[0]} and {labels[1]} swapped {CONSISTENT}"
+        case "relabel":
+            named = contacts.features[hypothesis.index[0]]
+            return f"{labels[0]} is labelled {named}; on {hypothesis.features[0]} it fits, and {CONSISTENT}"
+        case "feature_exchange":
+            return f"with the contacts of {listed(hypothesis.features)} taken for each other's {CONSISTENT}"
+        case _:
+            return _approach(contacts, hypothesis)
+
+
+def _approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
+    if len(hypothesis.index) == 0:
+        return f"with all approaches reversed {CONSISTENT}: are these outward normals (nx, ny, nz)?"
+    labels = listed([contacts.label(i) for i in hypothesis.index])
+    return f"with the approach of {labels} reversed {CONSISTENT}"
+
+
+def _unit(hypothesis: Hypothesis) -> Told:
+    what = "all lengths of the contacts" if hypothesis.note == "whole" else "the coordinates"
+    factor = hypothesis.points
+    return factor, f"multiplied by {factor:.10g} {what} are consistent: are they {UNITS_MEANT[factor]}?"
+
+
+def _tip(problem: Problem, units: str, explanation: Explanation) -> Told:
+    given = f"{problem.contacts.tip_radius:g} {units}"
+    if explanation.hypothesis.tip is not None:
+        return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
+    value = problem.contacts.tip_radius + float(explanation.values[0])
+    return value, f"with a tip radius of {value:.4g} {units} instead of {given} {CONSISTENT}"
+
+
+def _sigma(problem: Problem, units: str, factor: float) -> Told:
+    said = float(np.median(problem.contacts.sigmas))
+    return factor * said, (
+        f"no contact stands out, and all agree to {factor * said:.2g} {units}: "
+        f"is sigma {factor * said:.2g} instead of {said:.2g}?"
+    )
+
+
+def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Told:
+    """Mistakes in the fixture file."""
+    hypothesis = explanation.hypothesis
+    if hypothesis.code == "diameter":
+        return _diameter(problem, units, hypothesis)
+    if hypothesis.code in ("axes", "mirrored"):
+        return None, _coordinates(hypothesis)
+    (name,) = hypothesis.features
+    surface = hypothesis.corrected(problem, explanation.values).surfaces[name]
+    given = problem.surfaces[name]
+    digits = _digits(float(np.median(problem.sigmas)))
+    if hypothesis.code == "radius":
+        assert isinstance(surface, Sphere | Cylinder)
+        assert isinstance(given, Sphere | Cylinder)
+        return surface.radius, (
+            f"with radius {surface.radius:.{digits}f} instead of {given.radius:g} {units} of {name} {CONSISTENT}"
+        )
+    place = tuple(_point(surface).tolist())
+    return place, (
+        f"without {name} all agree; its contacts put it at {_coordinates_of(surface, digits)}, the file says "
+        f"{_coordinates_of(given, digits)} {units}"
+    )
+
+
+def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> Told:
+    radii = []
+    for surface in hypothesis.surfaces.values():
+        assert isinstance(surface, Sphere | Cylinder)
+        radii.append(surface.radius)
+    if len(radii) > 1:
+        return None, f"with half the radii of {listed(hypothesis.features)} {CONSISTENT}: are these diameters?"
+    (name,) = hypothesis.features
+    return radii[0], f"with half the radius of {name}, {radii[0]:g} {units}, {CONSISTENT}: is it a diameter?"
+
+
+def _coordinates(hypothesis: Hypothesis) -> str:
+    what = listed(hypothesis.features) if hypothesis.features else "the whole fixture"
+    if hypothesis.code == "axes":
+        return (
+            f"with {hypothesis.note[0]} and {hypothesis.note[1]} of {what} exchanged in the fixture file {CONSISTENT}"
+        )
+    return f"with {hypothesis.note} of {what} of the other sign in the fixture file {CONSISTENT}: is it mirrored?"
+
+
+def _point(surface: Surface) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64]]":
+    return surface.center if isinstance(surface, Sphere) else surface.point
+
+
+def _coordinates_of(surface: Surface, digits: int) -> str:
+    """The coordinates of its place, those along an axis or in a plane left out where they are x, y or z."""
+    direction = surface.direction if isinstance(surface, Cylinder) else np.zeros(3)
+    shown = np.abs(direction) < 1 - 1e-9
+    if isinstance(surface, Plane):
+        shown = np.abs(surface.normal) > 1e-9
+    pairs = zip("xyz", _point(surface).tolist(), shown.tolist(), strict=True)
+    return ", ".join(f"{axis} {value:.{digits}f}" for axis, value, is_shown in pairs if is_shown)
+
+
+def _digits(sigma: float) -> int:
+    """Decimals down to a tenth of sigma."""
+    return max(0, min(9, 1 - math.floor(math.log10(sigma))))

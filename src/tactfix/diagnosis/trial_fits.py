@@ -1,0 +1,156 @@
+"""Least squares over the pose and a few more numbers, for hundreds of hypotheses at once.
+
+A trial says on which surface each contact lies, how much it counts, and what more is free. In the fixture frame, with
+y = A x + b of a contact x, its residual over sigma is
+
+    plane              (n . (y - a) - t - c . q) / sigma              a = anchor + D q
+    sphere, cylinder   (s (|P (y - a)| - r) - t - c . q) / sigma      s = 1 outer, -1 inner
+
+q are the numbers fitted: c = 1 for every contact is another tip radius, c = s for those of one feature another radius
+of it, and D the directions in which a feature may stand elsewhere. Levenberg-Marquardt; arrays have the trials first,
+so that numpy and LAPACK work on all of them in one call.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from tactfix.geometry.arrays import TINY, Floats, Ints, cross
+from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
+
+FIRST_DAMPING = 1e-4
+LEAST_DAMPING = 1e-9
+"""Where contacts leave a motion free the normal equations are singular but for this."""
+LAST_DAMPING = 1e8
+SETTLED = 1e-6
+"""Share of chi-square (and of one) that a last step gains."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceTable:
+    """Surfaces (m) as rows: anchors (m, 3), projectors (m, 3, 3), normals (m, 3), signs (m,), radii (m,)."""
+
+    anchors: Floats
+    projectors: Floats
+    normals: Floats
+    signs: Floats
+    radii: Floats
+
+    @staticmethod
+    def of(surfaces: Sequence[SidedSurface], origin: Floats, length: float) -> "SurfaceTable":
+        """Those of these surfaces, from origin (3,) and in units of length."""
+        rows = [_row(surface, origin, length) for surface in surfaces]
+        return SurfaceTable(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, Floats, Floats, float, float]:
+    if isinstance(surface, Plane):
+        return (surface.point - origin) / length, np.zeros((3, 3)), surface.normal, 0.0, 0.0
+    sign = 1.0 if surface.side == "outer" else -1.0
+    if isinstance(surface, Sphere):
+        return (surface.center - origin) / length, np.eye(3), np.zeros(3), sign, surface.radius / length
+    across = np.eye(3) - np.outer(surface.direction, surface.direction)
+    return (surface.point - origin) / length, across, np.zeros(3), sign, surface.radius / length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """points (n, 3) in base; for each of T trials weights (T, n), surfaces (T, n) by their row, tips (T,), columns (T,
+    n, k): c, shifts (T, n, 3, k): D, and where it stands: rotations (T, 3, 3), offsets (T, 3), numbers (T, k).
+    """
+
+    points: Floats
+    weights: Floats
+    surfaces: Ints
+    tips: Floats
+    columns: Floats
+    shifts: Floats
+    rotations: Floats
+    offsets: Floats
+    numbers: Floats
+
+    def take(self, index: Ints) -> "Trials":
+        """Those trials."""
+        names = [f.name for f in fields(self)][1:]
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Where trials have come to: residuals (T, n) over sigma, jacobians (T, n, 6 + k), chi2 (T,)."""
+
+    trials: Trials
+    residuals: Floats
+    jacobians: Floats
+    chi2: Floats
+
+
+def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
+    """The trials after at most so many steps; none ends with a larger chi-square than it began with."""
+    trials = trials.take(np.arange(len(trials.tips)))
+    residuals, jacobians = evaluate(table, trials)
+    chi2 = np.einsum("tn,tn->t", residuals, residuals)
+    damping = np.full(len(chi2), FIRST_DAMPING)
+    live = np.arange(len(chi2))
+    for _ in range(steps):
+        if not len(live):
+            break
+        ahead = _stepped(trials.take(live), _step(residuals[live], jacobians[live], damping[live]))
+        new_residuals, new_jacobians = evaluate(table, ahead)
+        new_chi2 = np.einsum("tn,tn->t", new_residuals, new_residuals)
+        gain = chi2[live] - new_chi2
+        better = gain > 0
+        damping[live] = np.maximum(damping[live] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
+        took = live[better]
+        for name in ("rotations", "offsets", "numbers"):
+            getattr(trials, name)[took] = getattr(ahead, name)[better]
+        residuals[took], jacobians[took], chi2[took] = new_residuals[better], new_jacobians[better], new_chi2[better]
+        live = live[~((better & (gain < SETTLED * (1 + new_chi2))) | (damping[live] > LAST_DAMPING))]
+    return Fits(trials, residuals, jacobians, chi2)
+
+
+def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
+    """Residuals (T, n) over sigma and their derivatives (T, n, 6 + k): turn and shift in the fixture frame, numbers."""
+    turned = trials.points @ np.swapaxes(trials.rotations, 1, 2)
+    rows, numbers = trials.surfaces, trials.numbers[:, None, :, None]
+    arms = turned + trials.offsets[:, None] - table.anchors[rows] - (trials.shifts @ numbers)[..., 0]
+    flat = (table.projectors[rows] @ arms[..., None])[..., 0]
+    sizes = np.sqrt(np.einsum("tni,tni->tn", flat, flat))
+    signs, normals = table.signs[rows], table.normals[rows]
+    gradients = normals + (signs / np.where(sizes > 0, sizes, 1.0))[..., None] * flat
+    residuals = np.einsum("tni,tni->tn", normals, arms) + signs * (sizes - table.radii[rows])
+    residuals -= trials.tips[:, None] + (trials.columns @ numbers[:, 0])[..., 0]
+    along = (np.swapaxes(trials.shifts, 2, 3) @ gradients[..., None])[..., 0]
+    jacobians = np.concatenate([cross(turned, gradients), gradients, -along - trials.columns], axis=2)
+    return residuals * trials.weights, jacobians * trials.weights[..., None]
+
+
+def _step(residuals: Floats, jacobians: Floats, damping: Floats) -> Floats:
+    """Damped steps (T, 6 + k), turn and shift no longer than one; what nothing resists stays."""
+    normal = np.swapaxes(jacobians, 1, 2) @ jacobians
+    gradient = np.swapaxes(jacobians, 1, 2) @ residuals[..., None]
+    diagonal = np.einsum("tii->ti", normal)
+    largest = diagonal.max(axis=1, keepdims=True) + TINY
+    diagonal += damping[:, None] * diagonal + np.where(diagonal < 1e-12 * largest, largest, 0.0)
+    step = -np.linalg.solve(normal, gradient)[..., 0]
+    return np.asarray(step / np.maximum(1.0, np.linalg.norm(step[:, :6], axis=1))[:, None])
+
+
+def _stepped(trials: Trials, step: Floats) -> Trials:
+    return replace(
+        trials,
+        rotations=_turns(step[:, :3]) @ trials.rotations,
+        offsets=trials.offsets + step[:, 3:6],
+        numbers=trials.numbers + step[:, 6:],
+    )
+
+
+def _turns(vectors: Floats) -> Floats:
+    """Rotations (T, 3, 3) by about the rotation vectors (T, 3): Cayley's map, a rotation for any length."""
+    half = vectors / 2
+    skew = np.zeros((len(half), 3, 3))
+    skew[:, [2, 0, 1], [1, 2, 0]] = half
+    skew[:, [1, 2, 0], [2, 0, 1]] = -half
+    square = np.einsum("ti,ti->t", half, half)
+    return np.asarray(np.eye(3) + 2 * (skew + skew @ skew) / (1 + square)[:, None, None])
