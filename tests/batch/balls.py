@@ -21,7 +21,7 @@ FIXTURE = "tactfix: 1\nname: balls\nunits: mm\nprobe: {tip_radius: 0.0, sigma: 0
     for name, center in CENTERS.items()
 )
 HEADER = "feature,x,y,z,ax,ay,az"
-PLAIN = SetReader("csv", ContactOptions(), None, None)
+PLAIN = SetReader("csv", ContactOptions())
 
 
 def pose(seed: int) -> np.ndarray:

@@ -6,7 +6,8 @@ import pytest
 
 from tactfix.errors import FileError
 from tactfix.files.contact_options import ContactOptions
-from tactfix.files.logs.load import parse_features, read_log
+from tactfix.files.log_options import log_options
+from tactfix.files.logs.load import read_log
 
 MM = ContactOptions(units="mm")
 P, Q = (1025.5, -20.25, 300.0), (1030.25, -18.5, 301.0)
@@ -22,7 +23,7 @@ FANUC_HEAD = "   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
 
 def read(name, text, count=2, options=MM):
     content = text if isinstance(text, bytes) else text.encode()
-    return read_log(name, content, None, options, parse_features(f"a:{count}"), None, complete=False)
+    return read_log(name, content, None, options, log_options(f"a:{count}"), complete=False)
 
 
 GOOD = {

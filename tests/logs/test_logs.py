@@ -11,9 +11,10 @@ from tactfix.errors import FileError, UsageError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.fixture_file import load_fixture
+from tactfix.files.log_options import LogOptions, parse_features
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.export import contact_csv
-from tactfix.files.logs.load import load_log, parse_features, read_log
+from tactfix.files.logs.load import load_log, read_log
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.pose import Pose
 
@@ -45,7 +46,9 @@ def fixture(tmp_path):
 
 
 def load(name, text, fixture, options=MM, features="bar:1", **more):
-    return load_log(name, text.encode(), fixture, options, parse_features(features) if features else (), **more)
+    return load_log(
+        name, text.encode(), fixture, options, LogOptions(parse_features(features) if features else (), **more)
+    )
 
 
 @pytest.mark.parametrize(
@@ -60,7 +63,7 @@ def load(name, text, fixture, options=MM, features="bar:1", **more):
     ],
 )
 def test_every_format_gives_the_same_contacts(name, file, options, decimals, fixture):
-    got, notes = load_log(name, DATA / file, fixture, options, RUNS)
+    got, notes = load_log(name, DATA / file, fixture, options, LogOptions(RUNS))
     contacts = got.contacts
     assert contacts.features == ("bar",) * 5 + ("ball",) * 4
     assert got.units == "mm"
@@ -83,12 +86,12 @@ def test_every_format_gives_the_same_contacts(name, file, options, decimals, fix
 
 
 def test_inch_and_metric_agree_and_beat_no_option(fixture):
-    inch, _ = load_log("xyzijk", DATA / "pcdmis_xyzijk_inch.xyz", fixture, SURFACE, RUNS)
-    metric, _ = load_log("xyzijk", DATA / "pcdmis_xyzijk_metric.xyz", fixture, SURFACE, RUNS)
+    inch, _ = load_log("xyzijk", DATA / "pcdmis_xyzijk_inch.xyz", fixture, SURFACE, LogOptions(RUNS))
+    metric, _ = load_log("xyzijk", DATA / "pcdmis_xyzijk_metric.xyz", fixture, SURFACE, LogOptions(RUNS))
     np.testing.assert_allclose(inch.contacts.points, metric.contacts.points, atol=2e-6)
     np.testing.assert_allclose(inch.contacts.sigmas, 0.003 * 25.4)  # options are in the unit of the log
     overruled = ContactOptions(units="mm", tip_radius=0.0, sigma=0.003)
-    got, notes = load_log("xyzijk", DATA / "pcdmis_xyzijk_inch.xyz", fixture, overruled, RUNS)
+    got, notes = load_log("xyzijk", DATA / "pcdmis_xyzijk_inch.xyz", fixture, overruled, LogOptions(RUNS))
     np.testing.assert_allclose(got.contacts.points * 25.4, inch.contacts.points)
     assert any("the option holds" in note for note in notes)
 
@@ -109,10 +112,10 @@ def test_flange_poses_of_kuka(literal, fixture):
     options = ContactOptions(tip_radius=3.0, sigma=0.1)
     got, notes = load("kuka", text, fixture, options, "bar:2,ball:1", tip_offset=(10.0, 0.0, 120.0))
     np.testing.assert_allclose(got.contacts.points, TIPS, atol=1e-12)
-    assert notes == ()
+    assert not any("--tip-offset" in note for note in notes)
     plain, notes = load("kuka", text, fixture, options, "bar:2,ball:1")
     np.testing.assert_allclose(plain.contacts.points, [point for point, _ in POSES])
-    assert "--tip-offset" in notes[0]
+    assert any("--tip-offset" in note for note in notes)
 
 
 def test_flange_poses_of_ur_are_in_metres(fixture):
@@ -221,9 +224,9 @@ def test_what_is_passed_over_is_told(fixture):
 
 @pytest.mark.parametrize(("name", "file", "options"), [("msr", "msr.txt", BARE), ("grbl", "grbl.txt", MM)])
 def test_the_contact_file_of_a_log_says_the_same(name, file, options, fixture):
-    read = read_log(name, DATA / file, None, options, RUNS, None, complete=False)
+    read = read_log(name, DATA / file, None, options, LogOptions(RUNS), complete=False)
     again = load_contacts(contact_csv(read).encode(), fixture)
-    direct = load_log(name, DATA / file, fixture, options, RUNS)[0].contacts
+    direct = load_log(name, DATA / file, fixture, options, LogOptions(RUNS))[0].contacts
     assert np.array_equal(again.points, direct.points)
     np.testing.assert_allclose(again.approaches, direct.approaches, atol=1e-15)
     assert again.features == direct.features
@@ -232,7 +235,7 @@ def test_the_contact_file_of_a_log_says_the_same(name, file, options, fixture):
 
 def test_import_leaves_out_what_nothing_says():
     runs = parse_features("a:1")
-    read = read_log("grbl", b"[PRB:1,2,3:1]\n", None, ContactOptions(units="mm"), runs, None, complete=False)
+    read = read_log("grbl", b"[PRB:1,2,3:1]\n", None, ContactOptions(units="mm"), LogOptions(runs), complete=False)
     text = contact_csv(read)
     assert "tip_radius" not in text
     assert "sigma" not in text

@@ -12,17 +12,20 @@ import typer
 from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import (
+    Approach,
     AsJson,
     ContactsFormat,
     Features,
     FixturePath,
     Quiet,
+    Repeats,
     ScaleSigma,
     Scheduler,
     Sigma,
     TipOffset,
     TipRadius,
     Units,
+    WorkOffset,
 )
 from tactfix.cli.output import emit, note, tell
 from tactfix.cli.progress import progress_bar
@@ -77,6 +80,9 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
+    approach: Approach = None,
+    repeats: Repeats = "all",
+    work_offset: WorkOffset = None,
     scale_sigma: ScaleSigma = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -93,6 +99,7 @@ def command(
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_sets import SetReader, find_sets
     from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.log_options import log_options
     from tactfix.report.batch_summary import BatchCount, batch_json, batch_lines
     from tactfix.report.batch_table import find_writer, write_jsonl
 
@@ -103,9 +110,10 @@ def command(
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset, approach, repeats, work_offset)
     task = BatchTask(
         fixture=load_fixture(fixture_path),
-        read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), features, offset),
+        read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), wanted),
         describe=in_one_line,
         scale_sigma=scale_sigma,
         max_sigma=max_sigma,

@@ -2,35 +2,31 @@
 
 from dataclasses import replace
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.output import note
 from tactfix.errors import UsageError
 from tactfix.files.contact_file import ContactFile, read_contact_file
 from tactfix.files.contact_options import ContactOptions
+from tactfix.files.log_options import LogOptions
 from tactfix.fixture import Fixture
 
 
 def read_contacts(
-    path: str,
-    format_name: str,
-    fixture: Fixture,
-    options: ContactOptions,
-    features: str | None,
-    tip_offset: str | None,
-    *,
-    quiet: bool,
+    path: str, format_name: str, fixture: Fixture, options: ContactOptions, log_options: LogOptions, *, quiet: bool
 ) -> ContactFile:
-    """The contacts in path; format_name, features and tip_offset as in --contacts-format and so on."""
+    """The contacts in path; format_name as in --contacts-format, log_options what else is said of a machine log."""
     if format_name == "csv":
-        if features is not None:
-            raise UsageError("--features is for machine logs; name theirs with --contacts-format")
-        offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-        return read_contact_file(path, fixture, replace(options, tip_offset=offset))
-    from tactfix.files.logs.load import load_log, parse_features
+        refuse_log_options(log_options)
+        return read_contact_file(path, fixture, replace(options, tip_offset=log_options.tip_offset))
+    from tactfix.files.logs.load import load_log
 
-    runs = () if features is None else parse_features(features)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    read, notes = load_log(format_name, path, fixture, options, runs, offset)
+    read, notes = load_log(format_name, path, fixture, options, log_options)
     for line in notes:
         note(line, quiet=quiet)
     return read
+
+
+def refuse_log_options(log_options: LogOptions) -> None:
+    """A contact file says itself what these options say of a machine log."""
+    if log_options.of_log:
+        names = "--features, --approach, --repeats and --work-offset"
+        raise UsageError(f"{names} are for machine logs; name theirs with --contacts-format")

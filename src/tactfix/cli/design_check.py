@@ -120,10 +120,13 @@ def _contacts(
     quiet: bool,
 ) -> "Contacts | None":
     from tactfix.cli.contacts_input import read_contacts
+    from tactfix.files.log_options import log_options
 
     if path is None:
         return None
-    return read_contacts(path, format_name, fixture, options, features, tip_offset, quiet=quiet).contacts
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset)
+    return read_contacts(path, format_name, fixture, options, wanted, quiet=quiet).contacts
 
 
 def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:

@@ -5,7 +5,17 @@ from typing import Annotated
 import typer
 
 from tactfix.cli.arguments import vector
-from tactfix.cli.options import Features, Output, Quiet, Sigma, TipOffset, TipRadius
+from tactfix.cli.options import (
+    Approach,
+    Features,
+    Output,
+    Quiet,
+    Repeats,
+    Sigma,
+    TipOffset,
+    TipRadius,
+    WorkOffset,
+)
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
 from tactfix.files.logs import LOG_FORMATS
@@ -24,6 +34,9 @@ def command(
     tip_radius: TipRadius = None,
     sigma: Sigma = None,
     tip_offset: TipOffset = None,
+    approach: Approach = None,
+    repeats: Repeats = "all",
+    work_offset: WorkOffset = None,
     output: Output = None,
     quiet: Quiet = False,
 ) -> int:
@@ -33,15 +46,15 @@ def command(
     to whoever reads the contact file. What was dropped or passed over is told on standard error.
     """
     from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.log_options import log_options
     from tactfix.files.logs.export import contact_csv
-    from tactfix.files.logs.load import parse_features, read_log
+    from tactfix.files.logs.load import read_log
 
     if contacts_format is None:
         raise UsageError(f"which format? give --contacts-format {', '.join(LOG_FORMATS)}")
-    runs = () if features is None else parse_features(features)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    options = ContactOptions(units, tip_radius, sigma)
-    read = read_log(contacts_format, log, None, options, runs, offset, complete=False)
+    wanted = log_options(features, offset, approach, repeats, work_offset)
+    read = read_log(contacts_format, log, None, ContactOptions(units, tip_radius, sigma), wanted, complete=False)
     emit(contact_csv(read), output)
     tell(read.notes, quiet=quiet)
     return 0

@@ -8,6 +8,7 @@ from tactfix.cli.arguments import unknowns, vector
 from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
+    Approach,
     AsJson,
     At,
     ContactsFormat,
@@ -18,6 +19,7 @@ from tactfix.cli.options import (
     MaxSigma,
     Output,
     Quiet,
+    Repeats,
     ScaleSigma,
     Sigma,
     TipOffset,
@@ -25,6 +27,7 @@ from tactfix.cli.options import (
     Units,
     Unknown,
     Verbose,
+    WorkOffset,
 )
 from tactfix.cli.output import emit, note, tell, wants_summary
 from tactfix.cli.streams import standard_error
@@ -58,6 +61,9 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
+    approach: Approach = None,
+    repeats: Repeats = "all",
+    work_offset: WorkOffset = None,
     scale_sigma: ScaleSigma = False,
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
@@ -81,6 +87,7 @@ def command(
     from tactfix.cli.pose_output import chosen_format, render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
     from tactfix.report.text_report import verdict_lines
 
@@ -89,7 +96,9 @@ def command(
     fixture = load_fixture(fixture_path)
     sought = unknowns(unknown)
     options = ContactOptions(units, tip_radius, sigma, unknown=sought)
-    read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset, approach, repeats, work_offset)
+    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)
     text = render_pose(result, style, point, force=force, quiet=quiet)
     if text is not None:

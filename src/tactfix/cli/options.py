@@ -79,3 +79,17 @@ MaxRms: TypeAlias = Annotated[
 At: TypeAlias = Annotated[
     str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
 ]
+Approach: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z", help="Approach of a machine log that tells none, for all features, or feature:X,Y,Z;... each."
+    ),
+]
+Repeats: TypeAlias = Annotated[
+    str,
+    typer.Option(metavar="all|last", help="Of consecutive touches of one place in a log: all, or the last."),
+]
+WorkOffset: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="POSE", help="The frame that the machine reported in: a file, any pose format."),
+]

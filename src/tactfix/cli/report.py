@@ -10,6 +10,7 @@ from tactfix.cli.arguments import vector
 from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
+    Approach,
     At,
     ContactsFormat,
     Features,
@@ -17,11 +18,13 @@ from tactfix.cli.options import (
     MaxRms,
     MaxSigma,
     Quiet,
+    Repeats,
     ScaleSigma,
     Sigma,
     TipOffset,
     TipRadius,
     Units,
+    WorkOffset,
 )
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
@@ -51,6 +54,9 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
+    approach: Approach = None,
+    repeats: Repeats = "all",
+    work_offset: WorkOffset = None,
     scale_sigma: ScaleSigma = False,
     format_name: Annotated[
         str | None,
@@ -78,6 +84,7 @@ def command(
     from tactfix.cli.pose_output import render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
     from tactfix.pose_formats.convert import find_dialect
     from tactfix.report.browser_print import in_form
@@ -95,6 +102,9 @@ def command(
         "--tip-radius": tip_radius,
         "--sigma": sigma,
         "--tip-offset": tip_offset,
+        "--approach": approach,
+        "--repeats": None if repeats == "all" else repeats,
+        "--work-offset": work_offset,
         "--scale-sigma": "yes" if scale_sigma else None,
     }
     settings = {name: str(value) for name, value in said.items() if value is not None}
@@ -110,7 +120,9 @@ def command(
     record.inputs.append(_input("contacts", contacts))
     record.settings["contacts format"] = contacts_format
     options = ContactOptions(units, tip_radius, sigma)
-    read = read_contacts(contacts, contacts_format, fixture, options, features, tip_offset, quiet=quiet)
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset, approach, repeats, work_offset)
+    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
     located = result.status == "located"
     gates = {"--max-sigma": max_sigma, "--max-rms": max_rms}

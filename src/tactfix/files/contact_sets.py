@@ -3,7 +3,7 @@
 import io
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -12,6 +12,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import read_contact_file
 from tactfix.files.contact_options import ContactOptions
+from tactfix.files.log_options import LogOptions
 from tactfix.files.reading import decode, read_bytes, read_source
 from tactfix.files.table_file import csv_table, is_table, parquet_table
 from tactfix.fixture import Fixture
@@ -71,19 +72,19 @@ class SetReader:
 
     format_name: str
     options: ContactOptions
-    features: str | None
-    tip_offset: tuple[float, float, float] | None
+    log_options: LogOptions = field(default_factory=LogOptions)
 
     def __post_init__(self) -> None:
-        if self.format_name == "csv" and self.features is not None:
-            raise UsageError("--features is for machine logs; name theirs with --contacts-format")
+        if self.format_name == "csv" and self.log_options.of_log:
+            names = "--features, --approach, --repeats and --work-offset"
+            raise UsageError(f"{names} are for machine logs; name theirs with --contacts-format")
 
     def __call__(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
         """The contacts of a set in the fixture's units, and notes; FileError with the lines of the table it is from."""
         if self.format_name != "csv":
             return self._of_log(fixture, contact_set)
         try:
-            options = replace(self.options, tip_offset=self.tip_offset)
+            options = replace(self.options, tip_offset=self.log_options.tip_offset)
             return read_contact_file(contact_set.content, fixture, options).contacts, ()
         except FileError as error:
             if contact_set.lines is None:
@@ -91,11 +92,10 @@ class SetReader:
             raise FileError(error.path, [_in_table(problem, contact_set.lines) for problem in error.problems]) from None
 
     def _of_log(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
-        from tactfix.files.logs.load import load_log, parse_features
+        from tactfix.files.logs.load import load_log
 
-        runs = () if self.features is None else parse_features(self.features)
         source = io.BytesIO(contact_set.content)
-        read, notes = load_log(self.format_name, source, fixture, self.options, runs, self.tip_offset)
+        read, notes = load_log(self.format_name, source, fixture, self.options, self.log_options)
         return read.contacts, notes
 
 

@@ -2,27 +2,48 @@
 
 import csv
 import io
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
 
 import numpy as np
 
 from tactfix.files.logs.load import LogContacts
+from tactfix.pose_formats import DIALECTS
+
+_ORIENTATIONS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {"ur": ("rx", "ry", "rz"), "kuka": ("a", "b", "c"), "abb": ("qw", "qx", "qy", "qz"), "fanuc": ("w", "p", "r")}
+)
+"""The columns of a contact file that hold the orientation of a format in its own numbers."""
 
 
 def contact_csv(read: LogContacts) -> str:
     """The text of a contact file; tip_radius and sigma are left out where nothing said them.
 
     Numbers are written so that they read back as the same doubles; the log's line of each contact is its id where
-    the log does not name it.
+    the log does not name it. Points are the tip's centres, or of the surface; how the flange stood is kept beside them.
     """
     buffer = io.StringIO()
-    for key, value in (("units", read.units), ("tip_radius", read.tip_radius), ("sigma", read.sigma)):
+    offset = None if read.tip_offset is None else ", ".join(map(repr, read.tip_offset))
+    said = (("units", read.units), ("tip_radius", read.tip_radius), ("sigma", read.sigma), ("tip_offset", offset))
+    for key, value in said:
         if value is not None:
             buffer.write(f"# {key}: {value}\n")
     told = np.asarray(np.isfinite(read.approaches).all(axis=1))
+    names, orientations = _orientations(read)
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(["feature", "x", "y", "z", *(["ax", "ay", "az"] if told.any() else []), "id"])
-    rows = zip(read.features, read.points.tolist(), read.approaches.tolist(), told, read.log.contacts, strict=True)
-    for feature, point, approach, has_approach, contact in rows:
-        cells = (approach if has_approach else [""] * 3) if told.any() else []
-        writer.writerow([feature, *point, *cells, contact.id or f"line {contact.line}"])
+    writer.writerow(["feature", "x", "y", "z", *(["ax", "ay", "az"] if told.any() else []), *names, "id"])
+    for i, contact in enumerate(read.contacts):
+        approach = (read.approaches[i].tolist() if told[i] else [""] * 3) if told.any() else []
+        row = [read.features[i], *read.points[i].tolist(), *approach, *orientations[i]]
+        writer.writerow([*row, contact.id or f"line {contact.line}"])
     return buffer.getvalue()
+
+
+def _orientations(read: LogContacts) -> tuple[tuple[str, ...], list[list[float]]]:
+    """The names of the columns and their numbers in each row; none where the log tells no poses."""
+    numbers, rotations = DIALECTS.get(read.format_name), read.rotations
+    if numbers is None or numbers.numbers is None or rotations is None or read.format_name not in _ORIENTATIONS:
+        return (), [[]] * len(read.contacts)
+    orientation = numbers.numbers.orientation
+    return _ORIENTATIONS[read.format_name], [orientation.numbers(rotation).tolist() for rotation in rotations]

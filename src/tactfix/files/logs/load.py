@@ -1,6 +1,5 @@
 """Contacts from a machine log: what the format cannot say, options must; nothing is guessed."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,49 +9,47 @@ from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import ContactFile
 from tactfix.files.contact_options import ContactOptions, Settings, settle
+from tactfix.files.log_options import EVERY, LogOptions
 from tactfix.files.logs import LOG_FORMATS
-from tactfix.files.logs.log import Log, LogContact, LogFormat, Vector
+from tactfix.files.logs.log import LogContact, LogFormat, Vector, vector
 from tactfix.files.logs.source import read_log_text
-from tactfix.files.reading import Source, composed
+from tactfix.files.logs.touches import in_base, last_of_each_place, with_approaches
+from tactfix.files.reading import Source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
+from tactfix.units import factor
 from tactfix.wording import did_you_mean
 
 _MOST_PROBLEMS = 20
-
-
-@dataclass(frozen=True, slots=True)
-class FeatureRun:
-    """count contacts in a row on one feature."""
-
-    feature: str
-    count: int
+_MOST_TIP_MM = 3000.0
+"""No probe reaches farther from its flange; what is longer is in another unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogContacts:
-    """What a log says with the help of options: in units; tip_radius and sigma None where nothing says them."""
+    """What a log says with the help of options: in units; tip_radius and sigma None where nothing says them.
+
+    contacts: as the log has them, with the options' approaches, in the frame of the work offset. points (n, 3): with
+    the tip's offset. tip_offset (3,): None where --tip-offset does not say it.
+    """
 
     name: str
     units: str
-    log: Log
+    format_name: str
+    contacts: tuple[LogContact, ...]
     features: tuple[str, ...]
     points: Floats
     approaches: Floats
     tip_radius: float | None
     sigma: float | None
+    tip_offset: Vector | None
     notes: tuple[str, ...]
 
-
-def parse_features(text: str) -> tuple[FeatureRun, ...]:
-    """'bar:5,ball:3' as five contacts on bar, then three on ball; UsageError for anything else."""
-    runs = []
-    for part in composed(text).split(","):
-        match = re.fullmatch(r"\s*(.+?)\s*:\s*(\d+)\s*", part)
-        if match is None or int(match.group(2)) == 0:
-            raise UsageError(f"--features {text!r}: {part.strip()!r} is not NAME:COUNT; write bar:5,ball:3, in order")
-        runs.append(FeatureRun(match.group(1), int(match.group(2))))
-    return tuple(runs)
+    @property
+    def rotations(self) -> Floats | None:
+        """base_from_flange, or that of the tool (n, 3, 3); None where a contact tells no pose."""
+        found = [contact.rotation for contact in self.contacts if contact.rotation is not None]
+        return np.array(found) if len(found) == len(self.contacts) else None
 
 
 def load_log(
@@ -60,18 +57,16 @@ def load_log(
     source: Source,
     fixture: Fixture,
     options: ContactOptions | None = None,
-    features: Sequence[FeatureRun] = (),
-    tip_offset: Vector | None = None,
+    log_options: LogOptions | None = None,
 ) -> tuple[ContactFile, tuple[str, ...]]:
     """The contacts of a machine log in the fixture's units, and notes on what was dropped, passed over or overruled.
 
     Options beat the log, which beats the fixture's probe; the fixture's units do not stand in for those of the log,
-    and its tip radius not for that of a format whose points may be compensated (xyzijk). tip_offset: the tip's centre
-    in the frame of the poses, in the log's unit, for logs of flange poses.
+    and its tip radius not for that of a format whose points may be compensated (xyzijk).
 
     Raises FileError with all that is wrong or missing; UsageError for options that do not fit the format.
     """
-    read = read_log(format_name, source, fixture, options or ContactOptions(), features, tip_offset, complete=True)
+    read = read_log(format_name, source, fixture, options, log_options, complete=True)
     assert read.tip_radius is not None
     assert read.sigma is not None
     contacts = Contacts(
@@ -81,7 +76,9 @@ def load_log(
         sigmas=np.full(len(read.features), read.sigma),
         tip_radius=read.tip_radius,
         rows=tuple(range(1, len(read.features) + 1)),
-        ids=tuple(contact.id for contact in read.log.contacts),
+        ids=tuple(contact.id for contact in read.contacts),
+        flange_rotations=read.rotations,
+        tip_offset=None if read.tip_offset is None else np.array(read.tip_offset),
     )
     return ContactFile(read.name, contacts, read.units), read.notes
 
@@ -90,9 +87,8 @@ def read_log(
     format_name: str,
     source: Source,
     fixture: Fixture | None,
-    options: ContactOptions,
-    features: Sequence[FeatureRun],
-    tip_offset: Vector | None,
+    options: ContactOptions | None,
+    log_options: LogOptions | None,
     *,
     complete: bool,
 ) -> LogContacts:
@@ -100,32 +96,55 @@ def read_log(
 
     complete: whether tip radius and sigma must be known.
     """
+    said, wanted = options or ContactOptions(), log_options or LogOptions()
     log_format = _find(format_name)
     name, text = read_log_text(source)
     problems: list[Problem] = []
     log = log_format.read(text, problems)
-    if tip_offset is not None and any(contact.rotation is None for contact in log.contacts):
-        raise UsageError(f"--tip-offset needs poses; {format_name} logs points")
-    _check_features(name, log, features, fixture, problems)
-    header = ContactOptions(units=log.units, tip_radius=_tip_radius(log, problems))
-    if options.units is None and log.units is None:
+    units = said.units or log.units or "mm"  # none of all is a problem below
+    contacts, repeated = last_of_each_place(log.contacts, units) if wanted.repeats == "last" else (log.contacts, ())
+    dropped = (*log.notes, *repeated)
+    _check_tip_offset(format_name, units, contacts, wanted.tip_offset)
+    _check_features(name, contacts, dropped, wanted, fixture, problems)
+    header = ContactOptions(units=log.units, tip_radius=_tip_radius(contacts, problems))
+    if said.units is None and log.units is None:
         problems.append(Problem(f"{format_name} does not say its units", "give --units mm, or what the machine uses"))
-    settings = _settings(options, header, log_format, fixture)
+    settings = _settings(said, header, log_format, fixture)
     if complete:
         problems.extend(_missing(settings))
     if problems:
         raise FileError(name, _shortened(problems))
+    features = tuple(run.feature for run in wanted.features for _ in range(run.count))
+    contacts = with_approaches(contacts, features, wanted.approaches)
+    if wanted.work_offset is not None:
+        contacts = in_base(contacts, wanted.work_offset.pose(units))
     return LogContacts(
         name=name,
         units=settings.target_units,
-        log=log,
-        features=tuple(run.feature for run in features for _ in range(run.count)),
-        points=_points(log.contacts, tip_offset) * settings.scale,
-        approaches=_approaches(log.contacts),
+        format_name=format_name,
+        contacts=contacts,
+        features=features,
+        points=_points(contacts, wanted.tip_offset) * settings.scale,
+        approaches=_approaches(contacts),
         tip_radius=settings.tip_radius,
         sigma=settings.sigma,
-        notes=(*log.notes, *_overruled(options, header), *_frame_note(log, tip_offset)),
+        tip_offset=None if wanted.tip_offset is None else vector([x * settings.scale for x in wanted.tip_offset]),
+        notes=(*dropped, *_overruled(said, header), *_frame_notes(log_format, contacts, wanted)),
     )
+
+
+def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContact], tip_offset: Vector | None) -> None:
+    """A tip is of poses, and within a robot's reach of the flange."""
+    if tip_offset is None:
+        return
+    if any(contact.rotation is None for contact in contacts):
+        raise UsageError(f"--tip-offset needs poses; {format_name} logs points")
+    length = float(np.linalg.norm(tip_offset))
+    if length * factor(units, "mm") > _MOST_TIP_MM:
+        raise UsageError(
+            f"--tip-offset is in the unit of the log: {length:g} {units} from the flange? write it in {units}, "
+            f"as if it stood in the log"
+        )
 
 
 def _find(format_name: str) -> LogFormat:
@@ -164,27 +183,36 @@ def _missing(settings: Settings) -> list[Problem]:
 
 
 def _check_features(
-    name: str, log: Log, runs: Sequence[FeatureRun], fixture: Fixture | None, problems: list[Problem]
+    name: str,
+    contacts: Sequence[LogContact],
+    notes: Sequence[str],
+    wanted: LogOptions,
+    fixture: Fixture | None,
+    problems: list[Problem],
 ) -> None:
     """Every contact must have a feature, and every feature must be one of the fixture's."""
+    runs = wanted.features
     for run in runs:
         if fixture is not None and run.feature not in fixture.features:
             hint = did_you_mean(run.feature, fixture.features)
             raise UsageError(f"--features: {name} cannot touch {run.feature!r}: there is no such feature; {hint}")
-    found, told = len(log.contacts), sum(run.count for run in runs)
+    for feature, _ in wanted.approaches:
+        if feature != EVERY and feature not in {run.feature for run in runs}:
+            raise UsageError(f"--approach: {feature!r} is none of those that --features names")
+    found, told = len(contacts), sum(run.count for run in runs)
     if not found and not problems:
         problems.append(Problem("there are no contacts", "check the file and --contacts-format"))
     elif not runs:
         remedy = f"say which of the {found} contacts are on which, in order: --features bar:5,ball:4"
         problems.append(Problem("a machine log does not say which feature was touched", remedy))
     elif found != told and not problems:
-        notes = f" ({'; '.join(log.notes)})" if log.notes else ""
-        problems.append(Problem(f"there are {found} contacts{notes}, --features names {told}", "make them agree"))
+        said = f" ({'; '.join(notes)})" if notes else ""
+        problems.append(Problem(f"there are {found} contacts{said}, --features names {told}", "make them agree"))
 
 
-def _tip_radius(log: Log, problems: list[Problem]) -> float | None:
+def _tip_radius(contacts: Sequence[LogContact], problems: list[Problem]) -> float | None:
     """The one tip radius that the log says; a problem where a line says another one."""
-    said = [contact for contact in log.contacts if contact.tip_radius is not None]
+    said = [contact for contact in contacts if contact.tip_radius is not None]
     for contact in said:
         if contact.tip_radius != said[0].tip_radius:
             what = f"the tip radius is {contact.tip_radius:g}, in line {said[0].line} it is {said[0].tip_radius:g}"
@@ -222,10 +250,19 @@ def _overruled(options: ContactOptions, header: ContactOptions) -> tuple[str, ..
     return tuple(notes)
 
 
-def _frame_note(log: Log, tip_offset: Vector | None) -> tuple[str, ...]:
-    if tip_offset is None and any(contact.rotation is not None for contact in log.contacts):
-        return ("the poses are taken as those of the tip's centre; for poses of the flange give --tip-offset x,y,z",)
-    return ()
+def _frame_notes(log_format: LogFormat, contacts: Sequence[LogContact], wanted: LogOptions) -> tuple[str, ...]:
+    """What the results stand in, wherever the format leaves that open."""
+    notes = []
+    if log_format.frame and wanted.work_offset is None:
+        notes.append(
+            f"{log_format.name} reports in {log_format.frame}, and so stand the results; "
+            f"--work-offset takes them to the frame that it is written in"
+        )
+    if wanted.tip_offset is None and any(contact.rotation is not None for contact in contacts):
+        notes.append(
+            "the poses are taken as those of the tip's centre; for poses of the flange give --tip-offset x,y,z"
+        )
+    return tuple(notes)
 
 
 def _shortened(problems: Sequence[Problem]) -> list[Problem]:
