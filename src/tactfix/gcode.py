@@ -33,13 +33,13 @@ class Block:
         return found
 
 
-def read_block(lexer: Lexer) -> Block:
-    """All words up to the end of the text, without its comments."""
+def read_block(lexer: Lexer, *, comments: bool = True) -> Block:
+    """All words up to the end of the text, without its comments, where it may have any."""
     words: list[tuple[str, float]] = []
     while True:
-        if lexer.blanks().match(_COMMENT):
+        if comments and lexer.blanks().match(_COMMENT):
             continue
-        if not lexer.rest:
+        if not lexer.blanks().rest:
             return Block(tuple(words))
         letter = lexer.rest[0]
         if not (letter.isascii() and letter.isalpha()):

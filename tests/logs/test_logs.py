@@ -152,7 +152,7 @@ REFUSED = [
     ("msr", "G801 N1 X1 Y2 Z3 R-3\n", "negative"),
     ("xyzijk", "1,2,3,0,0,1\n", "start with XYZIJK"),
     ("xyzijk", "XYZIJK CUBITS\n1,2,3,0,0,1\n", "start with XYZIJK"),
-    ("xyzijk", "XYZIJK\n1,2\n", "line 2.*2 numbers"),
+    ("xyzijk", "XYZIJK\n1,2\n", "line 2.*2 numbers where"),
     ("ippdme", "00001 # PtMeas(X(1), Y(2))\n", "Z"),
     ("ippdme", "00001 # PtMeas(X(1), Y(2), Z(3), IJK(0,1))\n", "IJK"),
     ("ippdme", "00001 # PtMeas(X(1), Y(2), Z(3\n", "column 31"),

@@ -7,7 +7,7 @@ import typer
 from tactfix.cli.options import Output, Quiet
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
-from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.pose_formats import DIALECTS, SUFFIXES, composition
 from tactfix.pose_formats.convert import LEVER_ARM_MM, find_dialect, write_pose
 from tactfix.pose_formats.dialect import Dialect
 
@@ -29,6 +29,13 @@ def command(
     units: Annotated[
         str | None, typer.Option(metavar="U", help="Unit of POSE where its file does not say: mm, m, um or in.")
     ] = None,
+    inverse: Annotated[
+        bool, typer.Option("--inverse", help="Turn POSE round first: base in the fixture frame, or the other way.")
+    ] = False,
+    on: Annotated[
+        str | None,
+        typer.Option("--on", metavar="POSE", help="Set POSE upon this one, the frame that it is given in."),
+    ] = None,
     lever_arm: Annotated[
         float,
         typer.Option(metavar="MM", min=0, help="How far from the fixture's origin rounding is judged, in mm."),
@@ -47,7 +54,11 @@ def command(
     from tactfix.files.pose_file import load_pose
 
     dialect = _wanted(to, None if output is None else output.suffix.lower())
-    written = write_pose(dialect.name, load_pose(pose, units=units, dialect=from_), force=force, lever_arm_mm=lever_arm)
+    given = load_pose(pose, units=units, dialect=from_)
+    given = composition.inverse(given) if inverse else given
+    if on is not None:
+        given = composition.on(load_pose(on, default_units=units), given)
+    written = write_pose(dialect.name, given, force=force, lever_arm_mm=lever_arm)
     emit(written.text, output)
     tell(written.notes, quiet=quiet)
     return 0

@@ -1,6 +1,6 @@
 """A pose in the words of a controller: written, read back, compared, and refused when too much was lost."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -10,13 +10,15 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_from_vector, skew
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.dialect import Dialect, Numbers
-from tactfix.pose_formats.orientation import EulerAngles, RotationVector
+from tactfix.pose_formats.orientation import EulerAngles, RotationVector, TurnAboutZ
 from tactfix.pose_formats.pose import Pose
 from tactfix.units import factor
 
 LEVER_ARM_MM: Final = 500.0
 """How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
 _MOST_OF_SIGMA: Final = 0.1
+# Chi-square of two degrees of freedom that noise exceeds once in 100 times.
+_MOST_TILT: Final = 9.21
 # What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
 _NOTHING: Final = 1e-12
 # Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10.
@@ -79,7 +81,8 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
 
     The text is read back and compared before it leaves. PoseRefusedError when the dialect cannot hold the pose (a tilt
     in G10), or when its rounding exceeds a tenth of sigma anywhere within lever_arm_mm of the fixture's origin, unless
-    forced; without a covariance rounding is only told. UsageError when a unit is needed and not known.
+    forced; without a covariance rounding is only told. A tilt that the covariance does
+    not tell from none is left out. UsageError when a unit is needed and not known.
     """
     dialect = find_dialect(name)
     if dialect.units and pose.units is None:
@@ -108,6 +111,11 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
     turn = float(np.linalg.norm(rounding.d_rot))
     far = float(np.abs(rounding.d_t).max())
     if far > most_t * (1 + 1e-6) + _NOTHING * (1 + np.abs(pose.translation).max()) or turn > most_rot + _NOTHING:
+        if pose.covariance is not None and _is_level(dialect, pose, rounding):
+            level = replace(rounding, d_rot=rounding.d_rot * [0.0, 0.0, 1.0])
+            tilt = np.rad2deg(np.linalg.norm(rounding.d_rot[:2]))
+            note = f"{dialect.name} leaves out a tilt of {tilt:.2g} deg, which its sigma does not tell from none"
+            return (note, *_judged(dialect, pose, level, force))
         reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
         if not force:
             raise PoseRefusedError(dialect.name, reason, "take a dialect that can tilt, level the fixture, or --force")
@@ -122,6 +130,18 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
     if ratio > _MOST_OF_SIGMA and not force:
         raise PoseRefusedError(dialect.name, told, "more than a tenth of sigma; take another dialect, or --force")
     return (f"{dialect.name} {told}",)
+
+
+def _is_level(dialect: Dialect, pose: Pose, rounding: Rounding) -> bool:
+    """Whether a dialect that holds no tilt loses one that is within what noise makes of none, 99 times in 100."""
+    tilt = rounding.d_rot[:2]
+    if dialect.numbers is None or not isinstance(dialect.numbers.orientation, TurnAboutZ) or not tilt.any():
+        return False
+    assert pose.covariance is not None
+    with np.errstate(all="ignore"):
+        chi2 = float(tilt @ np.linalg.pinv(pose.covariance[:2, :2], hermitian=True) @ tilt)
+    explained = pose.covariance[:2, :2] @ np.linalg.pinv(pose.covariance[:2, :2], hermitian=True) @ tilt
+    return bool(np.allclose(explained, tilt, rtol=1e-6, atol=0)) and chi2 < _MOST_TILT
 
 
 def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:

@@ -95,7 +95,7 @@ def _words(lexer: Lexer, known: str, needed: str, remedy: str) -> dict[str, floa
     number = _NUMBER_BEFORE.match(lexer.text)
     if number and _NAMED.search(lexer.text, number.end()):
         lexer.position = number.end()
-    words = read_block(lexer).only(known, lexer, remedy)
+    words = read_block(lexer, comments=False).only(known, lexer, remedy)
     lacking = missing(words, needed)
     if lacking:
         lexer.refuse(f"G{words['G']:g} without {', '.join(lacking)}", remedy)

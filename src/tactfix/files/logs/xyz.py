@@ -1,9 +1,10 @@
 """XYZ files of measuring software: points, or points with the outward normal, a line each.
 
 What the numbers of a line mean is PC-DMIS's: 3 or 5 a point (the last two say nothing), 6 or 8 a point with its
-normal, 4 and 7 a circle, of which the last number is the diameter. A name may stand before the numbers.
+normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is refused. A name may stand before.
 """
 
+import re
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -18,7 +19,7 @@ _REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
 _HEADER: Final = "write XYZIJK METRIC, or XYZIJK for inch, above"
 _COMMA: Final = "write a decimal point in each of x, y and z: a comma divides numbers here"
 _WITH_NORMAL: Final = (6, 7, 8)
-_CIRCLES: Final = (4, 7)
+_NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
 _NAMES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ", "NAME", "ID"})
 # A normal that was printed with few digits; numbers of another kind are off by far more.
 _MOST_OFF_UNIT: Final = 0.01
@@ -59,10 +60,15 @@ class _Reader:
             self.begun = True
             return
         self.begun = True
+        if name is not None and not _NAME.fullmatch(name):
+            lexer.refuse(f"{name[:40]!r} is neither a number nor a name", _REMEDY)
         cells = cells if name is None else cells[1:]
         numbers = numbers_of(lexer, cells, self.standing)
-        if not 3 <= len(numbers) <= 8:
-            lexer.refuse(f"{len(numbers)} numbers", _REMEDY)
+        if not 3 <= len(numbers) <= 8 or len(numbers) == 4:
+            what = "a circle with its diameter" if len(numbers) == 4 else f"{len(numbers)} numbers"
+            lexer.refuse(f"{what} where a touch has 3 or 6", _REMEDY)
+        if name is not None and len(numbers) not in (3, 6):
+            lexer.refuse(f"a name and {len(numbers)} numbers", _REMEDY)
         self.standing.keep("how many numbers stand in a line", len(numbers), lexer, _REMEDY)
         if len(numbers) not in (3, 6):
             self._check(lexer, cells, numbers)
@@ -70,12 +76,12 @@ class _Reader:
         self.contacts.append(LogContact(lexer.line, vector(numbers[:3]), against(normal), id=name))
 
     def _check(self, lexer: Lexer, cells: tuple[Cell, ...], numbers: tuple[float, ...]) -> None:
-        """Lines of 4, 5, 7 and 8 numbers could be shorter ones with a decimal comma in them."""
+        """Lines of 5, 7 and 8 numbers could be shorter ones with a decimal comma in them."""
         if len({"." in cell.text for cell in cells[:3]}) > 1:
             lexer.refuse(f"{len(numbers)} numbers, some with a decimal point and some without", _COMMA)
         if len(numbers) in _WITH_NORMAL and abs(float(np.linalg.norm(numbers[3:6])) - 1) > _MOST_OFF_UNIT:
             lexer.refuse("i, j, k have not the length 1", _REMEDY)
-        if len(numbers) in _CIRCLES and numbers[-1] != 0:
+        if len(numbers) == 7 and numbers[-1] != 0:
             self.circles.append(lexer.line)
 
     def log(self) -> Log:
