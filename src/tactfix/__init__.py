@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         FileError,
         MissingExtraError,
         NotLocatedError,
+        NotQualifiedError,
         PoseRefusedError,
         Problem,
         TactfixError,
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.comparison import Movement, compare
     from tactfix.pose_formats.convert import write_pose
     from tactfix.pose_formats.pose import Pose
+    from tactfix.qualification.qualify import qualify
+    from tactfix.qualification.result import QualifyResult
     from tactfix.results import LocateResult
     from tactfix.simulation.faults import Fault
     from tactfix.simulation.simulate import Simulation, simulate
@@ -63,12 +66,14 @@ __all__ = [
     "MissingExtraError",
     "Movement",
     "NotLocatedError",
+    "NotQualifiedError",
     "Placement",
     "Plan",
     "Pose",
     "PoseRefusedError",
     "Probe",
     "Problem",
+    "QualifyResult",
     "Simulation",
     "SphereCenters",
     "TactfixError",
@@ -86,6 +91,7 @@ __all__ = [
     "load_pose",
     "locate",
     "plan",
+    "qualify",
     "simulate",
     "sphere_centers",
     "write_pose",
@@ -108,11 +114,13 @@ _HOMES = {
     "Plan": "tactfix.planning.result",
     "Pose": "tactfix.pose_formats.pose",
     "Problem": "tactfix.errors",
+    "QualifyResult": "tactfix.qualification.result",
     "Simulation": "tactfix.simulation.simulate",
     "SphereCenters": "tactfix.stacks.sphere_centers",
     "DegenerateContactsError": "tactfix.errors",
     "MissingExtraError": "tactfix.errors",
     "NotLocatedError": "tactfix.errors",
+    "NotQualifiedError": "tactfix.errors",
     "PoseRefusedError": "tactfix.errors",
     "TipDoesNotFitError": "tactfix.errors",
     "TactfixError": "tactfix.errors",
@@ -128,6 +136,7 @@ _HOMES = {
     "load_pose": "tactfix.files.pose_file",
     "locate": "tactfix.localization.locate",
     "plan": "tactfix.planning.plan",
+    "qualify": "tactfix.qualification.qualify",
     "simulate": "tactfix.simulation.simulate",
     "sphere_centers": "tactfix.stacks.sphere_centers",
     "write_pose": "tactfix.pose_formats.convert",

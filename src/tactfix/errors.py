@@ -84,6 +84,10 @@ class DegenerateContactsError(TactfixError):
         super().__init__(f"{kind}: {reason} (ratio {ratio:.2g}, limit {limit:.2g}); {remedy}")
 
 
+class NotQualifiedError(TactfixError):
+    """The touches are too few, or lie so, that nothing can be said of the probe that made them."""
+
+
 class TipDoesNotFitError(TactfixError):
     """The tip is not smaller than the bore that it should have touched."""
 

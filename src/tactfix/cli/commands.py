@@ -11,6 +11,7 @@ COMMANDS: Final[dict[str, str]] = {
     "locate": "Find where a fixture stands from contacts.",
     "batch": "Locate many contact sets, on all cores or a Dask cluster, into one table.",
     "fit": "Find one plane, sphere or cylinder from contacts.",
+    "qualify": "Tell what a probe is good for, from repeated touches or a reference ball.",
     "design-check": "Tell whether a fixture will locate, how surely, and what it would not notice.",
     "schema": "Print the JSON Schema of fixture files, for editors.",
     "init": "Write a commented fixture file to start from.",

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from tactfix.errors import DegenerateContactsError, PoseRefusedError, TactfixError, UsageError
+from tactfix.errors import DegenerateContactsError, NotQualifiedError, PoseRefusedError, TactfixError, UsageError
 
 
 class Exit(IntEnum):
@@ -40,7 +40,7 @@ def exit_of_error(error: TactfixError) -> Exit:
             return Exit.USAGE
         case PoseRefusedError():
             return Exit.NOT_ACCEPTABLE
-        case DegenerateContactsError():
+        case DegenerateContactsError() | NotQualifiedError():
             return Exit.UNDERDETERMINED
         case _:
             return Exit.FILE

@@ -14,7 +14,7 @@ APPROACHES: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
 ORIENTATIONS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
 """How the flange stood; see `flange_columns`."""
 _USUAL: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
-COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACHES + ORIENTATIONS, ()), "id", "sigma")
+COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACHES + ORIENTATIONS, ()), "id", "sigma", "target")
 _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 

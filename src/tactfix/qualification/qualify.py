@@ -1,0 +1,186 @@
+"""What a probe is good for, from touches of the same places or of a reference ball.
+
+Sigma is the standard deviation of touches about the means of their places, pooled over all places: along the approach
+where the contacts say it, else in all directions. Of a ball of known radius it is that of the distances from the best
+centre, form of ball and probe included, and the radius of the surface on which the tip's centres lie gives that of
+the tip.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import NotQualifiedError
+from tactfix.geometry.arrays import Floats, Ints, lengths, unit
+from tactfix.geometry.surfaces import Side, Sphere
+from tactfix.localizers.sphere import localize_sphere
+from tactfix.qualification.result import DirectionMean, QualifyResult
+from tactfix.qualification.sequence import drift, interval, is_significant, outliers, step
+
+FEWEST_ON_BALL = 5
+FEWEST_FOR_MAP = 25
+ELSEWHERE = 20.0
+"""Times their spread along the approach, which touches across it must not exceed to be of one place."""
+_CUBE = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
+DIRECTIONS = unit(_CUBE[np.isin(np.abs(_CUBE).sum(axis=1), (1, 3))])
+"""Along the axes and between them (14, 3): where the mean of a ball's touches is told."""
+
+
+def qualify(
+    contacts: Contacts,
+    *,
+    targets: Sequence[str] | None = None,
+    radius: float | None = None,
+    side: Side = "outer",
+    units: str = "",
+) -> QualifyResult:
+    """Qualify a probe from repeated touches, or from touches of a reference ball.
+
+    Parameters
+    ----------
+    contacts : Contacts
+        In the order in which they were made. Their sigmas and tip radius are not used.
+    targets : sequence of str, optional
+        What was touched, for each contact; touches of one feature and one target are of one place.
+    radius : float, optional
+        Of the reference ball that all contacts touch, in their unit.
+    side : str
+        "outer" for a ball, "inner" for a socket.
+    units : str
+        What the contacts' unit is called in the result.
+
+    Returns
+    -------
+    QualifyResult
+
+    Raises
+    ------
+    NotQualifiedError
+        Where no place is touched twice, or the ball fewer than five times.
+    DegenerateContactsError
+        Where all touches of the ball lie in one plane.
+    """
+    if radius is not None:
+        return _of_ball(contacts, radius, side, units)
+    places = _places(contacts, targets)
+    readings, warnings = _deviations(contacts, places)
+    dof = (len(readings) - len(places)) * readings.shape[1]
+    if dof < 1:
+        raise NotQualifiedError("no place is touched twice; touch one again, or give the radius of the reference ball")
+    spans = [_span(readings[place]) for place in places]
+    return _result(contacts, readings, places, dof, max(spans), warnings, units)
+
+
+def _result(
+    contacts: Contacts,
+    readings: Floats,
+    places: Sequence[Ints],
+    dof: int,
+    span: float,
+    warnings: list[str],
+    units: str,
+) -> QualifyResult:
+    """What repeated touches and those of a ball tell alike."""
+    sigma = float(np.sqrt((readings**2).sum() / dof))
+    far = outliers(readings, dof)
+    sloped, stepped = drift(readings, places, dof), step(readings, contacts.rows, dof)
+    if far:
+        kept = np.delete(readings, far, axis=0)
+        rest = float(np.sqrt((kept**2).sum() / (dof - len(far) * readings.shape[1])))
+        rows = ", ".join(contacts.label(i) for i in far)
+        warnings.append(f"outliers: {rows}; without them sigma is about {rest:.3g}: see what happened there")
+    if sloped is not None and is_significant(sloped, dof, readings.shape[1]):
+        warnings.append(f"the readings drift by {sloped.per_touch:.3g} a touch: wait until the machine is warm")
+    if stepped is not None:
+        warnings.append(f"from row {stepped.row} on the readings are {stepped.size:.3g} more: did the stylus slip?")
+    if dof < 10:
+        warnings.append(f"{dof} degrees of freedom leave sigma very uncertain; make ten touches more")
+    return QualifyResult(
+        units=units,
+        touches=len(contacts),
+        places=len(places),
+        dof=dof,
+        sigma=sigma,
+        sigma_interval=interval(sigma, dof),
+        range=span,
+        drift=sloped,
+        steps=() if stepped is None else (stepped,),
+        outliers=tuple(contacts.rows[i] for i in far),
+        warnings=tuple(warnings),
+    )
+
+
+def _places(contacts: Contacts, targets: Sequence[str] | None) -> list[Ints]:
+    """The numbers of the touches of each place."""
+    said = [""] * len(contacts) if targets is None else list(targets)
+    keys = list(zip(contacts.features, said, strict=True))
+    return [np.flatnonzero([key == place for key in keys]) for place in dict.fromkeys(keys)]
+
+
+def _deviations(contacts: Contacts, places: Sequence[Ints]) -> tuple[Floats, list[str]]:
+    """How far the touches (n, k) are from the mean of their place, along the approach or in all directions."""
+    # From the first of them: far from the origin nothing is lost.
+    points = contacts.points - contacts.points[0]
+    for place in places:
+        points[place] -= points[place].mean(axis=0)
+    if not contacts.has_approach.all():
+        return points, ["not all touches say their approach: sigma is that of any one direction, rms over all three"]
+    warnings = []
+    along = np.zeros((len(points), 1))
+    for place in places:
+        mean = contacts.approaches[place].mean(axis=0)
+        direction = unit(mean) if mean.any() else contacts.approaches[place[0]]
+        along[place, 0] = -(points[place] @ direction)
+        across = points[place] + along[place] * direction
+        if np.sqrt((across**2).sum()) > ELSEWHERE * np.sqrt((along[place] ** 2).sum()) > 0:
+            name = contacts.features[place[0]]
+            warnings.append(f"the touches of {name} are not all of one place; say with a column target which are")
+    return along, warnings
+
+
+def _span(readings: Floats) -> float:
+    """The largest difference between two of the readings (n, k)."""
+    if readings.shape[1] == 1:
+        return float(np.ptp(readings))
+    return max(float(lengths(readings - one).max()) for one in readings)
+
+
+def _of_ball(contacts: Contacts, radius: float, side: Side, units: str) -> QualifyResult:
+    if len(contacts) < FEWEST_ON_BALL:
+        raise NotQualifiedError(f"{len(contacts)} touches of the ball; make {FEWEST_ON_BALL} or more, from all sides")
+    ball = localize_sphere(contacts.points, None, None)[0].surface
+    assert isinstance(ball, Sphere)
+    arms = contacts.points - ball.center
+    normals = unit(arms)
+    readings = (lengths(arms) - ball.radius)[:, None]
+    dof = len(contacts) - 4
+    result = _result(contacts, readings, [np.arange(len(contacts))], dof, float(np.ptp(readings)), [], units)
+    rows = np.hstack([normals, np.ones((len(contacts), 1))])
+    known = float(np.sqrt(np.linalg.inv(rows.T @ rows)[3, 3])) * result.sigma
+    tip = ball.radius - radius if side == "outer" else radius - ball.radius
+    flanges = contacts.flange_rotations
+    outward = normals if side == "outer" else -normals
+    seen = outward if flanges is None else np.einsum("nij,ni->nj", flanges, outward)
+    warnings = list(result.warnings)
+    if tip < 0:
+        warnings.append(f"the tip's radius comes out as {tip:.4g}: is the radius of the ball right, and the side?")
+    return replace(
+        result,
+        tip_radius=tip,
+        tip_radius_sigma=known,
+        directions=_map(readings[:, 0], seen, result.sigma) if len(contacts) >= FEWEST_FOR_MAP else (),
+        direction_frame="base" if flanges is None else "flange",
+        warnings=tuple(warnings),
+    )
+
+
+def _map(readings: Floats, normals: Floats, sigma: float) -> tuple[DirectionMean, ...]:
+    """The mean of the readings (n,) by the direction that their normal is nearest to."""
+    nearest = np.argmax(normals @ DIRECTIONS.T, axis=1)
+    return tuple(
+        DirectionMean(DIRECTIONS[k], int(count), float(readings[nearest == k].mean()), float(sigma / np.sqrt(count)))
+        for k, count in enumerate(np.bincount(nearest, minlength=len(DIRECTIONS)))
+        if count
+    )

@@ -1,0 +1,100 @@
+"""What disturbs a sequence of readings that should scatter about nothing: outliers, a drift, a step.
+
+Readings (n, k) are deviations from the means of their places, along k directions; residuals of many independent
+readings, so that each chance of one in a thousand is shared by all that could have been told.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.qualification.result import Drift, Step
+
+BY_CHANCE = 1e-3
+"""How often something is told of readings that only scatter."""
+MOST_OUTLIERS = 10
+LEAST_SIDE = 3
+"""Touches on either side of a step."""
+
+
+def interval(sigma: float, dof: int) -> tuple[float, float]:
+    """The interval that holds the true sigma in 95 of 100 cases: sigma^2 dof over the quantiles of chi-square."""
+    from scipy.special import chdtri
+
+    return tuple(float(sigma * np.sqrt(dof / chdtri(dof, tail))) for tail in (0.025, 0.975))  # type: ignore[return-value]
+
+
+def outliers(readings: Floats, dof: int) -> list[int]:
+    """The readings that are outliers, by number, by the generalized extreme studentized deviate (Rosner 1983).
+
+    The farthest reading is taken off, one after the other, and those up to the last that was too far are outliers: two
+    of them do not hide each other.
+    """
+    from scipy.special import stdtrit
+
+    size = np.sqrt((readings**2).sum(axis=1))
+    left = np.arange(len(size))
+    taken: list[int] = []
+    last = 0
+    for number in range(min(MOST_OUTLIERS, len(size) // 4)):
+        rest = dof - number * readings.shape[1]
+        if rest < 3:
+            break
+        scale = float(np.sqrt((readings[left] ** 2).sum() / rest))
+        worst = int(left[np.argmax(size[left])])
+        quantile = float(stdtrit(rest - 1, 1 - BY_CHANCE / (2 * len(left) * readings.shape[1])))
+        limit = (len(left) - 1) * quantile / np.sqrt((rest - 1 + quantile**2) * len(left))
+        taken.append(worst)
+        left = left[left != worst]
+        if scale > 0 and size[worst] > limit * scale * np.sqrt(readings.shape[1]):
+            last = number + 1
+    return sorted(taken[:last])
+
+
+def drift(readings: Floats, places: Sequence[Ints], dof: int) -> Drift | None:
+    """The least-squares slope of the readings over the sequence, the same at all places; None where it cannot be told.
+
+    places: which readings belong together. Of several directions that of the largest slope.
+    """
+    order = np.arange(len(readings), dtype=np.float64)
+    for place in places:
+        order[place] -= order[place].mean()
+    weight = float(order @ order)
+    if dof < 2 * readings.shape[1] or weight == 0:
+        return None
+    slopes = order @ readings / weight
+    left = readings - order[:, None] * slopes
+    sigma = float(np.sqrt((left**2).sum() / (dof - readings.shape[1]) / weight))
+    size = float(np.linalg.norm(slopes)) if readings.shape[1] > 1 else float(slopes[0])
+    return Drift(size, sigma)
+
+
+def is_significant(found: Drift, dof: int, directions: int) -> bool:
+    """Whether readings without a drift would show one like this less than once in a thousand times."""
+    from scipy.special import fdtrc
+
+    if found.sigma == 0:
+        return found.per_touch != 0
+    return bool(fdtrc(directions, dof - directions, (found.per_touch / found.sigma) ** 2 / directions) < BY_CHANCE)
+
+
+def step(readings: Floats, rows: Sequence[int], dof: int) -> Step | None:
+    """The largest step along the first direction, where scatter alone has one like it less than once in a thousand."""
+    from scipy.special import stdtr
+
+    values = readings[:, 0]
+    count = len(values)
+    if count < 2 * LEAST_SIDE or dof < 3:
+        return None
+    before = np.arange(LEAST_SIDE, count - LEAST_SIDE + 1)
+    total = np.cumsum(values)
+    change = (total[-1] - total[before - 1]) / (count - before) - total[before - 1] / before
+    gain = change**2 * before * (count - before) / count
+    at = int(np.argmax(gain))
+    rest = float((values @ values) - gain[at])
+    if rest <= 0:
+        return None
+    t = float(np.sqrt(gain[at] * (dof - 1) / rest))
+    chance = 2 * float(stdtr(dof - 1, -t)) * len(before)
+    return Step(rows[int(before[at])], float(change[at])) if chance < BY_CHANCE else None

@@ -1,0 +1,56 @@
+"""What qualify found as JSON, and as lines for people."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from tactfix.qualification.result import QualifyResult
+from tactfix.report.json_report import Json, array, number
+from tactfix.version import VERSION
+
+QUALIFY_SCHEMA: Final = "tactfix/qualify/1"
+
+
+def qualify_json(result: QualifyResult) -> Json:
+    """The JSON of qualify; lengths in the contact file's unit."""
+    drift = result.drift
+    return {
+        "schema": QUALIFY_SCHEMA,
+        "tactfix_version": VERSION,
+        "units": result.units,
+        "touches": result.touches,
+        "places": result.places,
+        "dof": result.dof,
+        "sigma": number(result.sigma),
+        "sigma_interval": [number(end) for end in result.sigma_interval],
+        "range": number(result.range),
+        "drift": None if drift is None else {"per_touch": number(drift.per_touch), "sigma": number(drift.sigma)},
+        "steps": [{"row": step.row, "size": number(step.size)} for step in result.steps],
+        "outliers": list(result.outliers),
+        "tip_radius": number(result.tip_radius),
+        "tip_radius_sigma": number(result.tip_radius_sigma),
+        "direction_frame": result.direction_frame,
+        "directions": [
+            {
+                "direction": array(mean.direction),
+                "touches": mean.touches,
+                "mean": number(mean.mean),
+                "sigma": number(mean.sigma),
+            }
+            for mean in result.directions
+        ],
+        "warnings": list(result.warnings),
+    }
+
+
+def qualify_lines(result: QualifyResult) -> Iterator[str]:
+    """Name and numbers of each figure, as lines."""
+    low, high = result.sigma_interval
+    yield f"sigma {result.sigma:.6g} {result.units}, 95 % between {low:.4g} and {high:.4g}"
+    yield f"range {result.range:.6g} {result.units} in {result.touches} touches of {result.places} places"
+    if result.drift is not None:
+        yield f"drift {result.drift.per_touch:.3g} {result.units} a touch, sigma {result.drift.sigma:.2g}"
+    if result.tip_radius is not None:
+        yield f"tip radius {result.tip_radius:.8g} {result.units}, sigma {result.tip_radius_sigma:.2g}"
+    for mean in result.directions:
+        direction = " ".join(f"{value + 0.0:+.3f}" for value in mean.direction)
+        yield f"direction {direction} {result.direction_frame}: mean {mean.mean:+.4g}, sigma {mean.sigma:.2g}"

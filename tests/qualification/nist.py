@@ -1,0 +1,39 @@
+"""Certified means and standard deviations: NIST Statistical Reference Datasets, univariate summary statistics,
+https://www.itl.nist.gov/div898/strd/univ/homepage.html. A digit typed wrong here would miss the certified values.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Certified:
+    """One data set: readings in order, certified mean and standard deviation, and the digits that a double can keep."""
+
+    readings: Sequence[float]
+    mean: float
+    sigma: float
+    digits: int
+
+
+def _alternating(middle: str, low: str, high: str) -> list[float]:
+    return [float(middle), *([float(low), float(high)] * 500)]
+
+
+_MAVRO = """180 170 180 190 180 170 150 140 150 150 170 180 180 190 190 210 200 160 140 130 130 150 150 160 150 140 130
+140 150 140 150 160 150 160 190 200 200 210 220 230 240 250 270 260 260 260 270 260 250 240"""
+"""2.00180, ...: filter transmittance, Mavrodineanu."""
+
+_MICHELSON = """85 74 90 107 93 85 95 98 98 88 100 98 93 65 76 81 100 100 96 96 96 94 96 94 88 80 85 88 90 84 83 79 81
+88 88 83 80 79 76 80 88 88 88 86 72 72 62 86 97 95 88 91 85 87 84 84 85 84 84 84 89 81 81 82 80 77 76 74 75 76 91 92 89
+86 88 72 84 85 85 78 89 84 78 81 76 81 79 81 82 85 87 87 81 74 81 94 95 80 81 87"""
+"""299.85, ...: speed of light in 1000 km/s, Michelson 1882."""
+
+SETS = {
+    "NumAcc1": Certified([10000001.0, 10000003.0, 10000002.0], 10000002.0, 1.0, 15),
+    "NumAcc2": Certified(_alternating("1.2", "1.1", "1.3"), 1.2, 0.1, 13),
+    "NumAcc3": Certified(_alternating("1000000.2", "1000000.1", "1000000.3"), 1000000.2, 0.1, 8),
+    "NumAcc4": Certified(_alternating("10000000.2", "10000000.1", "10000000.3"), 10000000.2, 0.1, 7),
+    "Mavro": Certified([2.0 + int(d) / 1e5 for d in _MAVRO.split()], 2.001856, 0.000429123454003053, 12),
+    "Michelson": Certified([299.0 + int(d) / 100 for d in _MICHELSON.split()], 299.8524, 0.0790105478190518, 12),
+}
