@@ -13,16 +13,15 @@ from tactfix.contacts import Contacts, Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.charts import rigid_displacements
-from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.surfaces import Surface, offset_radius
+from tactfix.geometry.surfaces import offset_radius
 from tactfix.localization.elimination import Verdict, judge
 from tactfix.localization.fit_test import misfit_of, misgivings
+from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.free_motions import free_motions, is_worthless
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, ContactResidual, Diagnosis, LocateResult, Status
+from tactfix.results import Candidate, Diagnosis, LocateResult, Status
 
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
@@ -185,46 +184,6 @@ def _result(
         contacts=contact_residuals(contacts, best) if best else (),
         warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left, doubts),
         diagnosis=doubts,
-    )
-
-
-def agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
-    """The features that every solution places alike."""
-    if not solutions:
-        return {}
-    first, *others = solutions
-    length = _reach(first, contacts)
-    return {
-        name: surface
-        for name, surface in first.surfaces.items()
-        if _is_held(surface, first)
-        and all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
-    }
-
-
-def _is_held(surface: Surface, solution: Solution) -> bool:
-    """Whether none of the free motions moves the surface."""
-    if not len(solution.free_twists):
-        return True
-    moves = rigid_displacements(surface, np.zeros(3)) @ solution.free_twists.T
-    return bool(np.abs(moves).max(initial=0.0) <= 1e-6 * np.abs(solution.free_twists).max(initial=0.0))
-
-
-def _reach(solution: Solution, contacts: Contacts) -> float:
-    """A length that makes positions comparable: as far as the contacts' places can be off; at least their own sigma."""
-    finite = solution.place_sigmas[np.isfinite(solution.place_sigmas)]
-    return 3 * float(max(finite.max(initial=0.0), contacts.sigmas.max()))
-
-
-def contact_residuals(contacts: Contacts, solution: Solution) -> tuple[ContactResidual, ...]:
-    """How each contact fits a solution."""
-    cosine = -np.einsum("ij,ij->i", contacts.approaches, solution.normals)
-    angles = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-    return tuple(
-        ContactResidual(row, feature, float(residual), None if np.isnan(angle) else float(angle))
-        for row, feature, residual, angle in zip(
-            contacts.rows, contacts.features, solution.residuals, angles, strict=True
-        )
     )
 
 

@@ -13,6 +13,7 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.elimination import judge
+from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.motion_words import vector
 from tactfix.localization.tip_motions import tip_motions
 from tactfix.noise import SURE
@@ -101,8 +102,6 @@ def _result(
     status: Status,
 ) -> LocateResult:
     """What every status reports alike."""
-    from tactfix.localization.locate import agreed, contact_residuals
-
     best = (left or solutions.found)[0]
     pairs = [(s.solution, against) for s, against in zip(solutions.found, reasons, strict=True)]
     candidates = [Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, against) for s, against in pairs]
