@@ -112,7 +112,6 @@ def test_locating_imports_only_what_it_uses() -> None:
         "diagnosis.diagnose",
         "fixture_format.pydantic_errors",
         "planning",
-        "poses.rigid",
         "localization.next_contact",
     )
     assert all(find_spec(f"tactfix.{name}") for name in others), "a module that is no more cannot be imported"

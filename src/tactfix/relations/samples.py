@@ -5,6 +5,7 @@ located alone, they are the solutions; but nothing says that they are all.
 """
 
 from dataclasses import replace
+from random import Random
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def sampled_solutions(fixture: Fixture, problem: JointProblem, with_misses: bool
     """The least chi-squares next to random configurations; marked as a continuum unless all motions are held."""
     if not with_misses:
         return joint_solutions(fixture, problem, [], continuum=True)
-    rng = np.random.default_rng(20261122)
+    rng = Random(20261122)
     fits = []
     for _ in range(STARTS):
         surfaces = {
