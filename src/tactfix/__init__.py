@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         MissingExtraError,
         NotLocatedError,
         NotQualifiedError,
+        OtherFixtureError,
         PoseRefusedError,
         Problem,
         TactfixError,
@@ -36,9 +37,12 @@ if TYPE_CHECKING:
     from tactfix.fitting.result import FitResult
     from tactfix.fixture import Feature, Fixture, Placement, Probe
     from tactfix.localization.locate import locate
+    from tactfix.monitoring.check import CheckResult, check
+    from tactfix.monitoring.drift import CheckRecord
+    from tactfix.monitoring.guide import GuideStep, guide
     from tactfix.planning.plan import plan
     from tactfix.planning.result import Plan
-    from tactfix.pose_formats.comparison import Movement, compare
+    from tactfix.pose_formats.comparison import Limits, Movement, compare
     from tactfix.pose_formats.convert import write_pose
     from tactfix.pose_formats.pose import Pose
     from tactfix.qualification.qualify import qualify
@@ -52,6 +56,8 @@ if TYPE_CHECKING:
 __version__ = VERSION
 
 __all__ = [
+    "CheckRecord",
+    "CheckResult",
     "ContactOptions",
     "Contacts",
     "CylinderStack",
@@ -62,11 +68,14 @@ __all__ = [
     "FileError",
     "FitResult",
     "Fixture",
+    "GuideStep",
+    "Limits",
     "LocateResult",
     "MissingExtraError",
     "Movement",
     "NotLocatedError",
     "NotQualifiedError",
+    "OtherFixtureError",
     "Placement",
     "Plan",
     "Pose",
@@ -81,11 +90,13 @@ __all__ = [
     "UsageError",
     "Wishes",
     "__version__",
+    "check",
     "compare",
     "contacts_from_arrays",
     "cylinders_through_five",
     "design_check",
     "fit",
+    "guide",
     "load_contacts",
     "load_fixture",
     "load_pose",
@@ -98,6 +109,8 @@ __all__ = [
 ]
 
 _HOMES = {
+    "CheckRecord": "tactfix.monitoring.drift",
+    "CheckResult": "tactfix.monitoring.check",
     "ContactOptions": "tactfix.files.contact_options",
     "Contacts": "tactfix.contacts",
     "CylinderStack": "tactfix.stacks.five_contact_cylinders",
@@ -109,6 +122,8 @@ _HOMES = {
     "Placement": "tactfix.fixture",
     "Probe": "tactfix.fixture",
     "Fixture": "tactfix.fixture",
+    "GuideStep": "tactfix.monitoring.guide",
+    "Limits": "tactfix.pose_formats.comparison",
     "LocateResult": "tactfix.results",
     "Movement": "tactfix.pose_formats.comparison",
     "Plan": "tactfix.planning.result",
@@ -121,16 +136,19 @@ _HOMES = {
     "MissingExtraError": "tactfix.errors",
     "NotLocatedError": "tactfix.errors",
     "NotQualifiedError": "tactfix.errors",
+    "OtherFixtureError": "tactfix.errors",
     "PoseRefusedError": "tactfix.errors",
     "TipDoesNotFitError": "tactfix.errors",
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
     "Wishes": "tactfix.design.design_check",
+    "check": "tactfix.monitoring.check",
     "compare": "tactfix.pose_formats.comparison",
     "contacts_from_arrays": "tactfix.contacts",
     "cylinders_through_five": "tactfix.stacks.five_contact_cylinders",
     "design_check": "tactfix.design.design_check",
     "fit": "tactfix.fitting.fit",
+    "guide": "tactfix.monitoring.guide",
     "load_contacts": "tactfix.files.contact_file",
     "load_fixture": "tactfix.files.fixture_file",
     "load_pose": "tactfix.files.pose_file",

@@ -107,6 +107,17 @@ class NotLocatedError(TactfixError):
         super().__init__(f"{fixture} is {status}: there is no pose; ask for status, warnings and free_motions instead")
 
 
+class OtherFixtureError(TactfixError):
+    """Two poses that are to be compared are of two fixtures."""
+
+    def __init__(self, expected: str, found: str) -> None:
+        self.expected, self.found = expected, found
+        super().__init__(
+            f"one pose is of the fixture {expected!r}, the other of {found!r}: they tell nothing of each other; "
+            f"give a pose of {expected!r}"
+        )
+
+
 class PoseRefusedError(TactfixError):
     """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
 

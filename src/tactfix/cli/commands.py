@@ -19,6 +19,8 @@ COMMANDS: Final[dict[str, str]] = {
     "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
     "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
     "compare": "Tell how far a fixture has moved between two poses.",
+    "check": "Tell whether a fixture still stands where it was located.",
+    "guide": "Tell after each touch what is still open, and where to touch next.",
     "import": "Write the log of a machine as a contact file.",
     "report": "Locate a fixture, or check its design, and write the record as one HTML page.",
 }

@@ -11,15 +11,21 @@ from tactfix.fixture import Fixture
 
 
 def read_contacts(
-    path: str, format_name: str, fixture: Fixture, options: ContactOptions, log_options: LogOptions, *, quiet: bool
+    source: str | bytes,
+    format_name: str,
+    fixture: Fixture,
+    options: ContactOptions,
+    log_options: LogOptions,
+    *,
+    quiet: bool,
 ) -> ContactFile:
-    """The contacts in path; format_name as in --contacts-format, log_options what else is said of a machine log."""
+    """The contacts in source, a path or what was read of it; format_name as in --contacts-format."""
     if format_name == "csv":
         refuse_log_options(log_options)
-        return read_contact_file(path, fixture, replace(options, tip_offset=log_options.tip_offset))
+        return read_contact_file(source, fixture, replace(options, tip_offset=log_options.tip_offset))
     from tactfix.files.logs.load import load_log
 
-    read, notes = load_log(format_name, path, fixture, options, log_options)
+    read, notes = load_log(format_name, source, fixture, options, log_options)
     for line in notes:
         note(line, quiet=quiet)
     return read

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.errors import UsageError
+from tactfix.errors import OtherFixtureError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import skew
 from tactfix.pose_formats.orientation import RotationVector
@@ -58,14 +58,21 @@ class Movement:
         """How probable a movement this improbable is when the fixture stands still: chi-square with 6 dof."""
         if self.covariance is None:
             return None
-        from scipy.special import gammaincc
+        return chance_of(np.concatenate([self.rotation, self.translation]), self.covariance)
 
-        scale = np.sqrt(np.diag(self.covariance))
-        if not np.all(scale > 0):
-            return None
-        whitened = np.concatenate([self.rotation, self.translation]) / scale
-        correlation = self.covariance / np.outer(scale, scale)
-        return float(gammaincc(3.0, whitened @ np.linalg.pinv(correlation, hermitian=True) @ whitened / 2))
+
+def chance_of(motion: Floats, covariance: Floats) -> float | None:
+    """How probable a motion (6,) this improbable is by its covariance (6, 6) alone: chi-square, 6 degrees of freedom.
+
+    None where a component has no variance.
+    """
+    from scipy.special import gammaincc
+
+    scale = np.sqrt(np.diag(covariance))
+    if not np.all(scale > 0):
+        return None
+    whitened, correlation = motion / scale, covariance / np.outer(scale, scale)
+    return float(gammaincc(3.0, whitened @ np.linalg.pinv(correlation, hermitian=True) @ whitened / 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +98,10 @@ def exceeded(movement: Movement, limits: Limits) -> dict[str, str]:
 def compare(before: Pose, after: Pose) -> Movement:
     """The movement from before to after, in the units of before; independent errors of both add up.
 
-    UsageError when one pose says its unit and the other does not.
+    UsageError when one pose says its unit and the other does not; OtherFixtureError when they are of two fixtures.
     """
+    if before.fixture and after.fixture and before.fixture != after.fixture:
+        raise OtherFixtureError(before.fixture, after.fixture)
     if (before.units is None) != (after.units is None):
         raise UsageError("one pose says its unit and the other does not; give --units for the one that does not")
     if before.units is not None:

@@ -97,7 +97,7 @@ def read_log(
     complete: whether tip radius and sigma must be known.
     """
     said, wanted = options or ContactOptions(), log_options or LogOptions()
-    log_format = _find(format_name)
+    log_format = find_format(format_name)
     name, text = read_log_text(source)
     problems: list[Problem] = []
     log = log_format.read(text, problems)
@@ -147,7 +147,8 @@ def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContac
         )
 
 
-def _find(format_name: str) -> LogFormat:
+def find_format(format_name: str) -> LogFormat:
+    """The machine log of this name; UsageError where there is none."""
     if format_name not in LOG_FORMATS:
         raise UsageError(f"{format_name!r} is no machine log that is known; there are {', '.join(LOG_FORMATS)}")
     return LOG_FORMATS[format_name]

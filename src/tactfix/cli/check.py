@@ -1,0 +1,120 @@
+"""tactfix check."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tactfix.cli.arguments import vector
+from tactfix.cli.exits import Exit, exit_of_status
+from tactfix.cli.options import (
+    Approach,
+    AsJson,
+    ContactsFormat,
+    ContactsPath,
+    Features,
+    FixturePath,
+    Output,
+    Quiet,
+    Repeats,
+    ScaleSigma,
+    Sigma,
+    TipOffset,
+    TipRadius,
+    Units,
+    WorkOffset,
+)
+from tactfix.cli.output import emit, tell
+from tactfix.errors import UsageError
+
+if TYPE_CHECKING:
+    from tactfix.monitoring.check import CheckResult
+
+
+def command(
+    fixture_path: FixturePath,
+    contacts: ContactsPath,
+    reference: Annotated[
+        str,
+        typer.Option(
+            metavar="POSE",
+            help="Where it stood: JSON of locate, or any pose; in the fixture's unit where it says none.",
+            show_default=False,
+        ),
+    ],
+    history: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Append the check to FILE (JSON lines), and tell a drift over all in it."),
+    ] = None,
+    limit_translation: Annotated[
+        float | None,
+        typer.Option(metavar="T", min=0, help="Moved is an origin that moved more than T, in the fixture's unit."),
+    ] = None,
+    limit_rotation: Annotated[
+        float | None, typer.Option(metavar="DEG", min=0, help="Moved is a fixture that turned more than DEG degrees.")
+    ] = None,
+    as_json: AsJson = False,
+    output: Output = None,
+    units: Units = None,
+    tip_radius: TipRadius = None,
+    sigma: Sigma = None,
+    contacts_format: ContactsFormat = "csv",
+    features: Features = None,
+    tip_offset: TipOffset = None,
+    approach: Approach = None,
+    repeats: Repeats = "all",
+    work_offset: WorkOffset = None,
+    scale_sigma: ScaleSigma = False,
+    quiet: Quiet = False,
+) -> int:
+    """Tell whether a fixture still stands where it was located.
+
+    Without limits it has moved where one that stood still would look like this less than once in a thousand checks.
+
+    Exit status: 0 has not moved, 1 has moved, 3 a reference of another fixture, 4 to 6 not located, as locate.
+    """
+    import numpy as np
+
+    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.files.check_history import append_history, read_history
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.log_options import log_options
+    from tactfix.files.pose_file import load_pose
+    from tactfix.monitoring.check import check
+    from tactfix.pose_formats.comparison import Limits
+
+    if contacts == reference == "-":
+        raise UsageError("standard input, -, can be read only once; name a file for contacts or reference")
+    fixture = load_fixture(fixture_path)
+    before = load_pose(reference)
+    records = () if history is None else read_history(history)
+    options = ContactOptions(units, tip_radius, sigma)
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset, approach, repeats, work_offset)
+    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
+    limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
+    found = check(fixture, read.contacts, before, limits=limits, history=records, scale_sigma=scale_sigma)
+    if history is not None and found.record is not None:
+        append_history(history, found.record)
+    _emit(found, output, as_json=as_json)
+    tell(found.warnings, quiet=quiet)
+    if found.has_moved is None:
+        return exit_of_status(found.result.status)
+    return Exit.NOT_ACCEPTABLE if found.has_moved else Exit.DONE
+
+
+def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
+    """JSON where it is asked for; the verdict; why there is none on standard error."""
+    from tactfix.report.check_report import check_json, check_lines
+    from tactfix.report.json_report import text_of
+
+    if as_json or (output is not None and output.suffix.lower() == ".json"):
+        emit(text_of(check_json(found)), output)
+        if found.has_moved is None:
+            tell(check_lines(found))
+    elif found.has_moved is None:
+        tell(check_lines(found))
+    else:
+        emit("\n".join(check_lines(found)) + "\n", output)
+        tell(found.exceeded.values())

@@ -1,0 +1,130 @@
+"""tactfix guide."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tactfix.cli.arguments import vector
+from tactfix.cli.exits import Exit, exit_of_status
+from tactfix.cli.options import (
+    Approach,
+    At,
+    ContactsFormat,
+    Features,
+    FixturePath,
+    MaxRms,
+    MaxSigma,
+    Quiet,
+    Sigma,
+    TipOffset,
+    TipRadius,
+    Units,
+    WorkOffset,
+)
+from tactfix.cli.output import emit, tell
+from tactfix.errors import UsageError
+
+if TYPE_CHECKING:
+    from tactfix.contacts import Contacts
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.log_options import FeatureRun, LogOptions
+    from tactfix.fixture import Fixture
+
+
+def command(
+    fixture_path: FixturePath,
+    contacts: Annotated[
+        str,
+        typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; - is standard input."),
+    ] = "-",
+    follow: Annotated[
+        bool, typer.Option("--follow", help="Wait for what is appended to CONTACTS until the fixture is located.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="A line of JSON after each touch.")] = False,
+    units: Units = None,
+    tip_radius: TipRadius = None,
+    sigma: Sigma = None,
+    max_sigma: MaxSigma = None,
+    max_rms: MaxRms = None,
+    at: At = None,
+    contacts_format: ContactsFormat = "csv",
+    features: Features = None,
+    tip_offset: TipOffset = None,
+    approach: Approach = None,
+    work_offset: WorkOffset = None,
+    quiet: Quiet = False,
+) -> int:
+    """After each touch, tell what is still free or ambiguous, and where to touch next.
+
+    Ends when the fixture is located within the gates, or where the touches end. For a machine log --features tells the
+    touches to come, in their order; fewer may be there yet.
+
+    Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined or no touch, 5 ambiguous, 6 inconsistent.
+    """
+    import numpy as np
+
+    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.files.log_options import log_options
+    from tactfix.monitoring.guide import guide
+    from tactfix.report.guide_report import guide_json, guide_line
+
+    if follow and contacts == "-":
+        raise UsageError("standard input is followed to its end in any case; leave --follow out")
+    fixture = load_fixture(fixture_path)
+    point = None if at is None else np.array(vector(at, "--at"))
+    options = ContactOptions(units, tip_radius, sigma)
+    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
+    wanted = log_options(features, offset, approach, work_offset=work_offset)
+    status = Exit.UNDERDETERMINED
+    for touches in _touches(fixture, contacts, contacts_format, options, wanted, follow=follow):
+        step = guide(fixture, touches, point_fixture=point, max_sigma=max_sigma, max_rms=max_rms)
+        emit(guide_json(step) if as_json else guide_line(step))
+        if step.is_done:
+            tell(step.result.warnings, quiet=quiet)
+            return Exit.DONE
+        status = Exit.NOT_ACCEPTABLE if step.exceeded else exit_of_status(step.result.status)
+    if status == Exit.UNDERDETERMINED:
+        tell(["the touches ended before the fixture is located"], quiet=quiet)
+    return status
+
+
+def _touches(
+    fixture: "Fixture",
+    path: str,
+    format_name: str,
+    options: "ContactOptions",
+    wanted: "LogOptions",
+    *,
+    follow: bool,
+) -> "Iterator[Contacts]":
+    """The touches so far, each time that there is one more."""
+    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.errors import FileError
+    from tactfix.files.growing import contacts_in, growing_text
+
+    count = 0
+    for text in growing_text(path, follow=follow):
+        try:
+            found = contacts_in(text, format_name)
+            if found > count:
+                begun = replace(wanted, features=first(wanted.features, found))
+                # What a log passes over would be told again at each touch.
+                contacts = read_contacts(text, format_name, fixture, options, begun, quiet=True).contacts
+                count = found
+                yield contacts
+        except FileError as error:
+            raise FileError("standard input" if path == "-" else path, error.problems) from None
+
+
+def first(runs: "Sequence[FeatureRun]", count: int) -> "tuple[FeatureRun, ...]":
+    """The features of the first count contacts."""
+    begun = []
+    for run in runs:
+        taken = min(run.count, count)
+        count -= taken
+        if taken:
+            begun.append(replace(run, count=taken))
+    return tuple(begun)

@@ -1,0 +1,72 @@
+"""The history of checks: a file of JSON lines, one for each check, each appended whole or not at all."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from tactfix.errors import FileError, Problem
+from tactfix.files.reading import decode, read_bytes
+from tactfix.monitoring.drift import CheckRecord
+
+SCHEMA: Final = "tactfix/check-history/1"
+_SHAPES: Final = {"reference": (4, 4), "motion": (6,), "covariance": (6, 6), "reference_covariance": (6, 6)}
+
+
+def read_history(path: Path) -> tuple[CheckRecord, ...]:
+    """The checks in the file, oldest first; none where there is no file yet.
+
+    Raises FileError that names the line that is no check.
+    """
+    if not path.exists():
+        return ()
+    content = read_bytes(path)
+    if content and not content.endswith(b"\n"):
+        line = content.count(b"\n") + 1
+        raise FileError(str(path), [Problem("the last line is cut off", "remove it", line=line)])
+    lines = decode(str(path), content).splitlines()
+    return tuple(_record(path, number, line) for number, line in enumerate(lines, 1))
+
+
+def append_history(path: Path, record: CheckRecord) -> None:
+    """Append one line; FileError where it cannot be written whole, and the file is then as it was."""
+    said = {"schema": SCHEMA, "time": record.time, "fixture": record.fixture, "units": record.units}
+    arrays = {name: getattr(record, name).tolist() for name in _SHAPES}
+    line = (json.dumps({**said, **arrays}, allow_nan=False) + "\n").encode()
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        try:
+            before = os.fstat(handle).st_size
+            try:
+                written = os.write(handle, line)
+            except OSError:
+                os.ftruncate(handle, before)
+                raise
+            if written != len(line):
+                os.ftruncate(handle, before)
+                raise OSError(0, "no room for the line")
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        what = f"the check cannot be appended: {error.strerror}"
+        raise FileError(str(path), [Problem(what, "check the path, its permissions and the disk")]) from None
+
+
+def _record(path: Path, number: int, line: str) -> CheckRecord:
+    try:
+        told: Any = json.loads(line)
+        if told["schema"] != SCHEMA:
+            raise ValueError
+        arrays = {name: np.array(told[name], dtype=np.float64) for name in _SHAPES}
+        if not all(np.isfinite(array).all() for array in arrays.values()):
+            raise ValueError
+        record = CheckRecord(str(told["time"]), str(told["fixture"]), str(told["units"]), **arrays)
+        if any(getattr(record, name).shape != shape for name, shape in _SHAPES.items()):
+            raise ValueError
+    except (ValueError, KeyError, TypeError):
+        remedy = "name a file that --history has written, or a new one"
+        raise FileError(str(path), [Problem("this is no check", remedy, line=number)]) from None
+    return record

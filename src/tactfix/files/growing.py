@@ -1,0 +1,58 @@
+"""Contact files and machine logs that are still being written: their text after each whole line."""
+
+import sys
+import time
+from collections.abc import Iterator
+from typing import Final
+
+from tactfix.errors import FileError, Problem
+from tactfix.files.reading import read_bytes
+
+PAUSE: Final = 0.2
+"""Seconds between two looks at a file: nobody who touches by hand notices it."""
+
+
+def growing_text(path: str, *, follow: bool) -> Iterator[bytes]:
+    """What stands in a file, or has come in on standard input ("-"), after each of its lines.
+
+    A file is read to its end; with follow, it is waited for more, for ever. A line counts when its end is there;
+    where nothing more can come the last line counts without. Raises FileError where a file has become shorter.
+    """
+    if path == "-":
+        yield from _accumulated(iter(sys.stdin.buffer.readline, b""))
+        return
+    if follow:
+        yield from _accumulated(_followed(path))
+        return
+    yield from _accumulated(iter(read_bytes(path).splitlines(keepends=True)))
+
+
+def _accumulated(lines: Iterator[bytes]) -> Iterator[bytes]:
+    text = b""
+    for line in lines:
+        text += line
+        yield text
+
+
+def _followed(path: str) -> Iterator[bytes]:
+    seen = 0
+    while True:
+        content = read_bytes(path)
+        if len(content) < seen:
+            what = "the file has become shorter while it was followed"
+            raise FileError(path, [Problem(what, "append touches to it, or begin anew")])
+        whole = content[seen : content.rfind(b"\n") + 1]
+        seen += len(whole)
+        yield from whole.splitlines(keepends=True)
+        time.sleep(PAUSE)
+
+
+def contacts_in(text: bytes, format_name: str) -> int:
+    """How many contacts a text has so far; of a contact file its rows, which need not be right."""
+    if format_name == "csv":
+        lines = [line for line in text.splitlines() if line.strip() and not line.startswith(b"#")]
+        return max(len(lines) - 1, 0)
+    from tactfix.files.logs.load import find_format
+    from tactfix.files.logs.source import read_log_text
+
+    return len(find_format(format_name).read(read_log_text(text)[1], []).contacts)

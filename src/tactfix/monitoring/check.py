@@ -1,0 +1,190 @@
+"""The daily check: does the fixture still stand where it was located, and what is the most it can have moved?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Final
+
+import numpy as np
+
+from tactfix.acceptance import point_covariance, worst_sigma
+from tactfix.accessibility.touchable import extreme_points
+from tactfix.contacts import Contacts
+from tactfix.errors import OtherFixtureError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.rigid import inverse
+from tactfix.geometry.surfaces import moved
+from tactfix.localization.locate import locate
+from tactfix.monitoring.drift import CHANCE, CheckRecord, Drift, drift_of
+from tactfix.pose_formats.comparison import Limits, Movement, compare, exceeded
+from tactfix.pose_formats.pose import Pose
+from tactfix.results import LocateResult
+from tactfix.units import factor
+
+ONE_SIDED_95: Final = 1.6449
+"""The standard normal number that 95 of 100 stay below."""
+_LEAST: Final = 1e-3
+"""Extent (m) of a fixture that is a single point."""
+EXACT: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorstPoint:
+    """The point (3,) of the fixture frame, a corner of the box around all that can be touched, that moved farthest.
+
+    displacement and its sigma along the way moved, in units.
+    """
+
+    point: Floats
+    displacement: float
+    sigma: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckResult:
+    """What a check finds. All but result, reference and limits is None where the fixture is not located.
+
+    bound: no point of the fixture has moved farther, with 95 % confidence (units). record: for the history. drift: over
+    the history with this check, None for fewer than three checks against this reference.
+    """
+
+    result: LocateResult
+    reference: Pose
+    limits: Limits
+    movement: Movement | None = None
+    worst: WorstPoint | None = None
+    bound: float | None = None
+    record: CheckRecord | None = None
+    drift: Drift | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def exceeded(self) -> dict[str, str]:
+        """The limits that the movement exceeds, each with a sentence."""
+        return {} if self.movement is None else exceeded(self.movement, self.limits)
+
+    @property
+    def has_moved(self) -> bool | None:
+        """Whether it has: by the limits, or by chance below 1 in 1000 where there are none; None if not located."""
+        if self.movement is None:
+            return None
+        if self.limits != Limits():
+            return bool(self.exceeded)
+        return self.movement.chance is not None and self.movement.chance < CHANCE
+
+
+def check(
+    fixture: Fixture,
+    contacts: Contacts,
+    reference: Pose,
+    *,
+    limits: Limits | None = None,
+    history: Sequence[CheckRecord] = (),
+    scale_sigma: bool = False,
+) -> CheckResult:
+    """Locate a fixture and tell whether it still stands where a reference says.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        What is touched.
+    contacts : Contacts
+        Today's, in base coordinates and in the fixture's units.
+    reference : Pose
+        Where it stood, such as `load_pose` of a result of `locate`; in the fixture's units where it does not say its
+        own. Without a covariance it is taken as exact, with a warning.
+    limits : Limits, optional
+        How far its origin may move (units) and how far it may turn (rad).
+    history : sequence of CheckRecord
+        Earlier checks, oldest first. Those against another reference are left out.
+    scale_sigma : bool
+        As of `locate`.
+
+    Returns
+    -------
+    CheckResult
+
+    Raises
+    ------
+    OtherFixtureError
+        A reference, or a history, of another fixture.
+
+    Notes
+    -----
+    bound: a point that truly moved by u along the unit vector n was seen to move by d with |d| >= n . d, and n . d is
+    normal about |u| with a sigma no larger than the point's worst. So |u| <= |d| + 1.645 sigma with 95 % confidence,
+    for whichever point moved farthest. Both terms are convex functions of the point: of a box a corner has the largest.
+    """
+    for name in (reference.fixture, *(record.fixture for record in history)):
+        if name and name != fixture.name:
+            raise OtherFixtureError(fixture.name, name)
+    result = locate(fixture, contacts, scale_sigma=scale_sigma)
+    limits = limits or Limits()
+    if result.base_from_fixture is None:
+        return CheckResult(result, reference, limits, warnings=result.warnings)
+    warnings = result.warnings if reference.covariance is not None else (*result.warnings, EXACT)
+    before = _in_units(reference, fixture.units)
+    movement = compare(before, result.pose)
+    worst, bound = _farthest(fixture, result, before, movement)
+    record = _record(fixture, before, result.pose)
+    same = [earlier for earlier in history if _is_against(earlier, record)]
+    return CheckResult(
+        result=result,
+        reference=before,
+        limits=limits,
+        movement=movement,
+        worst=worst,
+        bound=bound,
+        record=record,
+        drift=drift_of([*same, record]),
+        warnings=warnings,
+    )
+
+
+def _in_units(reference: Pose, units: str) -> Pose:
+    """The reference in units, which are its own where it does not say any, and with a covariance."""
+    pose = replace(reference, units=units) if reference.units is None else reference.in_units(units)
+    return pose if pose.covariance is not None else replace(pose, covariance=np.zeros((6, 6)))
+
+
+def _farthest(fixture: Fixture, result: LocateResult, before: Pose, movement: Movement) -> tuple[WorstPoint, float]:
+    """The corner that moved farthest, and what none has moved beyond (95 %)."""
+    pose = result.pose.base_from_fixture
+    surfaces = {name: moved(inverse(pose), surface) for name, surface in result.surfaces.items()}
+    corners = extreme_points(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
+    ways = corners @ (pose[:3, :3] - before.rotation).T + movement.translation
+    assert movement.covariance is not None
+    covariances = point_covariance(before.base_from_fixture, movement.covariance, corners)
+    distances = np.linalg.norm(ways, axis=1)
+    at = int(np.argmax(distances))
+    along = ways[at] / (distances[at] or 1.0)
+    sigma = float(np.sqrt(max(along @ covariances[at] @ along, 0.0)))
+    bound = float((distances + ONE_SIDED_95 * worst_sigma(covariances)).max())
+    return WorstPoint(corners[at], float(distances[at]), sigma), bound
+
+
+def _record(fixture: Fixture, before: Pose, after: Pose) -> CheckRecord:
+    """The check for the history, the errors of both poses apart."""
+    zero = np.zeros((6, 6))
+    of_check = compare(replace(before, covariance=zero), after)
+    of_reference = compare(before, replace(after, covariance=zero))
+    assert of_check.covariance is not None
+    assert of_reference.covariance is not None
+    return CheckRecord(
+        time=datetime.now(UTC).isoformat(timespec="seconds"),
+        fixture=fixture.name,
+        units=fixture.units,
+        reference=before.base_from_fixture,
+        motion=np.concatenate([of_check.rotation, of_check.translation]),
+        covariance=of_check.covariance,
+        reference_covariance=of_reference.covariance,
+    )
+
+
+def _is_against(earlier: CheckRecord, record: CheckRecord) -> bool:
+    """Whether an earlier check was against the same reference, in the same units."""
+    return earlier.units == record.units and np.array_equal(earlier.reference, record.reference)

@@ -1,0 +1,85 @@
+"""Drift: a steady motion too small for any single check to tell from noise, seen in the last checks together.
+
+With motions x_i (6,) since the reference, i = 1 ... n, and weights w_i = (i - m) / sum((i - m)^2), m the mean of i, the
+least-squares slope is b = sum(w_i x_i). The weights sum to zero, so the error of the reference, which all checks share,
+cancels: without a drift cov(b) = sum(w_i^2 C_i), C_i by the contacts of the i-th check alone. T^2 = b^T cov(b)^-1 b is
+then chi-square with 6 degrees of freedom, for any number of checks from three on.
+
+H. Hotelling, "Multivariate quality control", in Techniques of Statistical Analysis, McGraw-Hill 1947, for T^2, here
+with known covariances; A. F. Bissell, "The performance of control charts and cusums under linear trend", Applied
+Statistics 33 (1984) 145-151, for why the charts of single checks and of means are slow to tell a trend.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, frozen
+from tactfix.pose_formats.comparison import chance_of
+
+WINDOW: Final = 30
+"""The checks that are looked back upon: a drift that begins after a year of rest is not to be diluted by that year."""
+FEWEST: Final = 3
+"""Checks from which on a slope tells more than the last difference does."""
+CHANCE: Final = 1e-3
+"""A drift is told when a fixture that stands still would look like this less often."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckRecord:
+    """What one check found, for the history. Lengths in units; motions (rad, units) in base axes, about the origin.
+
+    time: when, ISO 8601 with zone. reference (4, 4): the pose that was compared with. motion (6,): rotation and
+    translation since. covariance (6, 6): of the motion by the contacts of this check; reference_covariance: by those
+    of the reference, whose error all checks share.
+    """
+
+    time: str
+    fixture: str
+    units: str
+    reference: Floats
+    motion: Floats
+    covariance: Floats
+    reference_covariance: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("reference", "motion", "covariance", "reference_covariance"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drift:
+    """The steady part of the motion over the last checks.
+
+    per_check (6,): rotation (rad) and translation (units) from one check to the next, base axes, about the fixture's
+    origin, with covariance (6, 6). chance: how probable a drift this improbable is where there is none; None where a
+    component has no variance.
+    """
+
+    checks: int
+    per_check: Floats
+    covariance: Floats
+    chance: float | None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "per_check", frozen(self.per_check))
+        object.__setattr__(self, "covariance", frozen(self.covariance))
+
+    @property
+    def detected(self) -> bool:
+        """Whether chance alone looks like this less often than once in a thousand."""
+        return self.chance is not None and self.chance < CHANCE
+
+
+def drift_of(records: Sequence[CheckRecord]) -> Drift | None:
+    """The drift over the last checks, at most WINDOW, of one reference, oldest first; None for fewer than three."""
+    if len(records) < FEWEST:
+        return None
+    last = records[-WINDOW:]
+    weights = np.arange(len(last)) - (len(last) - 1) / 2
+    weights /= weights @ weights
+    slope = weights @ np.array([record.motion for record in last])
+    covariance = np.einsum("i,ijk->jk", weights**2, np.array([record.covariance for record in last]))
+    return Drift(len(last), slope, covariance, chance_of(slope, covariance))

@@ -1,0 +1,98 @@
+"""Guidance while a fixture is touched: what the touches so far leave open, and where to touch next."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from tactfix.acceptance import exceeded_gates, shown_sigma
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.localization.locate import locate
+from tactfix.results import LocateResult
+
+MOST_MOTIONS: Final = 2
+"""Free motions that a line names; of more it tells the number."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GuideStep:
+    """What so many touches tell.
+
+    exceeded: the gates that a located pose does not keep to, in words. untouched: features without a touch.
+    """
+
+    touches: int
+    result: LocateResult
+    exceeded: tuple[str, ...]
+    untouched: tuple[str, ...]
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the fixture is located within the gates."""
+        return self.result.status == "located" and not self.exceeded
+
+    @property
+    def state(self) -> str:
+        """Where things stand, in one line."""
+        result = self.result
+        match result.status:
+            case "located":
+                sure = f"located, worst sigma of the origin {shown_sigma(result)}"
+                return "; ".join([sure, *self.exceeded])
+            case "underdetermined":
+                free = [motion.message for motion in result.free_motions]
+                if len(free) > MOST_MOTIONS:
+                    return f"{len(free)} motions are still free"
+                return f"still free: {'; '.join(free) or 'more than can be told'}"
+            case "ambiguous":
+                left = sum(candidate.accepted for candidate in result.candidates)
+                return f"{left} poses are left"
+            case _:
+                why = result.diagnosis[0].message if result.diagnosis else "is this the fixture, and the right feature?"
+                return f"no pose explains the touches: {why}"
+
+    @property
+    def advice(self) -> str:
+        """What to do next, in one line."""
+        if self.is_done:
+            return "done"
+        if self.result.status == "inconsistent":
+            return "repeat or remove the touch that is named, or begin anew"
+        if self.result.next_contact is not None:
+            return self.result.next_contact.message
+        if self.result.status == "located":
+            return "touch more, far from the touches that were made; plan FIXTURE CONTACTS --add 1 says where"
+        if self.untouched:
+            return f"touch {' or '.join(self.untouched)}, which nothing has touched yet"
+        return "touch far from the touches that were made"
+
+
+def guide(
+    fixture: Fixture,
+    contacts: Contacts,
+    *,
+    point_fixture: Floats | None = None,
+    max_sigma: float | None = None,
+    max_rms: float | None = None,
+) -> GuideStep:
+    """Tell what the touches so far leave open, and where to touch next.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        What is touched.
+    contacts : Contacts
+        The touches so far, at least one, in base coordinates and in the fixture's units.
+    point_fixture : (3,) array, optional
+        The point of the fixture frame at which max_sigma holds; its origin where None.
+    max_sigma, max_rms : float, optional
+        The gates of `tactfix locate`, in units: guidance goes on until a located pose keeps to them.
+
+    Returns
+    -------
+    GuideStep
+    """
+    result = locate(fixture, contacts)
+    exceeded = exceeded_gates(result, point_fixture, max_sigma, max_rms) if result.status == "located" else []
+    untouched = tuple(name for name in fixture.features if name not in contacts.by_feature)
+    return GuideStep(len(contacts), result, tuple(exceeded), untouched)
