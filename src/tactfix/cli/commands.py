@@ -17,6 +17,7 @@ COMMANDS: Final[dict[str, str]] = {
     "init": "Write a commented fixture file to start from.",
     "simulate": "Make a contact file as a probe would report it, with the truth in it.",
     "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
+    "calibrate": "Calibrate a robot from touches on fixtures at unknown places.",
     "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
     "compare": "Tell how far a fixture has moved between two poses.",
     "check": "Tell whether a fixture still stands where it was located.",

@@ -80,7 +80,7 @@ def _fixture_of(text: str, path: str, name: str, pose_files: Callable[[str], "Po
     findings = [] if isinstance(fixture, Fixture) else fixture
     problems = list(tree.problems)
     known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
-    problems += [p for p in (_placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
+    problems += [p for p in (placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
     raise FileError(path, sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
 
 
@@ -102,7 +102,7 @@ def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:
     return read
 
 
-def _placed(finding: Finding, tree: Tree) -> Problem:
+def placed(finding: Finding, tree: Tree) -> Problem:
     """The finding with the line and column of its key or value, or of the nearest that the file has."""
     path = finding.path
     while path and path not in tree.values:

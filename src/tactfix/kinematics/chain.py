@@ -10,13 +10,13 @@ at every value of the parameters, not only where all are zero.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, frozen
-from tactfix.geometry.rigid import homogeneous, rotation_from_vector
+from tactfix.geometry.rigid import homogeneous, skew
 
 ParameterKind: TypeAlias = Literal["joint_offset", "length", "angle", "tip"]
 
@@ -65,9 +65,17 @@ class ElementaryMotion:
     axis: Floats
     joint: int | None = None
     parameter: int | None = None
+    generators: tuple[Floats, Floats] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", frozen(self.axis))
+        object.__setattr__(self, "generators", (skew(self.axis), skew(self.axis) @ skew(self.axis)))
+
+    def turn(self, amount: Floats) -> Floats:
+        """The rotations (..., 3, 3) about the axis by amount (...) in rad (Rodrigues)."""
+        once, twice = self.generators
+        angle = amount[..., None, None]
+        return np.asarray(np.eye(3) + np.sin(angle) * once + 2 * np.sin(angle / 2) ** 2 * twice)
 
 
 Motion: TypeAlias = FixedMotion | ElementaryMotion
@@ -132,14 +140,14 @@ def _moved(rotation: Floats, origin: Floats, motion: Motion, joints: Floats, val
     if isinstance(motion, FixedMotion):
         return rotation @ motion.matrix[:3, :3], origin + rotation @ motion.matrix[:3, 3]
     if motion.joint is not None:
-        amount = joints[:, motion.joint, None]
+        amount = joints[:, motion.joint]
     else:
         amount = values[motion.parameter, None]
         if not amount[0]:
             return rotation, origin
     if motion.rotates:
-        return rotation @ rotation_from_vector(amount * motion.axis), origin
-    return rotation, origin + amount * (rotation @ motion.axis)
+        return rotation @ motion.turn(amount), origin
+    return rotation, origin + amount[:, None] * (rotation @ motion.axis)
 
 
 def motions_of(motions: Sequence[Motion], values: Floats) -> Floats:

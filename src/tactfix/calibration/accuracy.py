@@ -1,0 +1,115 @@
+"""How sure a calibrated robot is: covariance, what its tip is then off by, observability, and what stays unknown.
+
+The estimate with the prior s times as wide as the full one is linear in the rows: p = K (A p_true + e), with
+K = (A^T A + W^2 / s^2)^-1 A^T. Its error has the covariance
+
+    C = v K K^T + (I - K A) P (I - K A)^T
+
+where v is the variance of a row and P the full prior: what shrinking holds back counts at full width, so that C does
+not get better by believing less. At s = 1 it is the posterior of Bayes.
+
+Observability indices of the singular values of A P^1/2, as in theory (O1 Menq and Borm, O2 Driels and Pathre, O3 and O4
+Nahvi and Hollerbach, O5 Sun and Hollerbach).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Touches
+from tactfix.calibration.estimation import Eliminated
+from tactfix.calibration.independence import base_motions, joint_ranges, random_configurations
+from tactfix.geometry.arrays import Bools, Floats
+
+IDENTIFIED: Final = 0.5
+"""Of the prior's sigma, below which a parameter's sigma must be for the touches to have told it."""
+_CONFIGURATIONS: Final = 400
+_NOTABLE: Final = 0.3
+"""Component of a direction from which on its parameter is named."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Certainty:
+    """covariance (f, f) of the free parameters, and which of them (f,) the touches have told; what they have not."""
+
+    covariance: Floats
+    identified: Bools
+    unknown: tuple[str, ...]
+
+
+def information(parts: tuple[Eliminated, ...], free: Bools) -> Floats:
+    """A (r, f): the rows of all places by the free parameters, over sigma."""
+    return np.concatenate([part.robot[:, free] for part in parts])
+
+
+def covariance(matrix: Floats, prior: Floats, shrinkage: float, variance: float) -> Floats:
+    """C (f, f) for A (r, f), prior sigmas (f,), the factor on them, and the variance of a row; P where it is 0."""
+    if shrinkage == 0:
+        return np.diag(prior**2)
+    scaled = matrix * prior
+    normal = scaled.T @ scaled / variance
+    gain = np.linalg.solve(normal + np.eye(len(prior)) / shrinkage**2, normal)
+    held = np.eye(len(prior)) - gain
+    noise = np.linalg.solve(normal + np.eye(len(prior)) / shrinkage**2, gain.T)
+    total = (noise + noise.T) / 2 + held @ held.T
+    return np.asarray(total * np.outer(prior, prior))
+
+
+def certainty(matrix: Floats, prior: Floats, shrinkage: float, variance: float, names: tuple[str, ...]) -> Certainty:
+    """Covariance, what is identified, and the directions that are not, in words."""
+    spread = covariance(matrix, prior, shrinkage, variance)
+    told = covariance(matrix, prior, 1.0, variance) / np.outer(prior, prior)
+    values, vectors = np.linalg.eigh(told)
+    identified = np.sqrt(np.diag(told)) < IDENTIFIED
+    words = []
+    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
+        if np.sqrt(max(value, 0.0)) < IDENTIFIED:
+            break
+        named = [names[i] for i in np.argsort(-np.abs(vector)) if abs(vector[i]) > _NOTABLE]
+        words.append(_words(named))
+    return Certainty(spread, identified, tuple(dict.fromkeys(words)))
+
+
+def _words(named: list[str]) -> str:
+    """What would tell a direction in which these parameters move together."""
+    if any(name.startswith("tip") for name in named):
+        remedy = "touch another plane, tilted against the first, with the tool turned to other directions"
+    else:
+        remedy = "touch at a place farther off and higher or lower, with that joint far from where it was"
+    if len(named) == 1:
+        return f"{named[0]}: {remedy}"
+    return f"{', '.join(named[:-1])} and {named[-1]} together: {remedy}"
+
+
+def prediction(cell: Cell, touches: Touches | None, values: Floats, free: Bools, spread: Floats) -> float:
+    """The rms sigma of the tip's place over the joint ranges, relative to the best fitting base.
+
+    spread (f, f): covariance of the free parameters at values (m,).
+    """
+    inner = free[:-1]
+    if not inner.any():
+        return 0.0
+    ranges = joint_ranges(cell, touches)
+    motion = cell.chain.tip(random_configurations(ranges, _CONFIGURATIONS, seed=1), values[:-1])
+    rows = motion.jacobian[:, :, inner].reshape(-1, int(inner.sum()))
+    base = np.linalg.qr(base_motions(motion.points))[0]
+    rows = rows - base @ (base.T @ rows)
+    own = spread[: rows.shape[1], : rows.shape[1]]
+    return float(np.sqrt(max(np.einsum("ij,jk,ik->", rows, own, rows), 0.0) / _CONFIGURATIONS))
+
+
+def observability(matrix: Floats, prior: Floats, count: int) -> dict[str, float]:
+    """O1 to O5 of the singular values that are not zero, for count touches."""
+    values = np.linalg.svd(matrix * prior, compute_uv=False)
+    values = values[values > 1e-9 * max(float(values.max(initial=0.0)), 1e-300)]
+    if not len(values):
+        return dict.fromkeys(("O1", "O2", "O3", "O4", "O5"), 0.0)
+    least, most = float(values[-1]), float(values[0])
+    return {
+        "O1": float(np.exp(np.log(values).mean()) / np.sqrt(count)),
+        "O2": least / most,
+        "O3": least,
+        "O4": least**2 / most,
+        "O5": float(1 / (1 / values).sum()),
+    }

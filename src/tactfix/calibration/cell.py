@@ -1,0 +1,126 @@
+"""What a calibration starts from: robot, places, what is unknown, and touches. Lengths in the cell's units."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats, Ints, frozen
+from tactfix.kinematics.chain import Chain, Parameter
+
+TIP_RADIUS: Final = Parameter("tip_radius", "tip", False, "the effective radius of the tip")
+"""The one unknown that is not of the chain: it stands behind the chain's parameters in every vector of values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """One sigma of what the nominal robot may be off by: rad, lengths."""
+
+    joint_offset: float
+    length: float
+    angle: float
+    tip: float
+
+    def sigma(self, parameter: Parameter) -> float:
+        """Of one parameter."""
+        return float(getattr(self, parameter.kind))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A fixture somewhere in the cell.
+
+    near: base_from_fixture (4, 4) where it is roughly known; near_covariance (6, 6): where that is a measurement, of
+    (d_rot, d_t) as the covariance of a pose. of: the place it is rigidly joined to, standing there at of_from_place
+    (4, 4); None: it stands by itself.
+    """
+
+    name: str
+    fixture: Fixture
+    near: Floats | None = None
+    near_covariance: Floats | None = None
+    of: str | None = None
+    of_from_place: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """The robot's chain, the tip's radius, the fixtures at their places, and what is unknown.
+
+    unknown: as the file says it: "all", "joint_offsets", "tip", or names of parameters. joint_ranges (k, 2): where the
+    robot will work, None where nothing says it.
+    """
+
+    units: str
+    chain: Chain
+    tip_radius: float
+    unknown: tuple[str, ...]
+    prior: Prior
+    places: Mapping[str, Place]
+    joint_ranges: Floats | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "places", MappingProxyType(dict(self.places)))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the chain, then the tip's radius."""
+        return (*self.chain.parameters, TIP_RADIUS)
+
+    def root(self, name: str) -> tuple[str, Floats]:
+        """The place that this one is rigidly joined to in the end, or itself, and root_from_place (4, 4)."""
+        root_from_place = np.eye(4)
+        place = self.places[name]
+        while place.of is not None and place.of_from_place is not None:
+            root_from_place = place.of_from_place @ root_from_place
+            place = self.places[place.of]
+        return place.name, root_from_place
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touches:
+    """n touches: at which place and feature, with the joints where, and how surely.
+
+    joints (n, k): rad, lengths for prismatic ones. approaches (n, 3): unit travel of the probe in base, or in the
+    flange where in_flange, nan where not known. sigmas (n,): of the probe along the normal. rows: of the file.
+    """
+
+    places: tuple[str, ...]
+    features: tuple[str, ...]
+    joints: Floats
+    approaches: Floats
+    in_flange: bool
+    sigmas: Floats
+    rows: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("joints", "approaches", "sigmas"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def subset(self, index: Sequence[int] | Ints) -> "Touches":
+        """Those with these indices (from 0), in that order."""
+        pick = [int(i) for i in index]
+        return replace(
+            self,
+            places=tuple(self.places[i] for i in pick),
+            features=tuple(self.features[i] for i in pick),
+            joints=self.joints[pick],
+            approaches=self.approaches[pick],
+            sigmas=self.sigmas[pick],
+            rows=tuple(self.rows[i] for i in pick),
+        )
+
+    def at(self, names: Sequence[str]) -> "Touches":
+        """Those at the places with these names."""
+        return self.subset([i for i, place in enumerate(self.places) if place in names])
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """The places, in the order in which they were first touched."""
+        return tuple(dict.fromkeys(self.places))

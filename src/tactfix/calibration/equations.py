@@ -1,0 +1,192 @@
+"""The equations of touches: how far each is from where its feature holds the tip, and how robot and places change that.
+
+Let x(p) be the tip in base for the robot's parameters p, and let the fixture stand at base_from_place. A touch on a
+surface has one residual, the distance of the tip from the offset surface along the outward normal n; one on a point has
+three, x minus the point. With D the gradient of the residuals by x (n as a row, or the unit matrix)
+
+    dr = D (dx/dp) dp - D (w x (x - c) + v)
+
+for a motion of the fixture by a rotation w about the touches' centre c and a translation v. Rows are divided by sigma.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Touches
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.charts import equations
+from tactfix.geometry.rigid import axial, homogeneous, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
+from tactfix.kinematics.chain import TipMotion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """Touches (indices from 0) on one feature: surface in the frame of its group's root."""
+
+    place: str
+    surface: Surface
+    index: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """All touches on fixtures that stand rigidly to each other: one unknown pose, base_from_root.
+
+    sigmas (n,): of each touch, the feature's own in quadrature. near, near_covariance: a measurement of the pose.
+    """
+
+    root: str
+    touches: Touches
+    sigmas: Floats
+    patches: tuple[Patch, ...]
+    near: Floats | None
+    near_covariance: Floats | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """The linearised equations of a group: residuals (r,) and their derivatives by robot (r, m) and place (r, 6).
+
+    touch (r,): the touch of each row, -1 for rows that measure the place. The place moves about centre (3,) by
+    rotations in units of 1 / scale.
+    """
+
+    residuals: Floats
+    robot: Floats
+    place: Floats
+    touch: Ints
+    centre: Floats
+    scale: float
+
+
+def groups_of(cell: Cell, touches: Touches) -> tuple[Group, ...]:
+    """The touches by the pose that they share."""
+    roots = [cell.root(place)[0] for place in touches.places]
+    return tuple(
+        _group(cell, root, touches.subset([i for i, r in enumerate(roots) if r == root]))
+        for root in dict.fromkeys(roots)
+    )
+
+
+def _group(cell: Cell, root: str, touches: Touches) -> Group:
+    patches = []
+    pairs = list(zip(touches.places, touches.features, strict=True))
+    own = np.zeros(len(touches))
+    for place, name in dict.fromkeys(pairs):
+        feature = cell.places[place].fixture.features[name]
+        index = np.array([i for i, pair in enumerate(pairs) if pair == (place, name)], dtype=np.intp)
+        assert feature.surface is not None  # cells hold fixtures by geometry alone
+        patches.append(Patch(place, moved(cell.root(place)[1], feature.surface), index))
+        own[index] = feature.sigma
+    itself = cell.places[root]
+    return Group(root, touches, np.hypot(touches.sigmas, own), tuple(patches), itself.near, itself.near_covariance)
+
+
+def tip_places(cell: Cell, group: Group, values: Floats) -> Floats:
+    """The tip (n, 3) in base at each touch."""
+    return cell.chain.points(group.touches.joints, values[:-1])
+
+
+def residuals(cell: Cell, group: Group, base_from_root: Floats, values: Floats, tips: Floats | None = None) -> Floats:
+    """The rows (r,) of a group over their sigma, in the order of its patches."""
+    points = tip_places(cell, group, values) if tips is None else tips
+    radius = cell.tip_radius + values[-1]
+    rows = [
+        (equations(moved(base_from_root, patch.surface), points[patch.index], radius)
+         / group.sigmas[patch.index, None]).ravel()
+        for patch in group.patches
+    ]  # fmt: skip
+    return np.concatenate([*rows, _near_rows(group, base_from_root)[0]])
+
+
+def block(cell: Cell, group: Group, base_from_root: Floats, values: Floats, still: Floats | None = None) -> Block:
+    """The rows of a group and their derivatives; still: the tip's places (n, 3), where the robot is not to change."""
+    if still is None:
+        motion = cell.chain.tip(group.touches.joints, values[:-1])
+    else:
+        motion = TipMotion(still, np.zeros((len(still), 3, len(values) - 1)))
+    centre = motion.points.mean(axis=0)
+    arms = motion.points - centre
+    scale = float(np.sqrt((arms**2).sum() / len(arms))) or 1.0
+    radius = cell.tip_radius + values[-1]
+    rows, robot, place, touch = [], [], [], []
+    for patch in group.patches:
+        surface, index = moved(base_from_root, patch.surface), patch.index
+        points, weights = motion.points[index], 1 / group.sigmas[index]
+        normals = _gradients(surface, points) * weights[:, None, None]
+        count = normals.shape[1]
+        rows.append((equations(surface, points, radius) * weights[:, None]).ravel())
+        radial = np.zeros((len(index), count, 1)) if isinstance(surface, Point) else -weights[:, None, None]
+        robot.append(np.concatenate([normals @ motion.jacobian[index], radial], axis=2).reshape(-1, len(values)))
+        turned = normals @ skew(arms[index]) / scale
+        place.append(np.concatenate([turned, -normals], axis=2).reshape(-1, 6))
+        touch.append(np.repeat(index, count))
+    measured, derivative = _near_rows(group, base_from_root, centre, scale)
+    return Block(
+        np.concatenate([*rows, measured]),
+        np.concatenate([*robot, np.zeros((len(measured), len(values)))]),
+        np.concatenate([*place, derivative]),
+        np.concatenate([*touch, np.full(len(measured), -1)]),
+        centre,
+        scale,
+    )
+
+
+def _gradients(surface: Surface, points: Floats) -> Floats:
+    """Derivatives (n, k, 3) of the equations by the tip's place."""
+    if isinstance(surface, Point):
+        return np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    return outward_normals(surface, points)[:, None, :]
+
+
+def _near_rows(
+    group: Group, base_from_root: Floats, centre: Floats | None = None, scale: float = 1.0
+) -> tuple[Floats, Floats]:
+    """The rows by which a measured pose is held (6,), and their derivative (6, 6) by motions about centre."""
+    if group.near is None or group.near_covariance is None:
+        return np.zeros(0), np.zeros((0, 6))
+    root = np.linalg.cholesky(np.linalg.inv(group.near_covariance)).T
+    turn = base_from_root[:3, :3] @ group.near[:3, :3].T
+    away = np.concatenate([axial(turn), base_from_root[:3, 3] - group.near[:3, 3]])
+    moves = np.zeros((6, 6))
+    moves[:3, :3] = np.eye(3) / scale
+    moves[3:, 3:] = np.eye(3)
+    if centre is not None:
+        moves[3:, :3] = -skew(base_from_root[:3, 3] - centre) / scale
+    return root @ away, root @ moves
+
+
+def moved_place(base_from_root: Floats, step: Floats, block_: Block) -> Floats:
+    """The pose after a motion (6,) in the block's columns."""
+    turn = rotation_from_vector(step[:3] / block_.scale)
+    rotation = orthonormalized(turn @ base_from_root[:3, :3])
+    return homogeneous(rotation, block_.centre + step[3:] + turn @ (base_from_root[:3, 3] - block_.centre))
+
+
+def distances(cell: Cell, groups: tuple[Group, ...], poses: Mapping[str, Floats], values: Floats) -> dict[int, float]:
+    """How far the tip is from where its feature holds it, by data row: a length, for points the distance in space."""
+    found: dict[int, float] = {}
+    for group in groups:
+        points, radius = tip_places(cell, group, values), cell.tip_radius + values[-1]
+        for patch in group.patches:
+            missed = equations(moved(poses[group.root], patch.surface), points[patch.index], radius)
+            lengths = missed[:, 0] if missed.shape[1] == 1 else np.linalg.norm(missed, axis=1)
+            found.update({group.touches.rows[i]: float(d) for i, d in zip(patch.index, lengths, strict=True)})
+    return found
+
+
+def approaches_in_base(cell: Cell, group: Group, values: Floats) -> Floats:
+    """The probe's travel (n, 3) in base, nan where it is not known."""
+    if not group.touches.in_flange:
+        return group.touches.approaches
+    frames = cell.chain.base_from_tip(group.touches.joints, values[:-1])
+    return np.asarray(np.einsum("nij,nj->ni", frames[:, :3, :3], group.touches.approaches))
+
+
+def place_pose(cell: Cell, poses: Mapping[str, Floats], name: str) -> Floats:
+    """base_from_fixture (4, 4) of a place from the poses of the roots."""
+    root, root_from_place = cell.root(name)
+    return np.asarray(poses[root] @ root_from_place)

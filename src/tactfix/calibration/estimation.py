@@ -1,0 +1,134 @@
+"""Weighted least squares over robot and places, with what was known of the robot before.
+
+    minimise  sum |r / sigma|^2  +  sum (p / s)^2
+
+over the parameters p (s: the sigma of the prior) and the poses of all places. Each place has its own six unknowns and
+no more, so they are eliminated place by place: with an orthonormal basis Q of the columns of a place's block, rows
+become r - Q Q^T r and A - Q Q^T A, which is the Schur complement without squared condition numbers. A motion that the
+touches of a place leave free is no column of Q, and so does no harm. Gauss-Newton steps on p, damped where the cost
+would grow.
+
+J. M. Hollerbach, C. W. Wampler: The calibration index and taxonomy for robot kinematic calibration methods, 1996.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell
+from tactfix.calibration.equations import Block, Group, block, moved_place, residuals, tip_places
+from tactfix.geometry.arrays import TINY, Bools, Floats, frozen
+
+_RANK: Final = 1e-9
+"""Singular values of a place's block below this share of the largest are motions that its touches leave free."""
+_MOST_STEPS: Final = 40
+_DAMPINGS: Final = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Values (m,) of the parameters and the pose base_from_root (4, 4) of each group."""
+
+    values: Floats
+    poses: Mapping[str, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Eliminated:
+    """A block without its place: rows and robot as there, and what gives the place's step back (basis, its factor)."""
+
+    block: Block
+    rows: Floats
+    robot: Floats
+    basis: Floats
+    steps: Floats
+
+    @property
+    def rank(self) -> int:
+        """How many motions of the place its touches hold."""
+        return int(self.basis.shape[1])
+
+
+def eliminated(found: Block) -> Eliminated:
+    """The block with its place eliminated."""
+    basis, values, motions = np.linalg.svd(found.place, full_matrices=False)
+    held = values > _RANK * max(float(values[0]), TINY)
+    basis, steps = basis[:, held], motions[held].T / values[held]
+    rows = found.residuals - basis @ (basis.T @ found.residuals)
+    robot = found.robot - basis @ (basis.T @ found.robot)
+    return Eliminated(found, rows, robot, basis, steps)
+
+
+def reduced(cell: Cell, groups: tuple[Group, ...], state: State) -> tuple[Eliminated, ...]:
+    """The linearised equations of all groups, places eliminated."""
+    return tuple(eliminated(block(cell, group, state.poses[group.root], state.values)) for group in groups)
+
+
+def cost(cell: Cell, groups: tuple[Group, ...], state: State, weights: Floats) -> float:
+    """The sum of squares, weights (m,) being 1 / s of each parameter."""
+    parts = [residuals(cell, group, state.poses[group.root], state.values) for group in groups]
+    return float(sum(part @ part for part in parts) + ((state.values * weights) ** 2).sum())
+
+
+def estimated(
+    cell: Cell, groups: tuple[Group, ...], start: State, weights: Floats, free: Bools, steps: int = _MOST_STEPS
+) -> State:
+    """The state of least cost near start in which only the free parameters (m,) and the places have changed."""
+    state, now, damping = start, cost(cell, groups, start, weights), 0.0
+    for _ in range(steps):
+        parts = reduced(cell, groups, state)
+        for _attempt in range(_DAMPINGS):
+            tried = _stepped(state, groups, parts, weights, free, damping)
+            then = cost(cell, groups, tried, weights)
+            if then <= now:
+                break
+            damping = max(10 * damping, 1e-6)
+        else:
+            return state
+        gain, state, now = now - then, tried, then
+        damping /= 10
+        if gain <= 1e-9 * (now + TINY):
+            break
+    return state
+
+
+def located(cell: Cell, group: Group, start: Floats, values: Floats, steps: int = 25) -> tuple[Floats, float]:
+    """The pose base_from_root (4, 4) near start that explains a group best with the robot at values, and its cost."""
+    tips = tip_places(cell, group, values)
+    pose, rows = start, residuals(cell, group, start, values, tips)
+    for _ in range(steps):
+        part = eliminated(block(cell, group, pose, values, tips))
+        step = -part.steps @ (part.basis.T @ part.block.residuals)
+        for halving in range(_DAMPINGS):
+            tried = moved_place(pose, step * 0.5**halving, part.block)
+            then = residuals(cell, group, tried, values, tips)
+            if then @ then <= rows @ rows:
+                break
+        else:
+            break
+        gain, pose, rows = rows @ rows - then @ then, tried, then
+        if gain <= 1e-10 * (rows @ rows + TINY):
+            break
+    return pose, float(rows @ rows)
+
+
+def _stepped(
+    state: State, groups: tuple[Group, ...], parts: tuple[Eliminated, ...], weights: Floats, free: Bools, damping: float
+) -> State:
+    """The state after one step of Gauss-Newton, the free parameters first and the places after them."""
+    change = np.zeros(len(state.values))
+    if free.any():
+        matrix = np.concatenate([*(part.robot[:, free] for part in parts), np.diag(weights[free])])
+        right = np.concatenate([*(part.rows for part in parts), (state.values * weights)[free]])
+        sizes = np.linalg.norm(matrix, axis=0)
+        sizes[sizes == 0] = 1.0
+        normal = (matrix / sizes).T @ (matrix / sizes)
+        normal[np.diag_indices(len(normal))] += damping + 1e-13
+        change[free] = np.linalg.solve(normal, -(matrix / sizes).T @ right) / sizes
+    poses = dict(state.poses)
+    for group, part in zip(groups, parts, strict=True):
+        ahead = part.block.residuals + part.block.robot @ change
+        poses[group.root] = moved_place(poses[group.root], -part.steps @ (part.basis.T @ ahead), part.block)
+    return State(frozen(state.values + change), poses)

@@ -1,0 +1,146 @@
+"""Which error parameters are independent: by rank, in an order of preference.
+
+Six parameters a joint are more than a chain has: along and about parallel axes two joints say the same, the first joint
+trades with where the base stands, the last one with the tip. The rule: the identification Jacobian of the tip's place
+is taken at random configurations over the joints' ranges, each column over the sigma of its parameter's prior, the six
+motions of the base first (no touch on a fixture that may stand anywhere tells them), then the tip, joint offsets,
+lengths and angles, each in the order of the chain. Column by column, what those before it span is taken away
+(Gram-Schmidt, twice); a column of which nothing is left is held at its nominal value. That is a QR decomposition with
+pivots in a given order instead of by size.
+
+L. J. Everett, T. W. Hsu: The theory of kinematic parameter identification for industrial robots, 1988.
+M. A. Meggiolaro, S. Dubowsky: An analytical method to eliminate the redundant parameters in robot calibration, 2000.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Touches
+from tactfix.geometry.arrays import Bools, Floats, cross
+from tactfix.kinematics.chain import Parameter
+
+CONFIGURATIONS: Final = 80
+_LEFT: Final = 1e-7
+"""Of a column, below which nothing is left of it: far above rounding, far below what any robot could show."""
+_ORDER: Final = ("tip", "joint_offset", "length", "angle")
+_PARTNER: Final = 0.05
+"""Of a held column, from which on another parameter counts among those that it trades with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A parameter (index) that is held at nominal because it trades off exactly with others, in words."""
+
+    index: int
+    message: str
+
+
+def asked_for(cell: Cell) -> Bools:
+    """Which of the cell's parameters (m,) its file asks for, by group or by name."""
+    return np.array([_is_asked(parameter, cell) for parameter in cell.parameters])
+
+
+def _is_asked(parameter: Parameter, cell: Cell) -> bool:
+    if parameter.name in cell.unknown:
+        return True
+    if parameter.name.startswith("tip."):
+        return "tip" in cell.unknown or "all" in cell.unknown
+    if parameter.name == "tip_radius":
+        return False
+    offset = parameter.name.endswith(".offset")
+    return "all" in cell.unknown or (offset and "joint_offsets" in cell.unknown)
+
+
+def joint_ranges(cell: Cell, touches: Touches | None) -> Floats:
+    """Where the robot works (k, 2): as the cell says, else the joints' limits, else the touches' ranges made wider.
+
+    Wider: to 60 degrees to either side of their middle, at least; lengths to half as much again.
+    """
+    if cell.joint_ranges is not None:
+        return cell.joint_ranges
+    ranges = np.array([[joint.low, joint.high] for joint in cell.chain.joints])
+    for k, joint in enumerate(cell.chain.joints):
+        if not np.isfinite(ranges[k]).all():
+            seen = np.array([-np.pi, np.pi]) if touches is None else touches.joints[:, k]
+            middle, half = (seen.max() + seen.min()) / 2, (seen.max() - seen.min()) / 2
+            half = 1.5 * half if joint.is_prismatic else max(half, np.deg2rad(60.0))
+            ranges[k] = [middle - half, middle + half]
+    return ranges
+
+
+def random_configurations(ranges: Floats, count: int, seed: int = 0) -> Floats:
+    """Joint coordinates (count, k), evenly spread over ranges (k, 2)."""
+    return np.random.default_rng(seed).uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges)))
+
+
+def base_motions(points: Floats) -> Floats:
+    """How points (n, 3) move with the six motions of the base: rows (3 n, 6), rotations about their middle in rad."""
+    arms = points - points.mean(axis=0)
+    turns = np.stack([cross(np.broadcast_to(axis, arms.shape), arms) for axis in np.eye(3)], axis=2)
+    shifts = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    return np.concatenate([turns, shifts], axis=2).reshape(-1, 6)
+
+
+def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held, ...]]:
+    """Which of the cell's parameters (m,) are estimated, and those held because they trade off exactly.
+
+    A base that a place measured beforehand ties down is no free motion.
+    """
+    asked = asked_for(cell)
+    motion = cell.chain.tip(
+        random_configurations(joint_ranges(cell, touches), CONFIGURATIONS), np.zeros(len(cell.chain.parameters))
+    )
+    columns = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
+    tied = any(place.near_covariance is not None for place in cell.places.values())
+    basis = [] if tied else list(np.linalg.qr(base_motions(motion.points))[0].T)
+    names = [] if tied else ["where the fixtures stand"] * 6
+    scales = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
+    largest = float((np.linalg.norm(columns, axis=0) * scales[:-1])[asked[:-1]].max(initial=0.0))
+    free, held = np.zeros(len(asked), dtype=bool), []
+    free[-1] = asked[-1]
+    for index in _in_order(cell, asked):
+        column = columns[:, index]
+        left, shares = _without(column, basis)
+        size = float(np.linalg.norm(column))
+        if np.linalg.norm(left) > _LEFT * size and size * scales[index] > _LEFT * largest:
+            free[index] = True
+            basis.append(left / np.linalg.norm(left))
+            names.append(cell.parameters[index].name)
+        else:
+            moved = size * scales[index] > _LEFT * largest
+            held.append(
+                Held(index, _words(cell.parameters[index].name, _partners(names, shares / size) if moved else []))
+            )
+    return free, tuple(held)
+
+
+def _in_order(cell: Cell, asked: Bools) -> list[int]:
+    return sorted(
+        (i for i in np.flatnonzero(asked).tolist() if i < len(cell.chain.parameters)),
+        key=lambda i: _ORDER.index(cell.parameters[i].kind),
+    )
+
+
+def _without(column: Floats, basis: list[Floats]) -> tuple[Floats, Floats]:
+    """What an orthonormal basis leaves of a column, and the column's share of each of its vectors."""
+    if not basis:
+        return column, np.zeros(0)
+    matrix = np.array(basis)
+    shares = matrix @ column
+    left = column - matrix.T @ shares
+    return left - matrix.T @ (matrix @ left), shares
+
+
+def _partners(names: list[str], shares: Floats) -> list[str]:
+    """The parameters that a held one trades with most, at most three."""
+    by_size = [names[i] for i in np.argsort(-np.abs(shares)) if abs(shares[i]) > _PARTNER]
+    return list(dict.fromkeys(by_size))[:3]
+
+
+def _words(name: str, partners: list[str]) -> str:
+    if not partners:
+        return f"{name} moves the tip nowhere: held at its nominal value"
+    with_ = ", ".join(partners)
+    return f"{name} trades off exactly with {with_}: held at its nominal value"

@@ -1,0 +1,89 @@
+"""Where a fixture stands, with the robot as it is believed to be: where every calibration begins.
+
+The search that `locate` uses gives all poses that explain the tip's places within what the robot may be off by. Where
+it gives none, descents from rotations that cover all of them do: the touches of a place that leave motions free, or
+that the nominal robot spoils by more than its prior. Approaches tell poses apart that the touches do not.
+"""
+
+from itertools import permutations, product
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell
+from tactfix.calibration.equations import Group, approaches_in_base, tip_places
+from tactfix.calibration.estimation import located
+from tactfix.contacts import Contacts
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import Point, moved, outward_normals
+from tactfix.poses.rigid import rigid_solutions
+
+_COVERING: Final = tuple(
+    turn
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+    if np.linalg.det(turn := np.diag(signs)[list(order)]) > 0
+)
+"""The 24 rotations of a cube: every rotation is within 63 degrees of one of them, from where descents still arrive."""
+_ALIKE: Final = 1.0
+"""A larger cost by less than this is the same: then the better approaches decide."""
+
+
+def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> Floats:
+    """base_from_root (4, 4) that explains the touches best for parameter values (m,).
+
+    robot_sigmas (n,): how far the robot may put the tip off at each touch, along any direction.
+    """
+    starts = [group.near] if group.near is not None else _searched(cell, group, values, robot_sigmas)
+    if not starts:
+        tips = tip_places(cell, group, values)
+        middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
+        starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _COVERING]
+    tried = [located(cell, group, start, values) for start in starts]
+    least = min(cost for _, cost in tried)
+    alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _ALIKE]
+    return min(alike, key=lambda pose: _wrong_approaches(cell, group, pose, values))
+
+
+def _searched(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> list[Floats]:
+    """The poses of the search of `locate`, none where there are none or a continuum of them."""
+    count = len(group.touches)
+    names = [""] * count
+    for number, patch in enumerate(group.patches):
+        for index in patch.index:
+            names[index] = str(number)
+    contacts = Contacts(
+        features=tuple(names),
+        points=tip_places(cell, group, values),
+        approaches=approaches_in_base(cell, group, values),
+        sigmas=group.sigmas,
+        tip_radius=cell.tip_radius + float(values[-1]),
+        rows=group.touches.rows,
+        ids=(None,) * count,
+    )
+    equations = sum(len(patch.index) * (3 if isinstance(patch.surface, Point) else 1) for patch in group.patches)
+    if equations < 6 or len({type(patch.surface) for patch in group.patches} - {Point}) == 0:
+        return []
+    surfaces = {str(number): patch.surface for number, patch in enumerate(group.patches)}
+    if len(surfaces) < 2:
+        return []
+    solutions = rigid_solutions(surfaces, contacts, np.hypot(group.sigmas, robot_sigmas), with_misses=False)
+    return [] if solutions.continuum else [solution.base_from_fixture for solution in solutions.found]
+
+
+def _anchor(surface: object) -> Floats:
+    """Some point (3,) of a surface, or its middle."""
+    return np.asarray(getattr(surface, "center", getattr(surface, "point", np.zeros(3))))
+
+
+def _wrong_approaches(cell: Cell, group: Group, base_from_root: Floats, values: Floats) -> int:
+    """How many touches came out of the material."""
+    travels = approaches_in_base(cell, group, values)
+    tips = tip_places(cell, group, values)
+    wrong = 0
+    for patch in group.patches:
+        if not isinstance(patch.surface, Point):
+            normals = outward_normals(moved(base_from_root, patch.surface), tips[patch.index])
+            wrong += int((np.einsum("ij,ij->i", travels[patch.index], normals) > 0).sum())
+    return wrong

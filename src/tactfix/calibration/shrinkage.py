@@ -1,0 +1,134 @@
+"""How much of the prior is believed: one factor from 0 to 1, chosen by leaving out one place after the other.
+
+The residuals of the touches that a robot was fitted to cannot tell a calibrated robot from a spoilt one: surfaces are
+not flat, contacts press, and parameters take that up. What tells is another place. For each factor the robot is fitted
+without one place, that place alone is then located with the robot as fitted, and its residuals there are the score.
+
+Three limits keep a few places from being believed too much:
+- sigma: where the residuals of the best fit are larger than sigma says, they and not sigma are weighed against the
+prior;
+- the prior is believed no further than the nominal robot's residuals leave room for: a prior that alone would make them
+  larger than they are is too wide, whatever the places left out say;
+- among factors that the places left out do not tell apart (within one standard error of the smallest score, as in
+  L. Breiman and others, 1984; within half of what is gained, and within ALIKE of the score) the smallest is taken.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Touches
+from tactfix.calibration.equations import Group, groups_of, residuals
+from tactfix.calibration.estimation import State, estimated, located, reduced
+from tactfix.calibration.robust_start import tips
+from tactfix.geometry.arrays import Bools, Floats
+
+FACTORS: Final = (
+    1.0,
+    0.7,
+    0.5,
+    0.3,
+    0.2,
+    0.14,
+    0.1,
+    0.07,
+    0.05,
+    0.03,
+    0.02,
+    0.014,
+    0.01,
+    0.007,
+    0.005,
+    0.003,
+    0.002,
+    0.0,
+)
+ALIKE: Final = 0.15
+"""Of the smallest score, by which another is larger at most and still alike."""
+_LEAST_GAIN: Final = 0.002
+"""Of the nominal robot's score, by which the best one must be smaller."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """The factor, and the rms residual at each place left out, before and after (lengths)."""
+
+    factor: float
+    left_out: dict[str, tuple[float, float]]
+
+
+def chosen_factor(
+    cell: Cell, touches: Touches, start: State, prior: Floats, free: Bools, noise: float, most: float
+) -> Choice:
+    """The factor for touches at two places or more, none above most.
+
+    start: the estimate with the full prior. prior (m,): its sigmas. noise: how many times sigma the residuals are.
+    """
+    factors = [factor for factor in FACTORS if factor <= most] or [0.0]
+    names = touches.touched
+    scores = np.empty((len(names), len(factors)))
+    rms = np.empty_like(scores)
+    for row, name in enumerate(names):
+        train = groups_of(cell, touches.at([other for other in names if other != name]))
+        (test,) = groups_of(cell, touches.at([name]))
+        state = start
+        for column, factor in enumerate(factors):
+            state = shrunk(cell, train, state, prior, free, noise, factor)
+            scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)
+    best = _smallest_alike(scores)
+    told = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
+    return Choice(factors[best], told)
+
+
+def shrunk(
+    cell: Cell, groups: tuple[Group, ...], near: State, prior: Floats, free: Bools, noise: float, factor: float
+) -> State:
+    """The estimate with factor times the prior; the tip keeps its own in full. Factor 0: the nominal robot."""
+    own = tips(cell)
+    width = np.where(own, prior, prior * factor)
+    weights = np.divide(noise, width, out=np.zeros_like(width), where=width > 0)
+    if factor == 0:
+        values = np.where(own, near.values, 0.0)
+        return estimated(cell, groups, State(values, near.poses), weights, free & own)
+    return estimated(cell, groups, near, weights, free, steps=6)
+
+
+def left_out(cell: Cell, test: Group, near: State, values: Floats) -> tuple[float, float]:
+    """Mean squared residual over sigma, and rms residual (length), of a group located with the robot at values."""
+    pose, _ = located(cell, test, near.poses[test.root], values, 12)
+    rows = residuals(cell, test, pose, values)
+    count = len(test.touches)
+    used = rows[: len(rows) - (6 if test.near_covariance is not None else 0)]
+    sigma = float(np.sqrt((test.sigmas**2).mean()))
+    return float(used @ used / count), float(sigma * np.sqrt(used @ used / count))
+
+
+def _smallest_alike(scores: Floats) -> int:
+    """The column of the factor to take, scores (places, factors), factors from large to small, the last one 0."""
+    mean = scores.mean(axis=0)
+    best = int(np.argmin(mean))
+    gain = float(mean[-1] - mean[best])
+    if gain <= _LEAST_GAIN * mean[-1]:
+        return int(scores.shape[1]) - 1
+    worse = scores - scores[:, best, None]
+    errors = worse.std(axis=0, ddof=1) / np.sqrt(len(scores))
+    alike = mean - mean[best] <= np.minimum(errors, min(gain / 2, ALIKE * mean[best]))
+    return int(np.flatnonzero(alike)[-1])
+
+
+def room(cell: Cell, groups: tuple[Group, ...], start: State, prior: Floats, free: Bools) -> float:
+    """The factor at which the prior alone explains all of the nominal robot's residuals, 1 at most.
+
+    start: the nominal robot, tip and places fitted; its residuals hold noise besides, so this is an upper limit.
+    """
+    parts = reduced(cell, groups, start)
+    own = free & tips(cell)
+    robot = np.concatenate([part.robot for part in parts])
+    rows = np.concatenate([part.rows for part in parts])
+    basis, values, _ = np.linalg.svd(robot[:, own] * prior[own], full_matrices=False)
+    basis = basis[:, values > 1.0]
+    rest = robot[:, free & ~own] * prior[free & ~own]
+    rest, rows = rest - basis @ (basis.T @ rest), rows - basis @ (basis.T @ rows)
+    predicted = float((rest**2).sum())
+    return 1.0 if predicted == 0 else min(1.0, float(np.sqrt(rows @ rows / predicted)))

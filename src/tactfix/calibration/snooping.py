@@ -1,0 +1,74 @@
+"""Data snooping: touches whose residual is larger than noise makes any, one after the other.
+
+The residual of a touch, over the standard deviation that it has after the fit, is standard normal if its error is. The
+largest one beyond what chance gives in one set of touches of a million is set aside, its influence taken away by the
+linear model, and the rest looked at again. W. Baarda: A testing procedure for use in geodetic networks, 1968.
+"""
+
+from statistics import NormalDist
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.equations import Group
+from tactfix.calibration.estimation import Eliminated
+from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.noise import REJECTED_IN_ERROR
+
+_MOST: Final = 0.1
+"""Of the touches, that can be set aside: with more the rest says nothing of what is right."""
+
+
+def outliers(
+    groups: tuple[Group, ...], parts: tuple[Eliminated, ...], values: Floats, prior: Floats, free: Bools
+) -> tuple[tuple[int, ...], float]:
+    """The data rows of suspicious touches, the worst first, and the variance factor of the others.
+
+    parts: linearised at values (m,). prior (m,): its sigmas.
+    """
+    rows, design, owner = _stacked(groups, parts, values, prior, free)
+    kept = np.ones(len(rows), dtype=bool)
+    named: list[int] = []
+    count = sum(len(group.touches) for group in groups)
+    limit = -NormalDist().inv_cdf(REJECTED_IN_ERROR / count / 2)
+    while True:
+        normalised, variance = _normalised(rows, design, kept)
+        worst = int(np.argmax(np.where(kept & (owner >= 0), np.abs(normalised), -1.0)))
+        scale = np.sqrt(max(variance, 1.0))
+        if len(named) >= _MOST * count or abs(normalised[worst]) <= limit * scale:
+            return tuple(named), variance
+        named.append(int(owner[worst]))
+        kept &= owner != owner[worst]
+
+
+def _stacked(
+    groups: tuple[Group, ...], parts: tuple[Eliminated, ...], values: Floats, prior: Floats, free: Bools
+) -> tuple[Floats, Floats, Ints]:
+    """Rows, the design with robot and places side by side, and the data row that owns each (-1: none)."""
+    robot = np.concatenate([part.block.robot[:, free] for part in parts])
+    places = np.zeros((len(robot), 6 * len(parts)))
+    first = 0
+    owner = []
+    for number, (group, part) in enumerate(zip(groups, parts, strict=True)):
+        size = len(part.rows)
+        places[first : first + size, 6 * number : 6 * number + 6] = part.block.place
+        first += size
+        rows = np.array([*group.touches.rows, -1])
+        owner.append(rows[part.block.touch])
+    believed = np.hstack([np.diag(1 / prior[free]), np.zeros((int(free.sum()), places.shape[1]))])
+    design = np.vstack([np.hstack([robot, places]), believed])
+    missed = [*(part.block.residuals for part in parts), values[free] / prior[free]]
+    held = np.full(int(free.sum()), -1)
+    return np.concatenate(missed), design, np.concatenate([*owner, held])
+
+
+def _normalised(rows: Floats, design: Floats, kept: Bools) -> tuple[Floats, float]:
+    """Residuals over their own standard deviation after a linear refit of the rows kept, and their variance factor."""
+    basis, values, _ = np.linalg.svd(design[kept], full_matrices=False)
+    basis = basis[:, values > 1e-9 * values[0]]
+    left = rows[kept] - basis @ (basis.T @ rows[kept])
+    redundancy = np.maximum(1 - (basis**2).sum(axis=1), 1e-6)
+    found = np.zeros(len(rows))
+    found[kept] = left / np.sqrt(redundancy)
+    freedom = max(float(redundancy.sum()), 1.0)
+    return found, float(left @ left / freedom)

@@ -1,0 +1,195 @@
+"""Cell files: YAML in, the cell and its robot out, or every problem of the file at once with its line and column."""
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Place, Prior
+from tactfix.calibration.independence import asked_for
+from tactfix.errors import FileError
+from tactfix.files.fixture_file import load_fixture, placed
+from tactfix.files.reading import decode, read_bytes
+from tactfix.fixture import Fixture
+from tactfix.fixture_format.cell import read_cell
+from tactfix.fixture_format.placement import check_placement, read_placement
+from tactfix.fixture_format.problems import Finding
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import moved
+from tactfix.kinematics.chain import Chain, Joint
+from tactfix.kinematics.denavit_hartenberg import Convention, Row, chain_of_rows
+from tactfix.kinematics.urdf import UrdfRobot, urdf_robot
+from tactfix.kinematics.urdf_syntax import UrdfError
+from tactfix.units import factor
+from tactfix.wording import did_you_mean
+from tactfix.yaml_tree import read_tree
+
+if TYPE_CHECKING:
+    from tactfix.fixture_format.cell_schema import CellDocument
+    from tactfix.pose_formats.pose import Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DhRobot:
+    """Denavit-Hartenberg rows, lengths in the cell's units, and their chain."""
+
+    rows: tuple[Row, ...]
+    convention: Convention
+    chain: Chain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellFile:
+    """A cell, its robot as its file describes it, the tip's nominal offset, and the sigma of touches that say none."""
+
+    cell: Cell
+    robot: UrdfRobot | DhRobot
+    tip_offset: Floats
+    sigma: float | None
+
+
+def load_cell(path: str | Path) -> CellFile:
+    """The cell that a YAML file describes. Raises FileError, for the files that it names too."""
+    tree = read_tree(decode(str(path), read_bytes(path)))
+    document = read_cell(tree.value) if tree.is_complete else []
+    if isinstance(document, list) or tree.problems:
+        findings = document if isinstance(document, list) else []
+        raise FileError(str(path), [*tree.problems, *(placed(finding, tree) for finding in findings)])
+    folder = Path(path).parent
+    offset = np.array(document.probe.tip_offset or [0.0, 0.0, 0.0])
+    robot = _robot(document, folder, offset)
+    try:
+        cell = _cell(document, robot.chain, _places(document, tree.value, folder))
+    except _CellError as error:
+        raise FileError(str(path), [placed(finding, tree) for finding in error.findings]) from None
+    return CellFile(cell, robot, offset, document.probe.sigma)
+
+
+class _CellError(Exception):
+    def __init__(self, *findings: Finding) -> None:
+        self.findings = findings
+        super().__init__()
+
+
+def _robot(document: "CellDocument", folder: Path, offset: Floats) -> UrdfRobot | DhRobot:
+    robot = document.robot
+    if robot.dh is not None:
+        types = robot.dh.types or ["revolute"] * len(robot.dh.rows)
+        rows = tuple(
+            _row(numbers, type_, k) for k, (numbers, type_) in enumerate(zip(robot.dh.rows, types, strict=True))
+        )
+        return DhRobot(
+            rows, robot.dh.convention, chain_of_rows(rows, robot.dh.convention, homogeneous(np.eye(3), offset))
+        )
+    assert robot.urdf is not None
+    assert robot.tip_link is not None
+    file = folder / robot.urdf
+    # As the bytes are: what is not changed must come out again to the last of them.
+    text = read_bytes(file).decode("utf-8", errors="surrogateescape")
+    decode(str(file), read_bytes(file))
+    try:
+        return urdf_robot(text, robot.tip_link, robot.base_link, factor("m", document.units), offset)
+    except UrdfError as error:
+        raise FileError(str(file), [error.problem]) from None
+
+
+def _row(numbers: list[float], type_: str, index: int) -> Row:
+    a, d, alpha, theta, beta = (*numbers, 0.0)[:5]
+    joint = None if type_ == "fixed" else Joint(f"row {index + 1}", type_ == "prismatic")
+    return Row(a, d, math.radians(alpha), math.radians(theta), math.radians(beta), joint)
+
+
+def _cell(document: "CellDocument", chain: Chain, places: dict[str, Place]) -> Cell:
+    said = document.prior
+    prior = Prior(
+        math.radians(said.joint_offset or 0.0), said.length or 0.0, math.radians(said.angle or 0.0), said.tip or 0.0
+    )
+    unknown = ("all",) if document.unknown == "all" else tuple(document.unknown)
+    names = {joint.name: f"joint_{k + 1}" for k, joint in enumerate(chain.joints)}
+    unknown = tuple(_canonical(name, names) for name in unknown)
+    ranges = _ranges(document, chain)
+    cell = Cell(document.units, chain, document.probe.tip_radius, unknown, prior, places, ranges)
+    known = ("all", "joint_offsets", "tip", *(parameter.name for parameter in cell.parameters))
+    wrong = [name for name in unknown if name not in known]
+    if wrong:
+        index = unknown.index(wrong[0])
+        remedy = did_you_mean(wrong[0], known)
+        raise _CellError(Finding(("unknown", index), f"there is no parameter {wrong[0]!r}", remedy))
+    for parameter, asked in zip(cell.parameters, asked_for(cell), strict=True):
+        if asked and not prior.sigma(parameter):
+            what = f"prior has no {parameter.kind}, which {parameter.name} needs"
+            raise _CellError(Finding(("prior",), what, f"add {parameter.kind}: what the nominal robot may be off by"))
+    return cell
+
+
+def _canonical(name: str, joints: dict[str, str]) -> str:
+    """A parameter by its own name where it is called by that of its joint in the URDF."""
+    joint, dot, rest = name.rpartition(".")
+    return f"{joints[joint]}.{rest}" if dot and joint in joints else name
+
+
+def _ranges(document: "CellDocument", chain: Chain) -> Floats | None:
+    if document.robot.joint_ranges is None:
+        return None
+    ranges = np.array(document.robot.joint_ranges)
+    if len(ranges) != len(chain.joints) or not (ranges[:, 0] < ranges[:, 1]).all():
+        what = f"joint_ranges are {len(ranges)}, the robot has {len(chain.joints)} joints"
+        remedy = "write [low, high] for each joint, low below high"
+        raise _CellError(Finding(("robot", "joint_ranges"), what, remedy))
+    turns = np.array([not joint.is_prismatic for joint in chain.joints])
+    return np.asarray(np.where(turns[:, None], np.deg2rad(ranges), ranges))
+
+
+def _places(document: "CellDocument", value: Any, folder: Path) -> dict[str, Place]:
+    fixtures = {}
+    for name, file in document.fixtures.items():
+        fixture = load_fixture(folder / file)
+        if not fixture.is_placed:
+            what = f"fixture {name!r} says where its features are by relations"
+            raise _CellError(Finding(("fixtures", name), what, "calibrate needs fixtures by geometry"))
+        fixtures[name] = _in_units(fixture, document.units)
+
+    def pose_files(file: str) -> "Pose":
+        from tactfix.files.pose_file import load_pose
+
+        return load_pose(folder.absolute() / file)
+
+    places = {}
+    for name, entry in document.places.items():
+        if isinstance(entry, str):
+            places[name] = Place(name, fixtures[entry])
+            continue
+        near = covariance = None
+        if entry.placement is not None:
+            near, covariance = _placement(value["places"][name]["placement"], name, document.units, pose_files)
+        of, of_from_place = None, None
+        if entry.place is not None:
+            of = str(entry.place["of"])
+            pose = {key: item for key, item in value["places"][name]["place"].items() if key != "of"}
+            of_from_place, _ = _placement({"near": pose}, name, document.units, pose_files)
+        places[name] = Place(name, fixtures[entry.fixture], near, covariance, of, of_from_place)
+    return places
+
+
+def _placement(entry: Any, name: str, units: str, pose_files: Any) -> tuple[Floats, Floats | None]:
+    found = list(check_placement(entry)) or read_placement(entry, units, pose_files)
+    if isinstance(found, list):
+        raise _CellError(*(Finding(("places", name), item.what, item.remedy) for item in found))
+    return found.near, found.covariance
+
+
+def _in_units(fixture: Fixture, units: str) -> Fixture:
+    """The fixture with all that a calibration needs of it in units."""
+    ratio = factor(fixture.units, units)
+    if ratio == 1:
+        return fixture
+    features = {}
+    for name, feature in fixture.features.items():
+        assert feature.surface is not None
+        surface = moved(np.eye(4), feature.surface)
+        scaled = {key: getattr(surface, key) * ratio for key in ("point", "center", "radius") if hasattr(surface, key)}
+        features[name] = replace(feature, sigma=feature.sigma * ratio, surface=replace(surface, **scaled))
+    return replace(fixture, units=units, features=features)

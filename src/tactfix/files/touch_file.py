@@ -1,0 +1,194 @@
+"""Touch files: CSV of places, features and joint coordinates in, touches out, or every problem of the file at once."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration.cell import Cell, Touches
+from tactfix.errors import FileError, Problem
+from tactfix.files.contact_header import Header
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_rows import read_table
+from tactfix.files.contact_table import Table, decimal_mark, numbers
+from tactfix.files.reading import Source, read_source
+from tactfix.geometry.arrays import Floats
+from tactfix.kinematics.chain import Joint
+from tactfix.units import factor
+from tactfix.wording import did_you_mean, listed
+
+_APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
+_SLACK: Final = 0.002
+"""Rad beyond a limit that rounding of either may explain."""
+_MOST_TURN: Final = 4 * np.pi
+_TIMES: Final = 2 * np.pi
+_SETTING: Final = re.compile(r"#\s*(joints|sigma|units)\s*[:=]\s*(.*?)[\s,;]*", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """What stands above the header: the unit of angles, of lengths, and sigma as text."""
+
+    joints: str | None = None
+    units: str | None = None
+    sigma: str | None = None
+
+
+def load_touches(source: Source, cell: Cell, sigma: float | None) -> Touches:
+    """The touches of a CSV file: place, feature, q1 to qk, perhaps an approach and a sigma, in rad and the cell's
+    units.
+
+    sigma: of touches for which the file says none. Raises FileError with all that is wrong, by row and line.
+    """
+    name, text = read_source(source)
+    problems: list[Problem] = []
+    touches = _read(text, cell, sigma, problems)
+    if touches is None or problems:
+        raise FileError(name, sorted(problems, key=lambda problem: problem.line or 0))
+    return touches
+
+
+def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -> Touches | None:
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    first = next((i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
+    if first is None:
+        problems.append(Problem("there is no header row", "begin with place,feature,q1,q2,..."))
+        return None
+    said = _said(lines[:first], problems)
+    header = _header(lines[first], first, len(cell.chain.joints), problems)
+    table = None if header is None else read_table(lines, header, problems)
+    if header is None or table is None:
+        return None
+    table = replace(table, decimal=decimal_mark(table, [c for c in header.columns if c not in _TEXT], problems))
+    places, features = tuple(table.columns["place"]), tuple(table.columns["feature"])
+    _check_names(table, cell, problems)
+    raw = numbers(table, [f"q{k + 1}" for k in range(len(cell.chain.joints))], problems)
+    approaches, in_flange = _approaches(table, problems)
+    sigmas = _sigmas(table, cell, said, sigma, problems)
+    if problems or said.joints is None:
+        return None
+    joints = _joints(raw, cell, said)
+    _check_limits(table, joints, cell.chain.joints, said.joints, problems)
+    return Touches(places, features, joints, approaches, in_flange, sigmas, tuple(table.rows))
+
+
+_TEXT: Final = ("place", "feature", "id")
+
+
+def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
+    found: dict[str, str] = {}
+    for number, line in enumerate(lines, 1):
+        match = _SETTING.fullmatch(line.strip())
+        if match:
+            found[match[1].lower()] = match[2].strip().lower()
+            if match[1].lower() == "joints" and found["joints"] not in ("deg", "rad"):
+                problems.append(
+                    Problem(f"joints is {match[2]!r}", "write '# joints: deg' or '# joints: rad'", line=number)
+                )
+    if "joints" not in found:
+        remedy = "write '# joints: deg' or '# joints: rad' above the header"
+        problems.append(Problem("nothing says whether the joints are in degrees or rad", remedy))
+    if found.get("units", "mm") not in ("mm", "m", "um", "in"):
+        problems.append(Problem(f"units is {found['units']!r}", "write one of mm, m, um, in"))
+    return _Said(**found)
+
+
+def _header(line: str, index: int, count: int, problems: list[Problem]) -> Header | None:
+    """The columns, each known and none missing; as many q as the robot has joints."""
+    separator = max(("\t", ";", ","), key=line.count)
+    names = [cell.strip().strip('"').strip().lower() for cell in line.split(separator)]
+    wanted = [f"q{k + 1}" for k in range(count)]
+    known = {"place", "feature", "sigma", "id", *wanted, *_APPROACHES[0], *_APPROACHES[1]}
+    there = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
+    found: list[tuple[str, str]] = []
+    if sorted(there) != sorted(wanted):
+        what = f"the robot has {count} joints, the file has {listed(there) if there else 'no column q1'}"
+        found.append((what, f"write one column for each joint from base to tip: {', '.join(wanted)}"))
+    found += [
+        (f"unknown column {name!r}", did_you_mean(name, sorted(known)))
+        for name in names
+        if name not in known and name not in there
+    ]
+    found += [(f"there is no column {name!r}", "add it") for name in ("place", "feature") if name not in names]
+    found += [(f"column {n!r} stands there twice", "remove one") for n in dict.fromkeys(names) if names.count(n) > 1]
+    given = [[name for name in vector if name in names] for vector in _APPROACHES]
+    if any(len(part) not in (0, 3) for part in given) or all(given):
+        found.append(("the approach is not one whole vector", "give ax, ay, az in base or fx, fy, fz in the flange"))
+    problems.extend(Problem(what, remedy, line=index + 1) for what, remedy in found)
+    return None if found else Header(ContactOptions(), tuple(names), separator, index + 1, frozenset())
+
+
+def _check_names(table: Table, cell: Cell, problems: list[Problem]) -> None:
+    for index, (place, feature) in enumerate(zip(table.columns["place"], table.columns["feature"], strict=True)):
+        if place not in cell.places:
+            problems.append(table.problem(index, f"there is no place {place!r}", did_you_mean(place, cell.places)))
+        elif feature not in cell.places[place].fixture.features:
+            fixture = cell.places[place].fixture
+            what = f"{fixture.name} at {place!r} has no feature {feature!r}"
+            problems.append(table.problem(index, what, did_you_mean(feature, fixture.features)))
+
+
+def _joints(raw: Floats, cell: Cell, said: _Said) -> Floats:
+    angle = np.pi / 180 if said.joints == "deg" else 1.0
+    length = factor(said.units, cell.units) if said.units else 1.0
+    return np.asarray(raw * [length if joint.is_prismatic else angle for joint in cell.chain.joints])
+
+
+def _check_limits(table: Table, joints: Floats, limits: Sequence[Joint], unit: str, problems: list[Problem]) -> None:
+    """A problem for each coordinate beyond its joint's limits, and for angles that are likely in the other unit."""
+    other = "rad" if unit == "deg" else "deg"
+    turning = [k for k, joint in enumerate(limits) if not joint.is_prismatic]
+    raw = np.rad2deg(joints[:, turning]) if unit == "deg" else joints[:, turning]
+    if unit == "deg" and len(joints) > 5 and np.abs(raw).max(initial=0.0) <= _TIMES:
+        what = "no joint is ever 6.3 degrees from zero: these are rad"
+        problems.append(table.problem(0, what, "write '# joints: rad' above the header"))
+        return
+    for k, joint in enumerate(limits):
+        low, high = joint.low - _SLACK, joint.high + _SLACK
+        if not joint.is_prismatic:
+            low, high = max(low, -_MOST_TURN), min(high, _MOST_TURN)
+        for index in np.flatnonzero((joints[:, k] < low) | (joints[:, k] > high)):
+            shown = table.columns[f"q{k + 1}"][int(index)]
+            unit_ = "" if joint.is_prismatic else f" {unit}"
+            limits_ = _shown(max(low, joint.low), min(high, joint.high), unit, joint)
+            what = f"q{k + 1} is {shown}{unit_}, outside {limits_} of {joint.name}"
+            remedy = "check the row" if joint.is_prismatic else f"check the row, or write '# joints: {other}'"
+            problems.append(table.problem(int(index), what, remedy))
+
+
+def _shown(low: float, high: float, unit: str, joint: Joint) -> str:
+    scale = 1.0 if joint.is_prismatic or unit == "rad" else 180 / np.pi
+    return f"{low * scale:.4g} to {high * scale:.4g}"
+
+
+def _approaches(table: Table, problems: list[Problem]) -> tuple[Floats, bool]:
+    """Unit approaches (n, 3), nan where there are none, and whether they are in the flange."""
+    names = next((vector for vector in _APPROACHES if vector[0] in table.columns), None)
+    if names is None:
+        return np.full((len(table), 3), np.nan), False
+    vectors = numbers(table, names, problems, may_be_empty=True)
+    sizes = np.linalg.norm(vectors, axis=1)
+    for index in np.flatnonzero(sizes == 0):
+        problems.append(table.problem(int(index), "the approach is zero", "write any other length, or leave it empty"))
+    return vectors / np.where(sizes == 0, 1.0, sizes)[:, None], names == _APPROACHES[1]
+
+
+def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems: list[Problem]) -> Floats:
+    """The sigma (n,) of each touch in the cell's units: the row's, else the header's, else the probe's."""
+    scale = factor(said.units, cell.units) if said.units else 1.0
+    if said.sigma is not None:
+        plain = re.fullmatch(r"[0-9]*\.?[0-9]+(e[-+]?[0-9]+)?", said.sigma)
+        if not plain or not float(said.sigma) > 0:
+            problems.append(Problem(f"sigma is {said.sigma!r}", "write a number above 0"))
+            return np.ones(len(table))
+        sigma = float(said.sigma) * scale
+    own = np.full(len(table), np.nan)
+    if "sigma" in table.columns:
+        own = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0] * scale
+        for index in np.flatnonzero(own <= 0):
+            problems.append(table.problem(int(index), "sigma is not above 0", "no touch is exact"))
+    if sigma is None and np.isnan(own).any():
+        problems.append(Problem("nothing says the sigma of a touch", "write probe: {sigma: ...} in the cell file"))
+    return np.asarray(np.where(np.isnan(own), sigma or 1.0, own))

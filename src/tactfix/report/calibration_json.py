@@ -1,0 +1,66 @@
+"""The JSON of calibrate."""
+
+from typing import Final
+
+from tactfix.calibration.result import Calibration
+from tactfix.report.json_report import Json, array, number
+from tactfix.version import VERSION
+
+SCHEMA: Final = "tactfix/calibrate/1"
+
+
+def calibration_json(result: Calibration) -> Json:
+    """Everything that a calibration says, in base and the cell's units; angles of parameters in degrees."""
+    return {
+        "schema": SCHEMA,
+        "tactfix_version": VERSION,
+        "units": result.units,
+        "status": result.status,
+        "reasons": list(result.reasons),
+        "parameters": [
+            {
+                "name": item.name,
+                "joint": item.joint,
+                "unit": item.unit,
+                "nominal": item.nominal,
+                "value": number(item.value),
+                "sigma": number(item.sigma),
+                "identified": item.identified,
+            }
+            for item in result.parameters
+        ],
+        "not_identified": list(result.not_identified),
+        "places": {
+            place.name: {
+                "transform": array(place.base_from_fixture),
+                "covariance": array(place.covariance),
+                "rms_before": number(place.rms_before),
+                "rms_after": number(place.rms_after),
+            }
+            for place in result.places
+        },
+        "held_out": [
+            {
+                "place": item.place,
+                "rms_before": number(item.rms_before),
+                "rms_after": number(item.rms_after),
+                "by": "hold-out" if item.held_out else "leaving out",
+            }
+            for item in result.left_out
+        ],
+        "shrinkage": result.shrinkage,
+        "prediction": {"before": number(result.prediction[0]), "after": number(result.prediction[1])},
+        "observability": {name: number(value) for name, value in result.observability.items()},
+        "outliers": list(result.outliers),
+        "touches": [
+            {
+                "row": item.row,
+                "place": item.place,
+                "feature": item.feature,
+                "before": number(item.before),
+                "after": number(item.after),
+            }
+            for item in result.touches
+        ],
+        "warnings": list(result.warnings),
+    }

@@ -1,0 +1,56 @@
+"""The summary of calibrate for people: places before and after, parameters with sigma and bars, what is not known."""
+
+from typing import IO, Final
+
+from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from tactfix.calibration.result import Calibration, ParameterResult
+
+_BAR: Final = 24
+_COLORS: Final = {"calibrated": "green", "underdetermined": "yellow", "inconsistent": "red"}
+
+
+def print_calibration(result: Calibration, file: IO[str]) -> None:
+    """Print the summary on a file."""
+    console = Console(file=file, highlight=False)
+    console.print(_summary(result, ascii_only=console.options.ascii_only))
+
+
+def _summary(result: Calibration, *, ascii_only: bool) -> RenderableType:
+    head = Text.assemble("calibrate  ", (result.status, f"bold {_COLORS[result.status]}"))
+    head.append(f"  shrinkage {result.shrinkage:g}, tip's place over the joint ranges: rms sigma ")
+    head.append(f"{result.prediction[0]:.3g} before, {result.prediction[1]:.3g} {result.units} after")
+    parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]
+    parts += [Text(f"not known: {words}", "yellow") for words in result.not_identified if "held at" not in words]
+    return Group(*(Padding(part, (0, 0, 1, 1)) for part in parts))
+
+
+def _places(result: Calibration, *, ascii_only: bool) -> Table:
+    table = Table("place", f"rms before {result.units}", "after", "", box=None, pad_edge=False, header_style="dim")
+    rows = [(place.name, place.rms_before, place.rms_after) for place in result.places]
+    for item in result.left_out:
+        rows.append((f"{item.place} ({'held out' if item.held_out else 'left out'})", item.rms_before, item.rms_after))
+    most = max((max(before, after) for _, before, after in rows), default=1.0) or 1.0
+    full = "#" if ascii_only else "━"
+    for name, before, after in rows:
+        bar = Text(full * round(_BAR * after / most), "cyan" if after <= before else "magenta")
+        table.add_row(name, f"{before:.4f}", f"{after:.4f}", bar)
+    return table
+
+
+def _parameters(result: Calibration) -> Table:
+    table = Table("parameter", "error", "sigma", "unit", "", box=None, pad_edge=False, header_style="dim")
+    for column in table.columns[1:3]:
+        column.justify = "right"
+    for item in result.parameters:
+        table.add_row(item.name, f"{item.value:.4f}", f"{item.sigma:.2g}", item.unit, _remark(item))
+    return table
+
+
+def _remark(item: ParameterResult) -> Text:
+    if item.identified:
+        return Text("")
+    return Text("held" if item.sigma == 0 else "hardly told by the touches", "dim")

@@ -1,0 +1,141 @@
+"""Simulated robots with known errors: found within their sigmas, refused where nothing can check them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from calibration.arms import PRIOR, SEATS, arm_cell, fixture, random_errors, touched_seats
+
+from tactfix.calibration.calibrate import calibrate
+from tactfix.calibration.cell import Cell, Place, Touches
+from tactfix.calibration.independence import independent
+from tactfix.calibration.result import Calibration
+from tactfix.errors import UsageError
+
+
+@pytest.fixture(scope="module")
+def session() -> tuple[Cell, Touches, dict[str, float]]:
+    rng = np.random.default_rng(11)
+    cell = arm_cell(("all",), {name: fixture(dict(SEATS)) for name in ("front", "left", "high")})
+    errors = random_errors(cell, rng)
+    return cell, touched_seats(cell, errors, 6, 0.03, rng), errors
+
+
+@pytest.fixture(scope="module")
+def calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> Calibration:
+    return calibrate(*session[:2])
+
+
+@pytest.fixture(scope="module")
+def offsets(session: tuple[Cell, Touches, dict[str, float]]) -> tuple[Cell, Touches]:
+    """The same cell with a robot that is off by its joints' zeros and its tip alone."""
+    rng = np.random.default_rng(12)
+    cell = replace(session[0], unknown=("joint_offsets", "tip"))
+    errors = {name: e for name, e in session[2].items() if "offset" in name or "tip" in name}
+    return cell, touched_seats(cell, errors, 4, 0.03, rng)
+
+
+def test_a_robot_with_errors_is_found(session: tuple[Cell, Touches, dict[str, float]], calibrated: Calibration) -> None:
+    cell, _, errors = session
+    assert calibrated.status == "calibrated"
+    assert calibrated.reasons == ()
+    assert all(place.rms_after < 0.08 and place.rms_before > 0.3 for place in calibrated.places)
+    # What is independent depends on no choice: where the tip is, seen from the best fitting base.
+    joints = np.random.default_rng(1).uniform(-1, 1, (200, 6))
+    true = cell.chain.points(joints, np.array([errors[name] for name in cell.chain.names()]))
+    found = cell.chain.points(joints, calibrated.values[:-1])
+    nominal = cell.chain.points(joints, np.zeros(len(errors)))
+    assert off(found, true) < 3 * calibrated.prediction[1]
+    assert off(found, true) < 0.1 * off(nominal, true)
+
+
+def off(points: np.ndarray, true: np.ndarray) -> float:
+    """The rms distance of points from true ones, after the best rigid motion (Kabsch)."""
+    a, b = points - points.mean(axis=0), true - true.mean(axis=0)
+    u, _, vt = np.linalg.svd(a.T @ b)
+    turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
+
+
+def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+    """4 R + 6 describe R revolute joints, base and tool (Everett and Hsu); a tip does not turn, the base is free."""
+    free, held = independent(session[0], None)
+    assert free.sum() == 4 * 6 + 6 - 3 - 6
+    assert free.sum() + len(held) == len(session[0].chain.parameters)
+    by_name = {session[0].parameters[item.index].name: item.message for item in held}
+    assert "where the fixtures stand" in by_name["joint_1.offset"]
+    assert "tip" in by_name["joint_6.offset"]
+
+
+def test_a_place_held_out_takes_no_part(offsets: tuple[Cell, Touches]) -> None:
+    cell, touches = offsets
+    spoilt = replace(touches, joints=touches.joints + np.array([p == "high" for p in touches.places])[:, None] * 0.3)
+    whole, other = (calibrate(cell, t, hold_out=("high",)) for t in (touches, spoilt))
+    assert np.array_equal(whole.values, other.values)
+    (held,) = [item for item in whole.left_out if item.held_out]
+    assert held.place == "high"
+    assert held.rms_after < 0.2 * held.rms_before
+
+
+def test_one_place_cannot_check_a_calibration(offsets: tuple[Cell, Touches]) -> None:
+    cell, touches = offsets
+    alone = touches.at(["front"])
+    refused = calibrate(cell, alone)
+    assert refused.status == "underdetermined"
+    assert not refused.is_written
+    assert "another place" in refused.reasons[0]
+    assert calibrate(cell, alone, unchecked=True).status == "calibrated"
+
+
+def test_noise_alone_calibrates_nothing() -> None:
+    rng = np.random.default_rng(5)
+    cell = arm_cell(("joint_offsets", "tip"), {name: fixture(dict(SEATS)) for name in ("front", "high")})
+    result = calibrate(cell, touched_seats(cell, {}, 3, 0.05, rng))
+    assert np.abs(result.values).max() < 0.2
+    assert result.status == "underdetermined" or result.prediction[1] < result.prediction[0]
+
+
+def test_a_bad_touch_is_named(offsets: tuple[Cell, Touches]) -> None:
+    cell, touches = offsets
+    joints = touches.joints.copy()
+    joints[16, 1] += 0.01
+    result = calibrate(cell, replace(touches, joints=joints))
+    assert result.status == "inconsistent"
+    assert result.outliers == (17,)
+    assert "row 17" in result.reasons[0]
+
+
+def test_a_parameter_asked_for_by_name_must_be_told(offsets: tuple[Cell, Touches]) -> None:
+    cell, touches = offsets
+    still = replace(touches, joints=touches.joints.copy())
+    named = replace(cell, unknown=("joint_1.offset", "joint_3.offset", "tip"), prior=replace(PRIOR, joint_offset=1e-6))
+    result = calibrate(named, still)
+    assert result.status == "underdetermined"
+    assert any("joint_3.offset" in reason for reason in result.reasons)
+    # The first joint turns with the places: held, and no reason to refuse.
+    assert not any("joint_1.offset" in reason for reason in result.reasons)
+
+
+def test_places_joined_rigidly_share_their_pose(offsets: tuple[Cell, Touches]) -> None:
+    from calibration.arms import PLACES
+    from scipy.spatial.transform import Rotation
+
+    cell, touches = offsets
+    frames = {}
+    for name, (origin, turns) in PLACES.items():
+        frames[name] = np.eye(4)
+        frames[name][:3, :3], frames[name][:3, 3] = Rotation.from_euler("xyz", turns).as_matrix(), origin
+    joined = Place(
+        "left", cell.places["left"].fixture, of="front", of_from_place=np.linalg.inv(frames["front"]) @ frames["left"]
+    )
+    result = calibrate(replace(cell, places={**cell.places, "left": joined}), touches)
+    assert result.status == "calibrated"
+    poses = {place.name: place.base_from_fixture for place in result.places}
+    assert np.linalg.inv(poses["front"]) @ poses["left"] == pytest.approx(joined.of_from_place, abs=1e-9)
+
+
+def test_places_that_are_not_there_are_refused(offsets: tuple[Cell, Touches]) -> None:
+    with pytest.raises(UsageError, match="no touch is at 'back'"):
+        calibrate(*offsets, hold_out=("back",))
+    with pytest.raises(UsageError, match="leave at least one"):
+        calibrate(*offsets, hold_out=("front", "left", "high"))

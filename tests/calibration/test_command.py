@@ -1,0 +1,145 @@
+"""tactfix calibrate as a command: the sample, what it writes, and every refusal with its place."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactfix.cli.app import run
+
+SAMPLE = Path(__file__).parents[2] / "samples" / "robot-calibration"
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Path:
+    """A copy of the sample's folder; its cell file."""
+    for file in SAMPLE.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path / "cell.yaml"
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
+    status = run(["calibrate", *map(str, words)])
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def offsets_only(cell: Path) -> None:
+    cell.write_text(cell.read_text().replace("unknown: all", "unknown: [joint_offsets, tip]"))
+
+
+def test_the_sample_is_calibrated_and_its_rows_are_read_again(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    touches = cell.parent / "touches.csv"
+    robot = cell.parent / "robot.yaml"
+    status, out, _ = told(capsys, cell, touches, "--json", "--output", robot)
+    assert status == 0
+    report = json.loads(out)
+    assert report["schema"] == "tactfix/calibrate/1"
+    assert report["status"] == "calibrated"
+    assert set(report["places"]) == {"front", "left", "high"}
+    assert {"O1", "O2", "O3", "O4", "O5"} == set(report["observability"])
+    assert report["prediction"]["after"] < 0.1 * report["prediction"]["before"]
+    # The rows written, as a new nominal robot, leave next to nothing to calibrate.
+    rows = robot.read_text().split("rows:")[1].split("tip_offset:")
+    head, tail = cell.read_text().split("    rows:")[0], "probe:" + cell.read_text().split("probe:")[1]
+    body = "\n".join("    " + line for line in rows[0].splitlines()[1:])
+    tail = tail.replace("[30.0, 0.0, 150.0]", rows[1].strip())
+    cell.write_text(f"{head}    rows:\n{body}\n{tail}")
+    _, again, _ = told(capsys, cell, touches, "--json")
+    for name, place in json.loads(again)["places"].items():
+        # Not the same: a nominal robot has its tip fitted again.
+        assert place["rms_before"] == pytest.approx(report["places"][name]["rms_after"], rel=0.05)
+
+
+def test_touches_at_one_place_write_no_robot(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    offsets_only(cell)
+    lines = (cell.parent / "touches.csv").read_text().splitlines()
+    alone = cell.parent / "front.csv"
+    alone.write_text("\n".join(line for line in lines if line.startswith(("#", "place", "front"))))
+    robot = cell.parent / "robot.yaml"
+    status, out, err = told(capsys, cell, alone, "--output", robot)
+    assert (status, out) == (4, "")
+    assert not robot.exists()
+    assert "another place" in err
+    assert told(capsys, cell, alone, "--unchecked", "--output", robot)[0] == 0
+    assert robot.exists()
+
+
+BAD_TOUCHES = {
+    "degrees said to be rad": (("# joints: deg", "# joints: rad"), r"row 1, line 3: q2 is 37.2\d+ rad, outside"),
+    "rad said to be degrees": (None, "row 1, line 3: no joint is ever 6.3 degrees from zero: these are rad"),
+    "nothing said": (("# joints: deg\n", ""), "nothing says whether the joints are in degrees or rad"),
+    "a column too few": ((",q6", ""), "line 2: the robot has 6 joints, the file has q1, q2, q3, q4 and q5"),
+    "an unknown place": (("\nfront,a", "\nfronk,a"), "row 1, line 3: there is no place 'fronk'; did you mean 'front'"),
+    "an unknown feature": (("\nfront,a", "\nfront,d"), "row 1, line 3: seats at 'front' has no feature 'd'"),
+    "no number": (("\nfront,a,", "\nfront,a,x"), "row 1, line 3: q1 is 'x"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), BAD_TOUCHES.values(), ids=BAD_TOUCHES.keys())
+def test_bad_touches_are_refused_with_their_place(
+    cell: Path, capsys: pytest.CaptureFixture[str], change: tuple[str, str] | None, message: str
+) -> None:
+    import re
+
+    touches = cell.parent / "touches.csv"
+    text = touches.read_text()
+    if change is None:
+        head, *rows = [line.split(",") for line in text.splitlines()[1:]]
+        rows = [[*row[:2], *(repr(float(np.deg2rad(float(q)))) for q in row[2:])] for row in rows]
+        text = "# joints: deg\n" + "\n".join(",".join(row) for row in [head, *rows])
+    else:
+        text = text.replace(*change, 1)
+    touches.write_text(text)
+    status, out, err = told(capsys, cell, touches)
+    assert (status, out) == (3, "")
+    assert re.search(message, err), err
+
+
+def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arm = '<robot name="r"><link name="a"/><link name="b"/><link name="t"/><joint name="A1" type="revolute">'
+    arm += '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint>'
+    arm += '<joint name="t" type="fixed"><parent link="b"/><child link="t"/></joint></robot>'
+    (cell.parent / "r.urdf").write_text(arm)
+    text = cell.read_text()
+    dh = text[text.index("robot:") : text.index("probe:")]
+    cell.write_text(text.replace(dh, "robot: {urdf: r.urdf, tip_link: t}\n"))
+    touches = cell.parent / "t.csv"
+    touches.write_text("# joints: deg\nplace,feature,q1\nfront,a,20\nfront,a,70\n")
+    status, _, err = told(capsys, cell, touches)
+    assert status == 3
+    assert "row 2, line 4: q1 is 70 deg, outside -57.3 to 57.3 of A1" in err
+    cell.write_text(cell.read_text().replace("tip_link: t", "tip_link: tip"))
+    status, _, err = told(capsys, cell, touches)
+    assert status == 3
+    assert "r.urdf: there is no link 'tip'" in err
+
+
+BAD_CELLS = {
+    "an unknown key": (("unknown: all", "unknwon: all"), "line 15, column 1: unknown key 'unknwon'; did you mean"),
+    "an unknown parameter": (("unknown: all", "unknown: [joint_9.offset]"), "line 15, column 11: there is no para"),
+    "no prior": (("joint_offset: 0.3, ", ""), "line 16, column 8: prior has no joint_offset, which joint_1"),
+    "a prior of zero": (("length: 0.5", "length: 0"), "line 16, column 36: prior.length is 0; .*greater than 0"),
+    "an unknown fixture": (("front: plate", "front: plait"), "line 18.*'plait', which is not among fixtures; did"),
+    "two robots": (("  dh:", "  urdf: r.urdf\n  dh:"), "line 5, column 3: robot has both urdf and dh"),
+    "no robot file": (("robot:\n  dh:", "robot: {urdf: r.urdf, tip_link: t}\nx:\n  dh:"), "unknown key 'x'"),
+    "a loop of places": (
+        ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
+    ),
+    "no fixture file": (("seats.yaml", "seat.yaml"), "seat.yaml: there is no such file"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "message"), BAD_CELLS.values(), ids=BAD_CELLS.keys())
+def test_bad_cells_are_refused_with_their_place(
+    cell: Path, capsys: pytest.CaptureFixture[str], change: tuple[str, str], message: str
+) -> None:
+    import re
+
+    text = cell.read_text()
+    assert change[0] in text
+    cell.write_text(text.replace(*change, 1))
+    status, out, err = told(capsys, cell, cell.parent / "touches.csv")
+    assert (status, out) == (3, "")
+    assert re.search(message, err), err
