@@ -9,12 +9,12 @@ import re
 from dataclasses import dataclass
 from typing import Final, NoReturn
 
+from tactfix.decimal_text import NUMBER
 from tactfix.errors import Problem, TactfixError
 
 MOST: Final = 1e30
 """No length, angle or count that a machine writes is larger; what is, is damage."""
 _MOST_CHARACTERS: Final = 40
-_NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _WITHOUT_EXPONENT: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
 _NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
@@ -100,7 +100,7 @@ class Lexer:
         glued: a letter may follow without a blank, as in G-code, where there is no exponent either.
         """
         self.blanks()
-        found = (_WITHOUT_EXPONENT if glued else _NUMBER).match(self.text, self.position)
+        found = (_WITHOUT_EXPONENT if glued else NUMBER).match(self.text, self.position)
         end = found.end() if found else self.position
         after = self.text[end : end + 1]
         continued = after.isalnum() or after in ("_", ".") if after else False

@@ -1,6 +1,23 @@
 """Wording that messages share: names in a list, and the nearest of the known names to a wrong one."""
 
+import re
 from collections.abc import Iterable, Sequence
+from typing import Final
+
+UNPRINTABLE: Final = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+"""What a terminal, a comment or XML would obey or choke on: control characters, other line ends, reversed writing."""
+
+
+def printable(text: str) -> str:
+    """The text with such characters as escapes, for whatever is shown of a file that others wrote."""
+    return UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def spreadsheet_cell(text: str) -> str:
+    """Text for a cell of a CSV file; an apostrophe keeps a spreadsheet from running what begins like a formula."""
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
 
 
 def did_you_mean(wrong: str, known: Iterable[str]) -> str:

@@ -13,6 +13,7 @@ from typing import Any, Final, TypeAlias
 
 import yaml
 
+from tactfix.decimal_text import MOST_CHARACTERS
 from tactfix.errors import Problem
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -86,10 +87,7 @@ def _read_value(event: Any, events: Iterator[Any], path: Path, tree: Tree) -> An
     if isinstance(event, yaml.AliasEvent):
         tree.refuse(event, f"*{event.anchor} is an alias", "write the value itself")
         return None
-    if event.anchor is not None:
-        tree.refuse(event, f"&{event.anchor} is an anchor", "write the value without it")
-    if event.tag is not None:
-        tree.refuse(event, f"{event.tag.replace('tag:yaml.org,2002:', '!!')} is a tag", "write the value without it")
+    _refuse_extras(event, tree)
     if len(path) > _MOST_DEPTH:
         # The parser would go on; nobody else should have to.
         raise yaml.MarkedYAMLError(None, None, f"more than {_MOST_DEPTH} levels, one in another", event.start_mark)
@@ -98,6 +96,14 @@ def _read_value(event: Any, events: Iterator[Any], path: Path, tree: Tree) -> An
     if isinstance(event, yaml.SequenceStartEvent):
         return _read_sequence(events, path, tree)
     return scalar(event.value) if event.implicit[0] and not event.style else event.value
+
+
+def _refuse_extras(event: Any, tree: Tree) -> None:
+    """Refuse an anchor or a tag, before a value and before a key."""
+    if event.anchor is not None:
+        tree.refuse(event, f"&{event.anchor} is an anchor", "write the value without it")
+    if event.tag is not None:
+        tree.refuse(event, f"{event.tag.replace('tag:yaml.org,2002:', '!!')} is a tag", "write the value without it")
 
 
 def _read_sequence(events: Iterator[Any], path: Path, tree: Tree) -> list[Any]:
@@ -111,6 +117,8 @@ def _read_mapping(events: Iterator[Any], path: Path, tree: Tree) -> dict[str, An
     mapping: dict[str, Any] = {}
     while not isinstance(event := next(events), yaml.MappingEndEvent):
         key = event.value if isinstance(event, yaml.ScalarEvent) else None
+        if key is not None:
+            _refuse_extras(event, tree)
         if key is None:
             tree.refuse(event, "a key must be plain text", "write 'name: value'")
             _read_value(event, events, (*path, ""), tree)
@@ -132,7 +140,9 @@ def scalar(text: str) -> Any:
     """The value of an unquoted scalar, by YAML 1.2: 1e-3 is a number; yes, 1_000 and 0x10 are text."""
     if text in _WORDS:
         return _WORDS[text]
-    if _INTEGER.fullmatch(text) and len(text) < 300:
+    if len(text) > MOST_CHARACTERS:
+        return text
+    if _INTEGER.fullmatch(text):
         return int(text)
     if _NUMBER.fullmatch(text):
         return float(text.replace(".i", "i").replace(".I", "I").replace(".n", "n").replace(".N", "N"))

@@ -1,6 +1,7 @@
 """The journal keeps every row that was done, whenever its writer was stopped."""
 
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -49,6 +50,35 @@ def test_a_journal_killed_in_its_first_line_begins_anew(tmp_path: Path, length: 
         journal.add("one", row("one"))
     with BatchJournal(path) as journal:
         assert journal.row("one") == row("one")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_line_that_was_changed_is_as_if_it_had_never_been(tmp_path: Path, seed: int) -> None:
+    """Any byte of any line but the first: that row is gone, the others are there."""
+    random, path = Random(seed), tmp_path / "j"
+    with BatchJournal(path) as journal:
+        for name in "abc":
+            journal.add(name, row(name))
+    lines = path.read_bytes().splitlines(keepends=True)
+    for _ in range(40):
+        which = random.randrange(1, 4)
+        line = bytearray(lines[which])
+        line[random.randrange(len(line) - 1)] ^= random.randrange(1, 256)
+        path.write_bytes(b"".join([*lines[:which], line, *lines[which + 1 :]]))
+        with BatchJournal(path) as journal:
+            left = [name for name in "abc" if name in journal]
+            assert left == [name for name in "abc" if name != "abc"[which - 1]]
+            assert all(journal.row(name) == row(name) for name in left)
+
+
+@pytest.mark.parametrize("line", [b"[]", b"1", b'{"key": "a", "row": {"status": "located"}}', b"null", b"\xff" * 9])
+def test_a_line_that_is_no_row_is_passed_over(tmp_path: Path, line: bytes) -> None:
+    path = tmp_path / "j"
+    with BatchJournal(path) as journal:
+        journal.add("one", row("one"))
+    path.write_bytes(path.read_bytes() + line + b"\n")
+    with BatchJournal(path) as journal:
+        assert len(journal) == 1
 
 
 def test_errors_are_tried_again(tmp_path: Path) -> None:

@@ -1,5 +1,10 @@
 """Workers of a Dask cluster that runs already."""
 
+import gc
+import logging
+import re
+import socket
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
@@ -10,7 +15,10 @@ from tactfix.errors import MissingExtraError, TactfixError
 from tactfix.version import VERSION
 
 # How long to wait for the scheduler, and for its first worker (s).
-_PATIENCE = 15
+_PATIENCE = 10
+_FIRST_PATIENCE = 3
+"""How long to wait for anybody at the address (s)."""
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?([^\s:/]+|\[[0-9A-Fa-f:.%]+\]):([0-9]{1,5})")
 
 
 class ClusterError(TactfixError):
@@ -48,14 +56,20 @@ class DaskCluster:
             from distributed import Client
         except ImportError:
             raise MissingExtraError("dask", "work on a Dask cluster") from None
+        self._knock()
+        with _silent():
+            yield from self._opened(Client)
+
+    def _opened(self, client_type: Any) -> Iterator[tuple[Executor, int]]:
+        client, why = None, ""
         try:
-            client = Client(self.address, timeout=_PATIENCE, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise ClusterError(
-                self.address,
-                f"no Dask scheduler answers ({error})",
-                "check the address; it is one like tcp://host:8786",
-            ) from None
+            client = client_type(self.address, timeout=_PATIENCE, set_as_default=False)
+        # TypeError: tls:// without certificates. MemoryError: somebody answers who speaks another language.
+        except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
+            why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        if client is None:
+            gc.collect()  # what was never connected fails once more when it goes; nothing holds it any longer
+            raise self._unanswered(why)
         try:
             width = self._width(client)
             executor = client.get_executor(pure=False)
@@ -69,6 +83,20 @@ class DaskCluster:
                 executor.shutdown(wait=False)
         finally:
             client.close()
+
+    def _knock(self) -> None:
+        """Connect and hang up, which takes seconds where nobody is there; Dask itself would try for half a minute."""
+        match = _ADDRESS.fullmatch(self.address)
+        if match is None or not 0 < int(match[2]) < 1 << 16:
+            raise self._unanswered("this is no address")
+        try:
+            socket.create_connection((match[1].strip("[]"), int(match[2])), timeout=_FIRST_PATIENCE).close()
+        except (OSError, UnicodeError) as error:
+            raise self._unanswered(str(error)) from None
+
+    def _unanswered(self, why: str) -> ClusterError:
+        remedy = "check the address; it is one like tcp://host:8786"
+        return ClusterError(self.address, f"no Dask scheduler answers ({why})", remedy)
 
     @contextmanager
     def mapping(self) -> Iterator[Callable[..., Iterator[Any]]]:
@@ -96,6 +124,22 @@ class DaskCluster:
             what = f"workers have tactfix {', '.join(sorted(others))}, here it is {VERSION}"
             raise ClusterError(self.address, what, "install the same version everywhere")
         return sum(client.nthreads().values()) or 1
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Dask tries no longer than _PATIENCE, and logs nothing of what ends in one message of ours."""
+    import dask
+
+    before, unraisable = logging.root.manager.disable, sys.unraisablehook
+    logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
+    try:
+        with dask.config.set({"distributed.comm.timeouts.connect": _PATIENCE}):
+            yield
+    finally:
+        logging.disable(before)
+        sys.unraisablehook = unraisable
 
 
 def _version() -> str:

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from tactfix.cli.application import run_application
 from tactfix.cli.exits import Exit, exit_of_error
+from tactfix.cli.stop_signals import StopSignals
 from tactfix.cli.streams import discard, refusal, say, settle
 from tactfix.errors import TactfixError
 
@@ -16,17 +17,19 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; every error is told on standard error, in its own words."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     settle()
-    try:
-        status = run_application(words)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        discard(sys.stdout)
-        return Exit.PIPE_CLOSED
-    except Exception as error:
-        return _told(error)
-    except KeyboardInterrupt:
-        return _say("interrupted", Exit.INTERRUPTED)
-    return status
+    with StopSignals() as stop:
+        try:
+            status = run_application(words)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            discard(sys.stdout)
+            return Exit.PIPE_CLOSED
+        except Exception as error:
+            return _told(error) if stop.received is None else _say(stop.word, stop.status)
+        except KeyboardInterrupt:
+            return _say(stop.word, stop.status)
+    # Some versions of typer make an exit status of an interrupt, without a word.
+    return status if stop.received is None else _say(stop.word, stop.status)
 
 
 _OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)
@@ -59,7 +62,7 @@ def _told(error: Exception) -> int:
     )
 
 
-def _say(message: str, status: Exit) -> int:
+def _say(message: str, status: int) -> int:
     """Tell it on standard error, each line as tactfix's."""
     for line in message.splitlines():
         say(f"tactfix: {line}\n")

@@ -9,7 +9,8 @@ import typer
 
 from tactfix.cli.commands import COMMANDS, command_of
 from tactfix.cli.completion import words_of_shell
-from tactfix.cli.quick_values import QuickCommand, QuickGroup
+from tactfix.cli.line_checks import CheckedCommand
+from tactfix.cli.quick_values import QuickGroup
 from tactfix.version import VERSION
 
 _HELP: Final = "Find where a fixture stands from a handful of touches on its spheres, cylinders and planes."
@@ -39,7 +40,7 @@ def _application(words: Sequence[str]) -> typer.Typer:
     chosen = _chosen(words)
     for name, summary in COMMANDS.items():
         function = command_of(name) if name == chosen else _placeholder
-        app.command(name, cls=QuickCommand, short_help=summary)(function)
+        app.command(name, cls=CheckedCommand, short_help=summary)(function)
     return app
 
 

@@ -1,8 +1,8 @@
 """Text of arguments as values; what cannot be one is a usage error that names its option."""
 
-import math
 from typing import TYPE_CHECKING, Final
 
+from tactfix.decimal_text import number_of
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -12,13 +12,11 @@ UNKNOWN: Final[dict[str, "Unknown"]] = {"tip": "tip", "tip-radius": "tip-radius"
 
 
 def vector(text: str, option: str) -> tuple[float, float, float]:
-    """'x,y,z' as three finite numbers."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise UsageError(f"{option} {text!r} is not three numbers; write x,y,z such as 10,0,-2.5") from None
-    if not all(map(math.isfinite, (x, y, z))):
-        raise UsageError(f"{option} {text!r} is not finite; write x,y,z such as 10,0,-2.5")
+    """'x,y,z' as three numbers, none beyond 1e30."""
+    numbers = [number_of(part.strip()) for part in text.split(",")]
+    x, y, z = numbers if len(numbers) == 3 else (None, None, None)
+    if x is None or y is None or z is None:
+        raise UsageError(f"{option} {text!r} is not three numbers; write x,y,z such as 10,0,-2.5")
     return x, y, z
 
 

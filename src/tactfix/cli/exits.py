@@ -16,7 +16,6 @@ class Exit(IntEnum):
     AMBIGUOUS = 5
     INCONSISTENT = 6
     BUG = 70
-    INTERRUPTED = 130
     PIPE_CLOSED = 141
 
 

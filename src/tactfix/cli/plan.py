@@ -11,6 +11,9 @@ from tactfix.cli.progress import progress_bar
 from tactfix.cli.workers import mapping
 from tactfix.errors import UsageError
 
+MOST_STARTS = 10_000
+"""Random sets of contacts; some hundred agree on the best plan."""
+
 
 def command(
     fixture_path: FixturePath,
@@ -35,7 +38,12 @@ def command(
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one plan.")] = 0,
     starts: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Search from N random sets, instead of a few, and tell how many agree."),
+        typer.Option(
+            metavar="N",
+            min=1,
+            max=MOST_STARTS,
+            help="Search from N random sets, instead of a few, and tell how many agree.",
+        ),
     ] = None,
     scheduler: Scheduler = None,
     sigma: Annotated[float | None, typer.Option(metavar="S", help="Sigma of a contact, in the fixture's unit.")] = None,

@@ -14,10 +14,12 @@ from typing import Any, Final, Literal, get_args, get_origin
 
 from typer.core import TyperCommand, TyperGroup
 
+from tactfix.decimal_text import NUMBER
+
 _NOT_PLAIN: Final = object()
 _NUMBERS: Final[dict[type, str]] = {
     int: r"[-+]?[0-9]{1,15}",
-    float: r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?",
+    float: NUMBER.pattern,
 }
 """Texts that are beyond doubt numbers of a kind."""
 

@@ -7,6 +7,7 @@ import sys
 from typing import IO, TextIO, cast
 
 from tactfix.errors import FileError, Problem
+from tactfix.wording import printable
 
 
 def settle() -> None:
@@ -33,8 +34,8 @@ def discard(stream: TextIO) -> None:
 
 
 def say(text: str) -> None:
-    """Write to standard error; where nobody can hear it the exit status has to do."""
-    _write(sys.stderr, text)
+    """Write to standard error what a terminal obeys nothing of; where nobody hears it the exit status has to do."""
+    _write(sys.stderr, printable(text))
 
 
 def _write(stream: TextIO, text: str) -> None:

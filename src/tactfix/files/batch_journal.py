@@ -1,14 +1,18 @@
 """The journal of a batch: rows in a file beside its output, as they come, until the output can be written whole."""
 
 import json
+import re
+from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 from tactfix.batching.row import BatchRow, row_json, row_of_json
 from tactfix.errors import FileError, Problem
 
-_FIRST_LINE: Final = b'{"journal": "tactfix/batch/1"}\n'
+_FIRST_LINE: Final = b'{"journal": "tactfix/batch/2"}\n'
+_LINE: Final = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "done": (.*)\}\n')
+"""A line: a checksum of what is done, and what is done."""
 
 
 def journal_path(output: Path) -> Path:
@@ -20,7 +24,8 @@ class BatchJournal:
     """An append-only file with a line for each row, under the key of its set.
 
     Rows with status "error" are kept for this run alone: when a batch goes on, what caused them may be gone. A last
-    line that was cut off when its writer was killed is dropped. In memory is only where each row stands.
+    line that was cut off when its writer was killed is dropped, and a line that does not keep its checksum is passed
+    over, so that its set is located anew. In memory is only where each row stands.
     """
 
     def __init__(self, path: Path) -> None:
@@ -57,7 +62,8 @@ class BatchJournal:
 
     def add(self, key: str, row: BatchRow) -> None:
         """Keep the row; it is in the file, though perhaps not yet on the disk, when this returns."""
-        line = json.dumps({"key": key, "row": row_json(row)}, allow_nan=False).encode() + b"\n"
+        done = json.dumps({"key": key, "row": row_json(row)}, allow_nan=False).encode()
+        line = b'{"sha256": "%s", "done": %s}\n' % (_checksum(done), done)
         place = self._file.seek(0, 2)
         self._file.write(line)
         self._file.flush()
@@ -66,7 +72,10 @@ class BatchJournal:
     def row(self, key: str) -> BatchRow:
         """The row under this key; KeyError where there is none."""
         self._file.seek(self._places[key])
-        return row_of_json(json.loads(self._file.readline())["row"])
+        done = _done(self._file.readline())
+        if done is None:
+            raise FileError(str(self._path), [Problem("the journal was changed meanwhile", "run the batch again")])
+        return row_of_json(done["row"])
 
     def remove(self) -> None:
         """Close the journal and delete its file: the output is written."""
@@ -93,15 +102,22 @@ class BatchJournal:
         self._file.truncate(place)
 
     def _find(self, line: bytes, place: int) -> None:
-        try:
-            told = json.loads(line)
-            is_answer = told["row"]["status"] != "error"
-            key = str(told["key"])
-        except (ValueError, KeyError, TypeError):
-            what = f"the line at byte {place} is not a row"
-            raise FileError(str(self._path), [Problem(what, "remove the journal to begin anew")]) from None
-        if is_answer:
-            self._places[key] = place
+        done = _done(line)
+        if done is not None and done["row"]["status"] != "error":
+            self._places[done["key"]] = place
+
+
+def _done(line: bytes) -> dict[str, Any] | None:
+    """The key and the row that a line says, None where it is not as it was written."""
+    match = _LINE.fullmatch(line)
+    if match is None or match[1] != _checksum(match[2]):
+        return None
+    done: dict[str, Any] = json.loads(match[2])
+    return done
+
+
+def _checksum(done: bytes) -> bytes:
+    return sha256(done).hexdigest().encode()
 
 
 def _lock(file: BinaryIO, path: Path) -> None:

@@ -1,11 +1,12 @@
 """The rows of a contact file below its header, cut into columns."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from tactfix.errors import Problem
 from tactfix.files.contact_header import Header
 from tactfix.files.contact_settings import key_of
 from tactfix.files.contact_table import Table
+from tactfix.wording import UNPRINTABLE
 
 
 def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
@@ -19,6 +20,7 @@ def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) ->
         problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
         return None
     text = "\n".join(body)
+    problems.extend(_unprintable(text, body, places))
     width = len(header.columns)
     rows: Sequence[int] = range(1, len(body) + 1)
     if '"' in text:
@@ -37,7 +39,27 @@ def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) ->
         rows, places = [rows[index] for index in sound], [places[index] for index in sound]
     if " " in text or "\t" in text:
         cells = [cell.strip() for cell in cells]
-    return Table({name: cells[k::width] for k, name in enumerate(header.columns)}, rows, places, header.separator)
+    columns: dict[str, Sequence[str]] = {name: cells[k::width] for k, name in enumerate(header.columns)}
+    for name in ("feature", "id"):
+        if name in columns and "'" in text:
+            columns[name] = [_without_apostrophe(cell) for cell in columns[name]]
+    return Table(columns, rows, places, header.separator)
+
+
+def _without_apostrophe(cell: str) -> str:
+    """A text without the apostrophe that keeps a spreadsheet from taking it for a formula."""
+    return cell[1:] if cell.startswith(("'=", "'+", "'-", "'@")) else cell
+
+
+def _unprintable(text: str, body: Sequence[str], places: Sequence[int]) -> Iterator[Problem]:
+    """A problem for each row with a character that a terminal or a comment would obey."""
+    if not UNPRINTABLE.search(text):
+        return
+    for index, line in enumerate(body):
+        found = UNPRINTABLE.search(line)
+        if found:
+            what, remedy = f"there is a control character, {found[0]!r}", "remove it; it may not show in your editor"
+            yield Problem(what, remedy, line=places[index], column=found.start() + 1, row=index + 1)
 
 
 def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> tuple[list[str], Sequence[int]]:

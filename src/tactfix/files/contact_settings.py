@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from tactfix.decimal_text import NUMBER, number_of
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
@@ -25,7 +26,6 @@ _KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
 """A key of one or two words; what has more before a colon is a sentence, a plain comment."""
 _NEARLY: Final = re.compile(r"([A-Za-z][\w-]*)\s*(?:[(\[]([^()\[\]]*)[)\]])?\s*[:=]?\s*(.*)")
 """A word, perhaps a unit in brackets, and the rest: what may be meant for a setting."""
-_NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _PADDING: Final = ",; \t"
 """What spreadsheets add to the end of a line."""
 
@@ -125,7 +125,8 @@ class SettingLines:
 def _number(text: str, separator: str) -> float:
     """A decimal number, with a decimal comma too where that does not divide cells; nan for anything else."""
     plain = text if separator == "," else text.replace(",", ".")
-    return float(plain) if _NUMBER.fullmatch(plain) else float("nan")
+    value = number_of(plain)
+    return float("nan") if value is None else value
 
 
 def key_of(line: str) -> str | None:
@@ -159,7 +160,7 @@ def _nearly_setting(line: str, key: str, value: str) -> tuple[str, str, str] | N
         return None
     unit, words = parts[2], parts[3].split()
     first = words[0] if words else ""
-    is_value = first in UNITS and len(words) == 1 if near == "units" else _NUMBER.fullmatch(first) and len(words) < 3
+    is_value = first in UNITS and len(words) == 1 if near == "units" else NUMBER.fullmatch(first) and len(words) < 3
     if unit is None and not is_value:
         return None
     what = f"{_shown(text)} sets nothing: " + ("there is no colon" if unit is None else "a unit stands beside the key")
@@ -171,8 +172,7 @@ def _nearly_setting(line: str, key: str, value: str) -> tuple[str, str, str] | N
 
 def _half(diameter: str) -> str:
     """What to write instead of the diameter of a tip."""
-    half = float(diameter) / 2 if _NUMBER.fullmatch(diameter) else 1.5
-    return f"write '# tip_radius: {half:g}', half of the diameter"
+    return f"write '# tip_radius: {(number_of(diameter) or 3.0) / 2:g}', half of the diameter"
 
 
 def _meant_key(key: str) -> str | None:

@@ -8,13 +8,13 @@ from typing import Final
 
 import numpy as np
 
+from tactfix.decimal_text import MOST_CHARACTERS, NUMBER
 from tactfix.errors import Problem
 from tactfix.geometry.arrays import Floats
 
 # What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
 _PLAIN: Final = re.compile(r"[0-9eE+\-. \n]*")
-_NUMBER: Final = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
 _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 
@@ -82,6 +82,8 @@ def _fast_column(table: Table, name: str) -> Floats | None:
         cells = joined.replace(",", ".").split("\n")
     if not _PLAIN.fullmatch(joined.replace(",", ".") if table.decimal == "," else joined):
         return None
+    if max(map(len, cells), default=0) > MOST_CHARACTERS:
+        return None
     try:
         values = np.fromiter(map(float, cells), dtype=np.float64, count=len(table))
     except ValueError:
@@ -93,7 +95,7 @@ def _slow_column(table: Table, name: str, problems: list[Problem], may_be_empty:
     values = np.full(len(table), np.nan)
     for index, cell in enumerate(table.columns[name]):
         text = cell.replace(",", ".") if table.decimal == "," and "." not in cell else cell
-        if re.fullmatch(_NUMBER, text) and math.isfinite(float(text)):
+        if len(text) <= MOST_CHARACTERS and NUMBER.fullmatch(text) and math.isfinite(float(text)):
             values[index] = float(text)
         elif cell or not may_be_empty:
             problems.append(table.problem(index, *_cell_problem(name, cell, table.separator)))

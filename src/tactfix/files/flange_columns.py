@@ -16,9 +16,11 @@ from tactfix.files.contact_header import ORIENTATIONS
 from tactfix.files.contact_table import Table, numbers
 from tactfix.geometry.arrays import Bools, Floats, lengths
 from tactfix.geometry.rigid import rotation_from_quaternion, rotation_from_vector
+from tactfix.units import MOST_LENGTH
 
 _MOST_OFF_UNIT: Final = 1e-3
 """A quaternion printed with four digits is off by up to 1e-4 in length."""
+_MOST_DEGREES: Final = 720.0
 _MOST_TURN: Final = 2 * np.pi + 0.01
 """Rad; what is longer was hardly meant as a rotation vector in rad."""
 
@@ -45,6 +47,11 @@ _ROTATIONS: Final[Mapping[tuple[str, ...], Callable[[Floats], Floats]]] = Mappin
 )
 """The rotations of the numbers (n, k) of each set of columns."""
 
+_NO_ANGLE: Final[tuple[Check, str, str]] = (
+    lambda angles: np.abs(angles).max(axis=1) > _MOST_DEGREES,
+    "an angle of the flange is more than two turns",
+    "write degrees",
+)
 _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyType(
     {
         ("qw", "qx", "qy", "qz"): (
@@ -57,6 +64,8 @@ _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyTy
             "the rotation vector rx, ry, rz is longer than a full turn in rad",
             "write it in rad; if these are degrees, divide by 57.29578, if they are angles, name the columns so",
         ),
+        ("a", "b", "c"): _NO_ANGLE,
+        ("w", "p", "r"): _NO_ANGLE,
     }
 )
 
@@ -68,7 +77,9 @@ def flange_rotations(table: Table, problems: list[Problem]) -> Floats | None:
         return None
     before = len(problems)
     values = numbers(table, names, problems)
-    if len(problems) == before and names in _WRONG:
+    if len(problems) == before:
         is_wrong, what, remedy = _WRONG[names]
-        problems += [table.problem(int(index), what, remedy) for index in np.flatnonzero(is_wrong(values))]
+        # Clipped, so that no square overflows: what is so large is wrong by any of the checks.
+        wrong = is_wrong(np.clip(values, -MOST_LENGTH, MOST_LENGTH))
+        problems += [table.problem(int(index), what, remedy) for index in np.flatnonzero(wrong)]
     return _ROTATIONS[names](values) if len(problems) == before else None

@@ -9,6 +9,7 @@ from typing import Final
 from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.fixture_format.problems import Finding, Path
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+from tactfix.wording import UNPRINTABLE
 
 PLACE: Final[dict[str, tuple[str, ...]]] = {
     "plane": ("point", "normal"),
@@ -19,7 +20,7 @@ PLACE: Final[dict[str, tuple[str, ...]]] = {
 """What places a feature of each type in the fixture frame."""
 PLACE_KEYS: Final = frozenset(key for keys in PLACE.values() for key in keys)
 # What would fall apart in a contact file or on the command line (--features bar:5,ball:3).
-_FORBIDDEN: Final = re.compile(r"^\s|\s$|[,;:#\"'\x00-\x1f]")
+_FORBIDDEN: Final = re.compile(rf"^\s|\s$|[,;:#\"'\t\n]|{UNPRINTABLE.pattern}")
 
 _SIZES: Final = ("radius", "sigma", "tip_radius", "approach_distance", "tip_within", "translation")
 _PLACES: Final = ("point", "center", "tip_offset", "x", "y", "z")

@@ -12,11 +12,13 @@ from tactfix.fixture_format.feature_rules import check_features, check_lengths
 from tactfix.fixture_format.frame_rules import check_frame
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.relation_rules import check_relations
+from tactfix.wording import UNPRINTABLE
 
 
 def check_entries(entries: Entries) -> list[Finding]:
     """Everything that is well formed and makes no sense; places are compared by `geometry_rules`."""
     return [
+        *_check_name(entries.written.get("name")),
         *check_features(entries),
         *check_lengths(entries),
         *check_relations(entries),
@@ -25,6 +27,12 @@ def check_entries(entries: Entries) -> list[Finding]:
         *_check_touch(entries),
         *_check_placement(entries),
     ]
+
+
+def _check_name(name: object) -> Iterator[Finding]:
+    """A name in one line, which cannot leave the comment or message that it stands in."""
+    if isinstance(name, str) and (UNPRINTABLE.search(name) or "\n" in name):
+        yield Finding(("name",), f"the name {name[:40]!r} holds a control character", "write it in one line of letters")
 
 
 def _check_probe(entries: Entries) -> Iterator[Finding]:

@@ -2,7 +2,9 @@
 
 import io
 import json
+import warnings
 from collections.abc import Mapping
+from tokenize import TokenError
 from typing import Any, Final
 
 import numpy as np
@@ -15,10 +17,13 @@ from tactfix.pose_formats.orientation import Quaternion
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix, syntax_error
 from tactfix.pose_formats.ros_text import is_echo, read_echo
 from tactfix.units import UNITS
+from tactfix.wording import printable
 from tactfix.yaml_tree import read_tree
 
 SCHEMA: Final = "tactfix/pose/1"
 _LOCATE_SCHEMA: Final = "tactfix/locate/1"
+_MOST_BYTES: Final = 1 << 16
+"""Far more than the header and the 16 numbers of a pose."""
 _ROS: Final = Numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), "m", Quaternion(scalar_first=False), "")
 
 
@@ -149,7 +154,7 @@ def _from_tree(tree: object) -> Pose:
         rigid_matrix(_array(tree["transform"], "transform"), "transform"),
         _units(tree.get("units")),
         None if covariance is None else _covariance(_array(covariance, "covariance")),
-        str(tree.get("fixture") or ""),
+        printable(str(tree.get("fixture") or "")),
     )
 
 
@@ -217,12 +222,21 @@ def _write_npy(pose: Pose, remarks: tuple[str, ...]) -> bytes:
     return buffer.getvalue()
 
 
+def _plain_array(data: bytes) -> object:
+    """The array of a .npy file; raises whatever numpy does where its header is damaged, and warns of nothing."""
+    if len(data) > _MOST_BYTES:
+        raise ValueError
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return np.load(io.BytesIO(data), allow_pickle=False)
+
+
 def _read_npy(data: str | bytes) -> Pose:
     try:
         if isinstance(data, str):
             raise ValueError
-        matrix = np.load(io.BytesIO(data), allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
+        matrix = _plain_array(data)
+    except (ValueError, TypeError, SyntaxError, TokenError, EOFError, OSError, MemoryError, OverflowError) as error:
         raise syntax_error("is not a numpy array", "save it with numpy.save") from error
     return Pose(rigid_matrix(_array(matrix, "the array"), "the array"), None)
 

@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, Final
 from tactfix.batching.row import BatchRow, row_json
 from tactfix.errors import MissingExtraError, UsageError
 from tactfix.report.text_report import decimal
+from tactfix.wording import spreadsheet_cell
 
 _TWIST: Final = ("rx", "ry", "rz", "tx", "ty", "tz")
 CSV_COLUMNS: Final = (
@@ -71,11 +72,12 @@ def _cells(row: BatchRow) -> list[str]:
     transform = [""] * 16 if row.transform is None else [decimal(value) for value in row.transform]
     sigmas = [""] * 6 if row.sigmas is None else [decimal(value) for value in row.sigmas]
     return [
-        *(row.name, row.status, "true" if row.acceptable else "false", row.message, row.units),
+        *(spreadsheet_cell(row.name), row.status, "true" if row.acceptable else "false"),
+        *(spreadsheet_cell(row.message), row.units),
         *transform,
         *sigmas,
         *("" if row.chi2 is None else decimal(row.chi2), "" if row.dof is None else str(row.dof)),
-        *("" if row.rms is None else decimal(row.rms), " | ".join(row.warnings)),
+        *("" if row.rms is None else decimal(row.rms), spreadsheet_cell(" | ".join(row.warnings))),
     ]
 
 

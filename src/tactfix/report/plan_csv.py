@@ -11,6 +11,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.planning.result import Plan
 from tactfix.report.text_report import decimal
 from tactfix.simulation.simulate import CONE_DEG, Simulation
+from tactfix.wording import spreadsheet_cell
 
 # A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian. No more is written,
 # which also hides the last bits in which platforms differ: one seed gives one file everywhere.
@@ -25,11 +26,11 @@ def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
     own = bool((contacts.sigmas != sigma).any())
     named = any(contacts.ids)
     columns = [
-        ["feature", *contacts.features],
+        ["feature", *map(spreadsheet_cell, contacts.features)],
         *_columns("x y z", np.round(contacts.points, _digits(float(contacts.sigmas.min())))),
         *_columns("ax ay az", np.round(contacts.approaches, _DIRECTION)),
         *([["sigma", *map(decimal, contacts.sigmas)]] if own else []),
-        *([["id", *(name or "" for name in contacts.ids)]] if named else []),
+        *([["id", *(spreadsheet_cell(name or "") for name in contacts.ids)]] if named else []),
     ]
     text = io.StringIO()
     text.writelines(f"# {line}\n" for line in (*comments, *settings))

@@ -10,6 +10,7 @@ import numpy as np
 
 from tactfix.files.logs.load import LogContacts
 from tactfix.pose_formats import DIALECTS
+from tactfix.wording import spreadsheet_cell
 
 _ORIENTATIONS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {"ur": ("rx", "ry", "rz"), "kuka": ("a", "b", "c"), "abb": ("qw", "qx", "qy", "qz"), "fanuc": ("w", "p", "r")}
@@ -35,8 +36,8 @@ def contact_csv(read: LogContacts) -> str:
     writer.writerow(["feature", "x", "y", "z", *(["ax", "ay", "az"] if told.any() else []), *names, "id"])
     for i, contact in enumerate(read.contacts):
         approach = (read.approaches[i].tolist() if told[i] else [""] * 3) if told.any() else []
-        row = [read.features[i], *read.points[i].tolist(), *approach, *orientations[i]]
-        writer.writerow([*row, contact.id or f"line {contact.line}"])
+        row = [spreadsheet_cell(read.features[i]), *read.points[i].tolist(), *approach, *orientations[i]]
+        writer.writerow([*row, spreadsheet_cell(contact.id or f"line {contact.line}")])
     return buffer.getvalue()
 
 

@@ -1,0 +1,85 @@
+"""What every command line is held to: its numbers are decimal numbers, and no output is one of its inputs.
+
+Python takes more for a number than people write: 1_0, nan, digits of other scripts.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from tactfix.cli.quick_values import QuickCommand
+from tactfix.decimal_text import number_of
+from tactfix.errors import UsageError
+
+_NUMBERS: Final = ("float", "integer", "float range", "integer range")
+"""What typer's own types of numbers are called where its parameters have such a type."""
+
+
+_LONGEST_PATH: Final = 4096
+_OUTPUTS: Final = ("output", "junit")
+"""Parameters that name a file to write."""
+
+
+class CheckedCommand(QuickCommand):
+    """A command that holds its line to the rules of all commands."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the line; raises UsageError for a number that is none."""
+        _check_numbers(self.get_params(ctx), args)
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; raises UsageError where it would write over a file that it reads."""
+        _check_outputs(ctx.params)
+        return super().invoke(ctx)
+
+
+def _check_outputs(values: Mapping[str, Any]) -> None:
+    for output in (values.get(name) for name in _OUTPUTS):
+        if isinstance(output, Path) and any(_is_one_file(given, output) for given in _files(values)):
+            raise UsageError(f"{output} is read by this command; write the result to another file")
+
+
+def _is_one_file(given: Path, output: Path) -> bool:
+    """Whether both are one regular file; where one may not look, whoever reads or writes says so."""
+    try:
+        return output.is_file() and given.is_file() and given.samefile(output)
+    except (OSError, ValueError):
+        return False
+
+
+def _files(values: Mapping[str, Any]) -> Iterator[Path]:
+    """Whatever the other parameters may name as a file."""
+    for name, value in values.items():
+        for one in value if isinstance(value, list | tuple) else [value]:
+            if name not in _OUTPUTS and isinstance(one, Path | str) and len(str(one)) < _LONGEST_PATH:
+                yield Path(one)
+
+
+def _check_numbers(parameters: Iterable[Any], words: Sequence[str]) -> None:
+    options = {option for parameter in parameters if _is_number(parameter) for option in getattr(parameter, "opts", ())}
+    for place, word in enumerate(words):
+        if word == "--":
+            return
+        option, mark, value = word.partition("=")
+        text = value if mark else words[place + 1] if place + 1 < len(words) else ""
+        if option in options and _is_taken_by_python(text) and number_of(text.strip()) is None:
+            shown = text if len(text) <= 40 else f"{text[:40]}..."
+            remedy = "write decimal digits, such as 0.005; nothing is beyond 1e30"
+            raise UsageError(f"{option} {shown!r} is not a number; {remedy}")
+
+
+def _is_number(parameter: Any) -> bool:
+    descriptor = getattr(parameter, "type_descriptor", None)
+    if descriptor is not None:
+        return descriptor.annotation in (int, float)
+    return getattr(getattr(parameter, "type", None), "name", "") in _NUMBERS
+
+
+def _is_taken_by_python(text: str) -> bool:
+    """Whether typer would take it for a number; if not, typer says so in its own words."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,21 @@
+"""The decimal numbers that people write: ASCII digits, a point, an exponent.
+
+float() takes more: 1_0, digits of other scripts, nan, inf and four hundred digits. None of that is a number here.
+"""
+
+import re
+from typing import Final
+
+from tactfix.units import MOST_LENGTH
+
+MOST_CHARACTERS: Final = 100
+"""A double has 17 digits; whatever is longer than this was not written for a number."""
+NUMBER: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+
+
+def number_of(text: str) -> float | None:
+    """The number that text says; None where it says none, or one beyond 1e30, which is no length and no count."""
+    if len(text) > MOST_CHARACTERS or not NUMBER.fullmatch(text):
+        return None
+    value = float(text)
+    return value if abs(value) <= MOST_LENGTH else None

@@ -1,0 +1,151 @@
+"""What every command line is held to, and what becomes of a command that is stopped."""
+
+import os
+import signal
+import socket
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from tactfix.batching.cluster import ClusterError, DaskCluster
+from tactfix.cli import app, main
+from tactfix.files.contact_file import load_contacts
+from tactfix.files.fixture_file import load_fixture
+from tactfix.files.writing import whole_file
+from tactfix.wording import printable, spreadsheet_cell
+
+ROOT = Path(__file__).parents[2]
+FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
+CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--sigma", "1_0"),
+        ("--sigma=nan",),
+        ("--sigma", "1e31"),
+        ("--sigma", "0." + "1" * 400),
+        ("--tip-radius", "\u0663"),
+        ("--max-sigma", "inf"),
+        ("--max-rms", "Infinity"),
+        ("--at", "1e308,0,0"),
+        ("--at", "1_0,0,0"),
+        ("--at", "nan,0,0"),
+        ("--at", "1,2"),
+        ("--tip-offset", "\u0661,0,0"),
+    ],
+    ids=str,
+)
+def test_what_is_no_decimal_number_is_a_usage_error(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["locate", str(FIXTURE), str(CONTACTS), *words]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "number" in err
+    assert len(err) < 300
+
+
+@pytest.mark.parametrize("starts", ["0", "10001", "1" * 30])
+def test_the_starts_of_a_plan_have_a_bound(starts: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(FIXTURE), "--starts", starts]) == 2
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("way", ["same", "link", "dots"])
+@pytest.mark.parametrize("which", ["plate.yaml", "c.csv"])
+def test_an_output_that_is_an_input_is_refused(
+    tmp_path: Path, which: str, way: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "plate.yaml").write_bytes(FIXTURE.read_bytes())
+    (tmp_path / "c.csv").write_bytes(CONTACTS.read_bytes())
+    (tmp_path / "link").symlink_to(tmp_path / which)
+    output = {"same": tmp_path / which, "link": tmp_path / "link", "dots": tmp_path / ".." / tmp_path.name / which}[way]
+    before = (tmp_path / which).read_bytes()
+    assert main(["locate", str(tmp_path / "plate.yaml"), str(tmp_path / "c.csv"), "-o", str(output)]) == 2
+    assert "write the result to another file" in capsys.readouterr().err
+    assert (tmp_path / which).read_bytes() == before
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("swallowed", [False, True])
+def test_both_signals_clean_up_and_are_told_in_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    number: signal.Signals,
+    status: int,
+    swallowed: bool,
+) -> None:
+    """Swallowed: compiled code that is being imported makes an error of its own of the interrupt."""
+
+    def stopped(words: object) -> NoReturn:
+        try:
+            with whole_file(tmp_path / "out.csv"):
+                os.kill(os.getpid(), number)
+                raise AssertionError
+        except KeyboardInterrupt:
+            if swallowed:
+                raise ImportError("numpy could not be imported") from None
+            raise
+
+    monkeypatch.setattr(app, "run_application", stopped)
+    before = signal.getsignal(signal.SIGTERM)
+    assert main(["locate"]) == status
+    assert capsys.readouterr().err in ("tactfix: interrupted\n", "tactfix: terminated\n")
+    assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+@pytest.mark.parametrize(
+    "address", ["nonsense", "ucx://a:1", "tcp://a:0", "tcp://a:99999", "tcp://", "tcp://no.such.host.invalid:8786"]
+)
+def test_an_address_that_is_none_is_told_at_once(address: str) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(ClusterError, match="no Dask scheduler answers"), DaskCluster(address).open():
+        pass
+
+
+def test_a_port_where_nobody_listens_is_told_at_once() -> None:
+    pytest.importorskip("distributed")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(ClusterError, match="no Dask scheduler answers"), DaskCluster(address).open():
+            pass
+
+
+def test_control_characters_do_not_reach_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert printable("a\x1b[31m\x9b\u202e\u2028\r\x00b\n\t\u00e9") == "a\\x1b[31m\\x9b\\u202e\\u2028\\r\\x00b\n\t\u00e9"
+    assert main(["locate", "no\x1b[2J\x07.yaml", "c.csv"]) == 3
+    assert "\x1b" not in capsys.readouterr().err
+
+
+def test_names_with_control_characters_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = FIXTURE.read_text(encoding="utf-8")
+    for old, new in (("name: robot-cell-plate", 'name: "a\\nG54"'), ("  pin: {type", '  "p\\ein": {type')):
+        (tmp_path / "f.yaml").write_text(text.replace(old, new))
+        assert main(["locate", str(tmp_path / "f.yaml"), str(CONTACTS)]) == 3
+    said = capsys.readouterr().err
+    assert "control character" in said
+    assert "\x1b" not in said
+    (tmp_path / "c.csv").write_text(CONTACTS.read_text(encoding="utf-8").replace("pin,", "p\x1bin,"))
+    assert main(["locate", str(FIXTURE), str(tmp_path / "c.csv")]) == 3
+    said = capsys.readouterr().err
+    assert "there is a control character, '\\x1b'" in said
+    assert "\x1b" not in said
+
+
+def test_a_cell_that_a_spreadsheet_would_run_comes_back_as_it_was(tmp_path: Path) -> None:
+    assert [spreadsheet_cell(text) for text in ("=1+1", "+x", "-x", "@x", "x=", "", "1")] == [
+        *("'=1+1", "'+x", "'-x", "'@x"),
+        *("x=", "", "1"),
+    ]
+    text = FIXTURE.read_text(encoding="utf-8").replace("  pin:", '  "=pin":').replace("  ball:", "  -ball:")
+    (tmp_path / "f.yaml").write_text(text)
+    assert main(["simulate", str(tmp_path / "f.yaml"), "--seed", "1", "-o", str(tmp_path / "c.csv")]) == 0
+    written = (tmp_path / "c.csv").read_text()
+    assert "\n'=pin," in written
+    assert "\n'-ball," in written
+    contacts = load_contacts(tmp_path / "c.csv", load_fixture(tmp_path / "f.yaml"))
+    assert set(contacts.features) == {"plate", "=pin", "-ball"}
