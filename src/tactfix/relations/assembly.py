@@ -4,7 +4,7 @@ Distances and angles leave a fixture a few shapes (`realization`): mirror images
 that has none (`equations`). How they are searched depends on what the relations say:
 
 - They fix the shape and are exact: each shape is a rigid fixture, and every pose of it is found as if the file had
-  given its geometry (`rigid_bodies`).
+  given its geometry (`rigid_bodies`). Of many shapes those are searched that features located alone point to.
 - They fix the shape, but are measured: the same search, its contacts loosened by how far the shape may be off, gives
   the places to start from. One least squares over pose and shape, with all contacts and relations, follows from each
   (`branch_fits`).
@@ -16,7 +16,7 @@ that has none (`equations`). How they are searched depends on what the relations
 Solutions that no contact tells apart are one, its covariance large enough for all of them (`unresolved`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,16 +26,22 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import branch_fit, starts_from
+from tactfix.relations.branch_fits import Start, branch_fit, starts_from
 from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import combinations
-from tactfix.relations.joint_problem import JointProblem
+from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
-from tactfix.relations.realization import bodies, fixture_scale
+from tactfix.relations.realization import bodies, body_number, fixture_scale
 from tactfix.relations.rigid_bodies import body_solutions
 from tactfix.relations.samples import sampled_solutions
+from tactfix.results import Candidate
 
+FEW_SHAPES = 2
+"""Of more shapes, features that are located alone say which to search: it takes a tenth of a second for each."""
+NEAR = 10.0
+"""Times the limit of chi-square that a fit may have for its shape to be searched."""
 FEW_COMBINATIONS = 64
 """Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
 MOST_COMBINATIONS = 4096
@@ -52,39 +58,60 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     samples, marked as a continuum. Without with_misses neither the one nor the others.
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
-    is_rigid = bool(bodies(fixture))
-    if is_rigid and all(relation.sigma == 0 for relation in fixture.relations):
-        return body_solutions(fixture, contacts, sigmas, with_misses)
+    shapes = bodies(fixture)
+    is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
+    if is_exact and len(shapes) <= FEW_SHAPES:
+        return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
     located = combinations(fixture, contacts, sigmas, MOST_COMBINATIONS + 1)
-    if located is None and not is_rigid:
+    if located is None and not shapes:
         return sampled_solutions(fixture, problem, with_misses)
-    if located is None or (is_rigid and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
+    if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
+        if is_exact:
+            return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
         return _loosened(fixture, problem, with_misses)
-    solutions = _from_combinations(fixture, problem, located.surfaces[:MOST_COMBINATIONS])
-    return replace(solutions, complete=len(located.surfaces) <= MOST_COMBINATIONS)
-
-
-def _from_combinations(
-    fixture: Fixture, problem: JointProblem, combinations: Sequence[Mapping[str, Surface]]
-) -> Solutions:
-    """The joint fits next to combinations of features in base; what breaks a relation is listed as fallen."""
-    surfaces = [_anchored(combination, problem.contacts) for combination in combinations]
-    starts = starts_from(problem, surfaces)
-    fits = [branch_fit(problem, start) for start in starts]
+    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS])
+    if is_exact:
+        searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
+        if searched:
+            chosen = [body for number, body in enumerate(shapes) if number in searched]
+            return body_solutions(fixture, chosen, contacts, sigmas, with_misses)
     solutions = joint_solutions(fixture, problem, fits)
-    kept = {start.number for start, fit in zip(starts, fits, strict=True) if fit.chi2 <= solutions.limit}
-    broken = [combination for number, combination in enumerate(surfaces) if number not in kept] if kept else []
-    return replace(solutions, fallen=tuple(broken_candidates(fixture, problem, broken[:MOST_FALLEN])))
+    fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
+    return replace(solutions, complete=len(located.surfaces) <= MOST_COMBINATIONS, fallen=tuple(fallen))
+
+
+def _fits(problem: JointProblem, found: Sequence[Mapping[str, Surface]]) -> tuple[list[Start], list[JointFit]]:
+    """The joint fits next to combinations of features in base, one for each branch, and where each started."""
+    starts = starts_from(problem, [_anchored(surfaces, problem.contacts) for surfaces in found])
+    return starts, [branch_fit(problem, start) for start in starts]
+
+
+def _is_near(fit: JointFit) -> bool:
+    return fit.chi2 <= NEAR * chi_square_limit(fit.dof)
+
+
+def _fallen(
+    fixture: Fixture,
+    problem: JointProblem,
+    found: Sequence[Mapping[str, Surface]],
+    starts: Sequence[Start],
+    fits: Sequence[JointFit],
+    limit: float,
+) -> Iterator[Candidate]:
+    """Combinations that explain the contacts of each feature but break a relation, where others do not."""
+    kept = {start.number for start, fit in zip(starts, fits, strict=True) if fit.chi2 <= limit}
+    broken = [surfaces for number, surfaces in enumerate(found) if number not in kept] if kept else []
+    return broken_candidates(fixture, problem, broken[:MOST_FALLEN])
 
 
 def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
     """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes."""
     loose = np.hypot(problem.sigmas, LOOSE * _slack(fixture, problem.scale))
-    rigid = body_solutions(fixture, problem.contacts, loose, with_misses)
+    rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
     if rigid.continuum or rigid.dof < 0:
         return rigid
-    solutions = _from_combinations(fixture, problem, [solution.surfaces for solution in rigid.found])
-    return replace(solutions, complete=rigid.complete, fallen=())
+    _, fits = _fits(problem, [solution.surfaces for solution in rigid.found])
+    return replace(joint_solutions(fixture, problem, fits), complete=rigid.complete)
 
 
 def _slack(fixture: Fixture, scale: float) -> float:

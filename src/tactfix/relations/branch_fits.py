@@ -20,9 +20,9 @@ MOST_FITS = 96
 """Starts that are followed, those of the least cost."""
 MISSES = 3
 """The same where none promises to explain the contacts: one of them is the nearest miss."""
-RESOLVED = 4.0
+RESOLVED = 10.0
 """Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
-seen: the position on it is then known to a quarter of a rad."""
+seen: the position on it is then known to a tenth of a rad, within which the circle is straight."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

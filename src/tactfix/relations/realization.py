@@ -70,6 +70,14 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
     return tuple(found)
 
 
+def body_number(fixture: Fixture, surfaces: Mapping[str, Surface]) -> int | None:
+    """As which of the bodies of the fixture surfaces lie that keep its relations; None where they are none of them."""
+    shapes = _in_fixture_frame(fixture, surfaces)
+    scale = fixture_scale(fixture)
+    known = (n for n, body in enumerate(bodies(fixture)) if shapes and _known(shapes[0], list(body), scale))
+    return next(known, None)
+
+
 def _mirrored(surface: Surface) -> Surface:
     """The mirror image of a surface in the plane x = 0."""
     flip = np.array([-1.0, 1.0, 1.0])

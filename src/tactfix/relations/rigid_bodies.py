@@ -1,7 +1,8 @@
 """Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -9,19 +10,25 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.frame import frames, recipe_of
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import Surface
 from tactfix.poses.rigid import rigid_solutions
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions
-from tactfix.relations.realization import bodies, fixture_scale
+from tactfix.relations.realization import fixture_scale
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
 
+Body: TypeAlias = tuple[Mapping[str, Surface], ...]
+"""A rigid geometry of the fixture, in each frame that its recipe allows."""
 
-def body_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:
-    """Every pose of every body that explains the contacts; sigmas (n,) of the residuals.
+
+def body_solutions(
+    fixture: Fixture, searched: Sequence[Body], contacts: Contacts, sigmas: Floats, with_misses: bool
+) -> Solutions:
+    """Every pose of the bodies searched that explains the contacts; sigmas (n,) of the residuals.
 
     Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
-    parts = [rigid_solutions(shapes[0], contacts, sigmas, with_misses) for shapes in bodies(fixture)]
+    parts = [rigid_solutions(shapes[0], contacts, sigmas, with_misses) for shapes in searched]
     dof, limit = parts[0].dof, parts[0].limit
     complete, continuum = all(part.complete for part in parts), any(part.continuum for part in parts)
     found = sorted(((s, n) for n, part in enumerate(parts) for s in part.found), key=lambda pair: pair[0].chi2)
