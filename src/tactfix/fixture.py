@@ -216,12 +216,27 @@ class Placement:
             raise UsageError(f"{what}; where one is held, name the others as free")
 
     @property
+    def is_in_fit(self) -> bool:
+        """Whether it takes part in the fit, as a measurement or by directions that are held; limits only eliminate."""
+        return self.sigma is not None or self.free is not None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it says anything of poses; near alone does not."""
+        return self.within is not None or self.is_in_fit
+
+    @property
     def covariance(self) -> Floats | None:
         """The covariance (6, 6) of near where it is a measurement: rx ry rz (rad), tx ty tz (length)."""
         if self.sigma is None or isinstance(self.sigma, np.ndarray):
             return self.sigma
         translation, rotation = self.sigma
         return np.diag([rotation**2] * 3 + [translation**2] * 3)
+
+    @property
+    def dof(self) -> int:
+        """How many equations a measurement gives, less the unknowns of the pose."""
+        return (6 if self.sigma is not None else 0) - int(self.turns.sum() + self.shifts.sum())
 
     @property
     def turns(self) -> Bools:
@@ -324,6 +339,11 @@ class Fixture:
     def equations(self, features: Iterable[str]) -> int:
         """How many equations contacts on these features, one named for each contact, give in all."""
         return sum(self.features[name].equations for name in features)
+
+    def dof(self, features: Iterable[str]) -> int:
+        """How many equations contacts on these features, and a measured pose, give beyond the unknowns of the pose."""
+        known = self.placement
+        return self.equations(features) - 6 if known is None else self.equations(features) + known.dof
 
     @property
     def is_placed(self) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
-ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path", "tip"]
+ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path", "tip", "prior"]
 DiagnosisCode: TypeAlias = Literal[
     "outlier",
     "approach",
@@ -144,6 +144,17 @@ class TipEstimate:
     message: str
 
 
+@dataclass(frozen=True, slots=True)
+class WithoutPrior:
+    """What the contacts alone would leave, without what is known beforehand.
+
+    poses: how many poses would be left; of an ambiguous result at least so many, None where a motion would be free.
+    """
+
+    status: Status
+    poses: int | None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LocateResult:
     """The answer of locate; see the contract of each field in samples/README.md ("JSON of locate").
@@ -152,6 +163,7 @@ class LocateResult:
     sigmas of the frame are the square roots of the covariance's diagonal. surfaces holds the features in base whenever
     they are known. chi2_limit is what chi2 was held against. Where the tip was unknown: unknowns, the names of
     all that was found together; joint_covariance (u, u) in that order; tip, wherever the contacts determine it.
+    without_prior: None where nothing was known beforehand.
     """
 
     fixture: str
@@ -173,6 +185,7 @@ class LocateResult:
     unknowns: tuple[str, ...] = POSE_UNKNOWNS
     joint_covariance: Floats | None = None
     tip: TipEstimate | None = None
+    without_prior: WithoutPrior | None = None
 
     @property
     def pose(self) -> "Pose":

@@ -58,7 +58,7 @@ def test_the_doubts_of_located_contacts_are_their_residuals():
     result = locate(placed(PLATE), contacts)
     residuals = np.array([c.residual for c in result.contacts])
     normals = np.vstack([truth.normals])
-    best = SimpleNamespace(normals=normals, residuals=residuals)
+    best = SimpleNamespace(base_from_fixture=None, normals=normals, residuals=residuals)
     doubts = Doubts.of(contacts, contacts.sigmas, best)
     assert doubts.scaled @ doubts.scaled == pytest.approx(result.chi2, rel=1e-9)
     assert np.abs(doubts.span.T @ doubts.scaled).max() < 1e-2, "nothing is left that a motion of the fixture explains"

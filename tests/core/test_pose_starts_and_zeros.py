@@ -6,6 +6,7 @@ from core.problems import PLATE, touch_all
 from scipy.spatial.transform import Rotation
 
 from tactfix.poses.equations import centred_offsets, pose_equations
+from tactfix.poses.pose_domain import ALL_POSES
 from tactfix.poses.starts import NEIGHBOURS, OFF_CENTRE, SIDES, around, covering
 from tactfix.poses.zeros import MOST_ZEROS, distinct, gathered
 
@@ -39,7 +40,7 @@ def test_coverings_differ():
 
 def test_neighbours_are_at_every_scale():
     centre = np.concatenate([np.eye(3).ravel(), [1.0, 2.0, 3.0], [0.0]])
-    rotations, offsets = around(centre[None], 1)
+    rotations, offsets = around(ALL_POSES, centre[None], 1)
     assert offsets.shape == (3, NEIGHBOURS)
     # Cayley's map turns by twice the arc tangent of half the vector.
     angles = Rotation.from_matrix(np.moveaxis(rotations, -1, 0)).magnitude()

@@ -12,9 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import chi_square_limit
-from tactfix.poses.pose_fit import SMALLEST_RATIO, sensitivity
+from tactfix.poses.pose_fit import SMALLEST_RATIO, sensitivity, with_known
 from tactfix.poses.solution import Solution
 
 SEEN = 1e-3
@@ -36,10 +37,10 @@ class Doubts:
     span: Floats
 
     @staticmethod
-    def of(contacts: Contacts, sigmas: Floats, best: Solution) -> "Doubts":
-        """At the best pose; sigmas (n,) of the residuals."""
-        jacobian = sensitivity(contacts, best.normals, sigmas).jacobian
-        return Doubts(best.residuals / sigmas, span_of(jacobian))
+    def of(contacts: Contacts, sigmas: Floats, best: Solution, placement: Placement | None = None) -> "Doubts":
+        """At the best pose; sigmas (n,) of the residuals, placement: what is known of the pose beforehand."""
+        seen, _ = with_known(sensitivity(contacts, best.normals, sigmas), placement, best.base_from_fixture)
+        return Doubts(best.residuals / sigmas, span_of(seen.reduced[: len(contacts)]))
 
     @cached_property
     def normalized(self) -> Floats:
@@ -83,10 +84,10 @@ class Doubts:
     def are_all(self, index: Sequence[int]) -> bool:
         """Whether all others would be explained, or nearly, without these contacts."""
         left = float(self.scaled @ self.scaled) - self.gain(index)
-        return left <= ROUGHLY * chi_square_limit(len(self.scaled) - len(index) - 6)
+        return left <= ROUGHLY * chi_square_limit(len(self.scaled) - len(index) - self.span.shape[1])
 
 
 def span_of(jacobian: Floats) -> Floats:
-    """An orthonormal basis (n, k) of what motions of the fixture do to residuals over sigma; jacobian (n, 6)."""
+    """An orthonormal basis (n, k) of what motions of the fixture do to residuals over sigma; jacobian (n, u)."""
     span, values, _ = np.linalg.svd(jacobian, full_matrices=False)
     return np.asarray(span[:, values > SMALLEST_RATIO * values[0]])

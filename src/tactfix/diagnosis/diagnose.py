@@ -90,7 +90,7 @@ def suspicions(
     best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
     speak against it. solve gives the solutions for corrected contacts.
     """
-    doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best) if best else None
+    doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
     order = doubts.order if doubts else list(range(len(contacts)))
     screen = Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
     pairs = likely_pairs(contacts, order, doubts)

@@ -25,7 +25,7 @@ class Screen:
         """Whether the contacts of these rows do not rule every pose out."""
         asked = contacts.subset([i for i, row in enumerate(contacts.rows) if row in self.rows])
         sigmas = np.hypot(residual_sigmas(self.fixture, asked), self.slack)
-        limit = chi_square_limit(self.fixture.equations(contacts.features) - 6)
+        limit = chi_square_limit(self.fixture.dof(contacts.features))
         try:
             return not self.shapes or any(
                 least_chi_square(shape, asked, sigmas) <= limit

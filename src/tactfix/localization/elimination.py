@@ -1,8 +1,9 @@
 """Telling candidates apart: for each pose that fits, what speaks against it.
 
-In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, straight
-path. Fit and relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong
-by SURE standard deviations to speak against a pose, and one that is within them is reported as doubtful.
+In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, what is known
+beforehand (`prior`), straight path. Fit and relations come before, where the poses are made. Nothing is decided on the
+edge: a sign must be wrong by SURE standard deviations to speak against a pose, and one that is within them is reported
+as doubtful.
 """
 
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import feet, moved
+from tactfix.localization.prior import contradiction
 from tactfix.noise import SURE
 from tactfix.poses.solution import Solution
 from tactfix.results import Reason, ReasonCode
@@ -38,6 +40,8 @@ def judge(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool 
     doubts: list[str] = []
     for test in (_approach, _touch):
         test(fixture, contacts, trial, reasons, doubts)
+    if fixture.placement is not None and (off := contradiction(fixture.placement, trial, fixture.units, fitted=True)):
+        reasons.append(Reason("prior", None, None, off.message))
     if not reasons and use_path:
         _path(fixture, contacts, trial, reasons)
     return Verdict(tuple(reasons), tuple(doubts))

@@ -67,13 +67,15 @@ def _stands_out(
         return None
     from tactfix.diagnosis.data_snooping import contact_that_stands_out
 
-    return contact_that_stands_out(contacts, residual_sigmas(fixture, contacts), solution, probability)
+    return contact_that_stands_out(
+        contacts, residual_sigmas(fixture, contacts), solution, probability, fixture.placement
+    )
 
 
 def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, index: int, size: float) -> Diagnosis:
     from tactfix.diagnosis.data_snooping import movement_without
 
-    moves = movement_without(contacts, residual_sigmas(fixture, contacts), solution, index)
+    moves = movement_without(contacts, residual_sigmas(fixture, contacts), solution, index, fixture.placement)
     message = (
         f"{contacts.label(index)} on {contacts.features[index]} stands out by {size:.3g} sigma: touch it again; "
         f"without it the fixture would be found {moves:.2g} {fixture.units} elsewhere"

@@ -12,12 +12,12 @@ import numpy as np
 from tactfix.contacts import Contacts, Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import offset_radius
-from tactfix.localization.elimination import Verdict, judge
-from tactfix.localization.fit_test import misfit_of, misgivings
+from tactfix.localization.elimination import Verdict
+from tactfix.localization.fit_test import misgivings
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.free_motions import free_motions, is_worthless
+from tactfix.localization.outcome import outcome_of, solve, verdict_of
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
@@ -58,16 +58,22 @@ def locate(
 
         return locate_with_tip(fixture, contacts, frozenset(unknown), scale_sigma=scale_sigma)
     sigmas = residual_sigmas(fixture, contacts)
-    solutions = solve(fixture, contacts, sigmas, with_misses=explain)
-    verdicts = [_verdict(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
-    verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
-    left = [s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons]
-    status = _status(contacts, solutions, left)
+    outcome = outcome_of(fixture, contacts, sigmas, with_misses=explain)
+    solutions, verdicts, left, status = outcome.solutions, outcome.verdicts, outcome.left, outcome.status
     result = _result(fixture, contacts, solutions, verdicts, left, status)
     if left and not fixture.is_placed and status != "underdetermined":
         from tactfix.relations.parallels import doubtful_distances
 
         result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
+    if explain and fixture.placement is not None and fixture.placement.is_known:
+        from tactfix.localization.contacts_alone import contacts_alone
+
+        alone = contacts_alone(fixture, contacts, sigmas, outcome)
+        warnings = (*result.warnings, *alone.warnings(status))
+        candidates = (*result.candidates, *alone.fallen)
+        result = replace(result, candidates=candidates, warnings=warnings, without_prior=alone.without)
+        if alone.contradictions:
+            return result
     if status == "located":
         return _with_pose(result, fixture, left[0], scale_sigma)
     if status == "ambiguous":
@@ -75,22 +81,6 @@ def locate(
     if status == "underdetermined":
         return _with_free_motions(result, fixture, contacts, solutions, left)
     return _with_suspicions(result, fixture, contacts, solutions) if explain else result
-
-
-def solve(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
-    """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
-
-    Where there is none the nearest miss, or samples of what relations leave free, unless without with_misses.
-    """
-    # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
-    if fixture.is_placed:
-        from tactfix.poses.rigid import rigid_solutions
-
-        surfaces = {name: f.surface for name, f in fixture.features.items() if f.surface is not None}
-        return rigid_solutions(surfaces, contacts, sigmas, with_misses)
-    from tactfix.relations.assembly import assembled_solutions
-
-    return assembled_solutions(fixture, contacts, sigmas, with_misses)
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
@@ -112,42 +102,6 @@ def _without_approach_to_points(fixture: Fixture, contacts: Contacts) -> Contact
     if not (on_point & contacts.has_approach).any():
         return contacts
     return replace(contacts, approaches=np.where(on_point[:, None], np.nan, contacts.approaches))
-
-
-def _verdict(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True) -> Verdict:
-    """What speaks against a solution: its fit first, then approach, touch box and path."""
-    misfit = misfit_of(fixture, contacts, solution, limit)
-    return judge(fixture, contacts, solution, use_path) if misfit is None else Verdict((misfit,), ())
-
-
-NO_PATH = "no pose lets the probe come in a straight line; the test of the path is left out"
-
-
-def _without_impossible_path(
-    fixture: Fixture, contacts: Contacts, solutions: Solutions, verdicts: Sequence[Verdict]
-) -> list[Verdict]:
-    """The verdicts; where only the path speaks against every pose that is left, the path cannot be right.
-
-    A probe need not come from far away: then the straight line that the path test assumes is not the one it took.
-    """
-    codes = [{reason.code for reason in verdict.reasons} for verdict in verdicts]
-    if {"path"} not in codes or set() in codes:
-        return list(verdicts)
-    again = [_verdict(fixture, contacts, s, solutions.limit, use_path=False) for s in solutions.found]
-    blocked = next(v.reasons[0].message for v, c in zip(verdicts, codes, strict=True) if c == {"path"})
-    doubt = (
-        f"{blocked}, and so for every pose: {NO_PATH}. If the probe starts closer, say so with probe.approach_distance"
-    )
-    return [v if v.reasons else replace(v, doubts=(*v.doubts, doubt)) for v in again]
-
-
-def _status(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) -> Status:
-    if not left:
-        # Too few contacts to be inconsistent: a continuum of which no sample passed.
-        return "underdetermined" if solutions.continuum or solutions.dof < 0 else "inconsistent"
-    if solutions.continuum or solutions.dof < 0 or all(is_worthless(solution, contacts) for solution in left):
-        return "underdetermined"
-    return "located" if len(left) == 1 else "ambiguous"
 
 
 def _result(
@@ -248,7 +202,7 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts,
         return again.chi2, "" if again.status == "located" else f" (what is left is {again.status})"
 
     def accepts(corrected: Fixture, kept: Contacts, solution: Solution) -> str | None:
-        verdict = _verdict(corrected, kept, solution, chi_square_limit(corrected.equations(kept.features) - 6))
+        verdict = verdict_of(corrected, kept, solution, chi_square_limit(corrected.dof(kept.features)))
         if {reason.code for reason in verdict.reasons} - {"path"}:
             return None
         return " (what is left is weak)" if is_worthless(solution, kept) else ""

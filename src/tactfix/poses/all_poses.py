@@ -15,16 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
-from tactfix.poses.feature_rotations import TURNS, feature_rotations
+from tactfix.poses.feature_rotations import TURNS, rotations_in
 from tactfix.poses.polish import best_poses
 from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
-from tactfix.poses.starts import covering_rotations
+from tactfix.poses.starts import BEYOND, domain_rotations, start_count
 from tactfix.poses.subsets import PART, agreed_poses
 from tactfix.poses.zeros import Zeros, sampled, together
 
@@ -49,11 +50,12 @@ SAMPLES = 8
 class PoseSearch:
     """All poses found, best chi-square first; complete and continuum as in `zeros.Zeros`.
 
-    limit is the largest chi-square that still explains the contacts; fits above it are only the nearest misses,
-    kept where nothing is below it.
+    limit is the largest chi-square that still explains the contacts, with dof degrees of freedom; fits above it are
+    only the nearest misses, kept where nothing is below it.
     """
 
     fits: tuple[PoseFit, ...]
+    dof: int
     limit: float
     complete: bool
     continuum: bool
@@ -66,47 +68,54 @@ class PoseSearch:
 
 
 def all_poses(
-    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+    surfaces: Mapping[str, SidedSurface],
+    contacts: Contacts,
+    sigmas: Floats,
+    with_misses: bool = True,
+    placement: Placement | None = None,
+    thorough: bool = True,
 ) -> PoseSearch:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
-    Where there is none the nearest miss, or nothing without with_misses.
+    Where there is none the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond
+    its limits not all poses are found. Without thorough, those that one covering of the rotations meets.
 
-    With fewer than six contacts, or six that leave a motion free, the fits are samples of a continuum.
+    With fewer contacts than unknowns, or contacts that leave a motion free, the fits are samples of a continuum.
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
     """
     index = spread_indices(contacts, SEARCHED)
     frame = SearchFrame.of(surfaces, contacts.subset(index))
     smallest = float(sigmas.min())
-    equations = frame.equations(surfaces, contacts, smallest / sigmas)
+    equations = frame.equations(surfaces, contacts, smallest / sigmas, placement, smallest)
     searched = equations.subset(index)
     unit = (smallest / frame.length) ** 2
-    turns = frame.half_turns(surfaces, contacts)
-    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(len(index), unit), turns)
-    limit = chi_square_limit(len(contacts) - 6)
-    least = zeros.costs.min(initial=np.inf) / zero_limit(len(index), unit)
+    # Directions that are held, and a pose that was measured, are not symmetric as the surfaces are.
+    turns = frame.half_turns(surfaces, contacts) if searched.domain.is_free and not searched.measured else []
+    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough)
+    dof, limit = equations.dof, chi_square_limit(equations.dof)
+    least = zeros.costs.min(initial=np.inf) / zero_limit(searched.dof, unit)
     if zeros.continuum:
         zeros = sampled(searched, zeros, SAMPLES)
     elif least > FAR_OFF and not with_misses:
-        return PoseSearch((), limit, zeros.complete, continuum=False)
-    elif least > 1 and len(contacts) > SEARCHED:
-        starts = _starts(surfaces, contacts, PART)
-        part_limit = zero_limit(PART, unit)
+        return PoseSearch((), dof, limit, zeros.complete, continuum=False)
+    elif least > 1 and len(contacts) > SEARCHED and thorough:
+        part_dof = dof - len(contacts) + PART
+        starts, part_limit = _starts(surfaces, contacts, part_dof), zero_limit(part_dof, unit)
         zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
     zeros = best_poses(equations, contacts, zeros, unit)
-    fits = [fit_at(surfaces, contacts, sigmas, pose) for pose in frame.base_from_fixture(zeros)]
+    fits = [fit_at(surfaces, contacts, sigmas, pose, placement) for pose in frame.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
-    return PoseSearch(tuple(kept), limit, zeros.complete, zeros.continuum)
+    return PoseSearch(tuple(kept), dof, limit, zeros.complete, zeros.continuum)
 
 
-def zero_limit(count: int, unit: float) -> float:
-    """The cost up to which a zero of so many contacts may explain them; unit: that of a chi-square of one.
+def zero_limit(dof: int, unit: float) -> float:
+    """The cost up to which a zero of so many degrees of freedom may be a pose; unit: that of a chi-square of one.
 
     The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size of the
     fixture it is all rounding.
     """
-    return float(2 * chi_square_limit(count - 6) * unit + 1e-22)
+    return float(2 * chi_square_limit(dof) * unit + 1e-22)
 
 
 def _zeros(
@@ -116,20 +125,25 @@ def _zeros(
     searched: PoseEquations,
     cost_limit: float,
     turns: Sequence[Floats],
+    thorough: bool,
 ) -> Zeros:
     """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
     if len(searched) >= PLENTY:
-        rotations = feature_rotations(surfaces, contacts, sigmas)
+        rotations = rotations_in(searched.domain, surfaces, contacts, sigmas)
         if rotations is not None:
             # So many are samples of a turn that one direction leaves, not the only rotations there are.
-            zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=rotations.shape[2] >= TURNS)
+            many = rotations.shape[2] >= TURNS
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=many, thorough=thorough)
             if len(zeros.costs):
                 return zeros
-    starts = _starts(surfaces, contacts, len(searched))
+    starts = _starts(surfaces, contacts, searched.dof)
+    if not thorough:
+        return find_zeros(searched, cost_limit, int(BEYOND * starts), turns, thorough=False)
     zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros.costs):
         return zeros
-    misses = nearest_misses(searched, covering_rotations(starts), turns)
+    rotations = domain_rotations(searched.domain, start_count(searched.domain, starts))
+    misses = nearest_misses(searched, rotations, turns)
     if misses.costs.min(initial=np.inf) <= cost_limit:
         return misses
     # Before contacts are called inconsistent they deserve a closer look.
@@ -149,11 +163,13 @@ TWO_CYLINDERS = 2000
 from all others, each met by one start in 1600."""
 
 
-def _starts(surfaces: Mapping[str, SidedSurface], contacts: Contacts, searched: int) -> int:
-    """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few."""
+def _starts(surfaces: Mapping[str, SidedSurface], contacts: Contacts, beyond: int) -> int:
+    """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few.
+
+    beyond: how many equations there are beyond the unknowns.
+    """
     touched = [type(surfaces[name]) for name in contacts.by_feature]
     roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)
-    beyond = searched - 6
     if beyond <= 3 and touched.count(Cylinder) > 1:
         return TWO_CYLINDERS
     return STARTS[roundest][0 if beyond <= 3 else 1 if beyond <= 5 else 2]

@@ -7,12 +7,15 @@ Topology from the Differentiable Viewpoint, section 5). A contact cannot be near
 some values are taken nowhere, and the degree is 0. Planes have it too: with other offsets no mirror image fits. As many
 poses have one sign as the other, and where the signs of those found do not cancel, some are missing. Two missing ones
 of opposite signs go unnoticed.
+
+Where directions are held (`pose_domain`) the same is true of as many equations as unknowns, but for turns about two
+axes, which have no orientation, and for planes alone: shifts take any values there, each once.
 """
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.poses.equations import PoseEquations, evaluate
+from tactfix.poses.equations import PoseEquations, evaluate, translation_matrix
 
 EXACT = 1e-20
 """Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
@@ -25,7 +28,7 @@ def are_balanced(equations: PoseEquations, rotations: Floats, offsets: Floats, c
 
     A pose that is no exact zero, or nearly a double one, may have either sign.
     """
-    if len(equations) != 6:
+    if not _signs_cancel(equations):
         return True
     _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
     matrices = np.moveaxis(jacobian, -1, 0)
@@ -33,3 +36,14 @@ def are_balanced(equations: PoseEquations, rotations: Floats, offsets: Floats, c
     sure = (values[:, -1] > FIRM * values[:, 0]) & (costs < EXACT)
     signs = np.linalg.slogdet(matrices)[0][sure]
     return bool(abs(signs.sum()) <= np.count_nonzero(~sure))
+
+
+def _signs_cancel(equations: PoseEquations) -> bool:
+    """Whether the degree of the map is known to be zero, and all its zeros are searched for."""
+    domain = equations.domain
+    if equations.dof or equations.measured or domain.reach < np.pi:
+        return False
+    if domain.is_free:
+        return True
+    is_proper = np.linalg.matrix_rank(translation_matrix(equations), tol=FIRM) == 3
+    return bool(domain.turns.sum() != 2 and (equations.radii > 0).any() and is_proper)

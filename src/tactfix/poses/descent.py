@@ -91,7 +91,7 @@ class _State:
         """One step of each; which (N,) have arrived at a zero, and which are stuck above the limit."""
         with np.errstate(over="ignore", invalid="ignore"):
             step = self._step(equations, geometric, cost_limit)
-            rotations, offsets = turned(step[:3], self.rotations), self.offsets + step[3:]
+            rotations, offsets = stepped(equations, step, self.rotations, self.offsets)
             residual, jacobian = evaluate(equations, rotations, offsets, geometric)
             cost = np.einsum("nN,nN->N", residual, residual)
         # A start in a singular place may step to infinity: nan is never better.
@@ -110,8 +110,8 @@ class _State:
         return self._ends(gain, small, cost_limit)
 
     def _step(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> Floats:
-        """The next step (6, N) of each: Gauss-Newton's, but a bent one where that does not end within the limit."""
-        step = damped_step(self.residual, self.jacobian, self.damping)
+        """The next step (u, N) of each: Gauss-Newton's, but a bent one where that does not end within the limit."""
+        step = damped_step(self.residual, self.jacobian, self.damping, turns=equations.turns)
         self.within = np.where(self.cost < cost_limit, self.within + 1, 0)
         near = np.flatnonzero(self.within > PATIENCE)
         if len(near) and np.isfinite(cost_limit) and len(equations) <= MOST_BENT:
@@ -119,18 +119,17 @@ class _State:
         return step
 
     def _bent_step(self, equations: PoseEquations, geometric: bool, which: Ints) -> Floats:
-        """Newton's steps (6, k) of those, bent to where the residuals fall as the linear model says."""
+        """Newton's steps (u, k) of those, bent to where the residuals fall as the linear model says."""
         rotations, offsets, damping = self.rotations[..., which], self.offsets[:, which], self.damping[which]
         residual, jacobian = self.residual[:, which], self.jacobian[..., which]
         bend = curvature(equations, rotations, offsets, residual, geometric)
         # Where the sum of squares is a saddle Gauss-Newton still leads down, Newton nowhere.
         hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)
         bend = np.where(np.linalg.eigvalsh(hessian)[:, 0] > 0, bend, 0.0)
-        step = damped_step(residual, jacobian, damping, bend)
-        part = AHEAD * step
-        ahead, _ = evaluate(equations, turned(part[:3], rotations), offsets + part[3:], geometric)
+        step = damped_step(residual, jacobian, damping, bend, equations.turns)
+        ahead, _ = evaluate(equations, *stepped(equations, AHEAD * step, rotations, offsets), geometric)
         second = ((ahead - residual) / AHEAD - np.einsum("inN,iN->nN", jacobian, step)) / AHEAD
-        more = damped_step(second, jacobian, damping, bend)
+        more = damped_step(second, jacobian, damping, bend, equations.turns)
         is_short = np.einsum("iN,iN->N", more, more) < MOST_BEND**2 * np.einsum("iN,iN->N", step, step)
         return step + np.where(is_short, more, 0.0)
 
@@ -152,6 +151,14 @@ class _State:
             for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping", "within"):
                 setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., which]))
         return bool(len(self.cost))
+
+
+def stepped(equations: PoseEquations, step: Floats, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
+    """The poses after steps (u, N) in the unknowns of the equations, in their domain."""
+    if equations.domain.is_free:
+        return turned(step[:3], rotations), offsets + step[3:]
+    whole = np.einsum("iuN,uN->iN", equations.domain.basis(rotations, offsets), step)
+    return equations.domain.onto(turned(whole[:3], rotations), offsets + whole[3:])
 
 
 def turned(vectors: Floats, rotations: Floats) -> Floats:
@@ -179,10 +186,13 @@ def rotation_matrices(x: Floats, y: Floats, z: Floats, w: Floats) -> Floats:
     return np.array(rows).reshape(3, 3, -1)
 
 
-def damped_step(residual: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float = 0.0) -> Floats:
-    """The Levenberg-Marquardt steps (6, N), no longer than one radian or one fixture size.
+def damped_step(
+    residual: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float = 0.0, turns: int = 3
+) -> Floats:
+    """The Levenberg-Marquardt steps (u, N), no longer than one radian.
 
-    curvature (6, 6, N): what is added to the normal matrices for a Newton step.
+    curvature (u, u, N): what is added to the normal matrices for a Newton step. turns: the first so many unknowns are
+    rotations.
     """
     normal = np.einsum("inN,jnN->ijN", jacobian, jacobian)
     gradient = np.einsum("inN,nN->iN", jacobian, residual)
@@ -190,7 +200,7 @@ def damped_step(residual: Floats, jacobian: Floats, damping: Floats, curvature: 
     diagonal += damping * (diagonal + 1e-9)
     normal += curvature
     step = -solve_positive(normal, gradient)
-    return np.asarray(step / np.maximum(1.0, np.sqrt(np.einsum("aN,aN->N", step[:3], step[:3]))))
+    return np.asarray(step / np.maximum(1.0, np.sqrt(np.einsum("aN,aN->N", step[:turns], step[:turns]))))
 
 
 def solve_positive(matrices: Floats, rhs: Floats) -> Floats:

@@ -9,6 +9,9 @@ all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial
 axis, so Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the
 geometric form |P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
 
+A pose that was measured before adds six equations (`measured_pose`), directions that are held take unknowns away
+(`pose_domain`).
+
 Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are scaled by the caller.
 """
 
@@ -19,6 +22,8 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere, offset_radius
+from tactfix.poses.measured_pose import MeasuredPose
+from tactfix.poses.pose_domain import ALL_POSES, PoseDomain
 
 OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])
 
@@ -28,7 +33,8 @@ class PoseEquations:
     """n contacts as quadratic forms; lengths in one unit chosen by the caller.
 
     points (3, n) in base; anchors (3, n): p, quadrics (3, 3, n): Q, normals (3, n): n, constants (n,): k in the fixture
-    frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals.
+    frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals. domain: the poses asked for; measured: one
+    that was measured before.
     """
 
     points: Floats
@@ -38,13 +44,30 @@ class PoseEquations:
     constants: Floats
     radii: Floats
     weights: Floats
+    domain: PoseDomain = ALL_POSES
+    measured: MeasuredPose | None = None
 
     def __len__(self) -> int:
+        """How many contacts there are."""
         return int(self.points.shape[1])
+
+    @property
+    def dof(self) -> int:
+        """How many equations there are beyond the unknowns."""
+        return len(self) + (6 if self.measured else 0) - self.domain.dimension
+
+    @property
+    def turns(self) -> int:
+        """How many of the unknowns, the first ones, are rotations."""
+        return int(self.domain.turns.sum())
 
     def subset(self, index: Sequence[int]) -> "PoseEquations":
         """The equations of some contacts only."""
-        return PoseEquations(*(np.ascontiguousarray(getattr(self, name)[..., index]) for name in self.__slots__))
+        arrays = (self.points, self.anchors, self.quadrics, self.normals, self.constants, self.radii, self.weights)
+        points, anchors, quadrics, normals, constants, radii, weights = (
+            np.ascontiguousarray(array[..., index]) for array in arrays
+        )
+        return PoseEquations(points, anchors, quadrics, normals, constants, radii, weights, self.domain, self.measured)
 
 
 def pose_equations(
@@ -74,10 +97,26 @@ def _quadric(surface: SidedSurface, tip_radius: float) -> tuple[Floats, Floats, 
 
 
 def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> tuple[Floats, Floats]:
-    """Residuals (n, N) and Jacobian (6, n, N) at fixture_from_base poses rotations (3, 3, N), offsets (3, N).
+    """Residuals (r, N) and Jacobian (u, r, N) at fixture_from_base poses rotations (3, 3, N), offsets (3, N).
 
-    The six columns are a rotation about the fixture axes (acting after A, before b) and a translation along them.
+    The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them, or
+    what the domain leaves of them (`PoseDomain.basis`); the r residuals those of the contacts, and behind them those of
+    a measured pose.
     """
+    residual, jacobian = _contact_residuals(equations, rotations, offsets, geometric)
+    if equations.measured is not None:
+        more, their = equations.measured.evaluate(rotations, offsets)
+        residual, jacobian = np.concatenate([residual, more]), np.concatenate([jacobian, their], axis=1)
+    if not equations.domain.is_free:
+        basis = equations.domain.basis(rotations, offsets)
+        jacobian = np.einsum("iuN,irN->urN", basis, jacobian)
+    return residual, jacobian
+
+
+def _contact_residuals(
+    equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool
+) -> tuple[Floats, Floats]:
+    """Residuals (n, N) of the contacts and their Jacobian (6, n, N)."""
     turned, y, gradient = _placed(equations, rotations, offsets)
     residual = np.einsum("anN,anN->nN", gradient / 2 + equations.normals[:, :, None], y) + equations.constants[:, None]
     round_ = equations.radii > 0
@@ -96,14 +135,16 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
 def curvature(
     equations: PoseEquations, rotations: Floats, offsets: Floats, residual: Floats, geometric: bool
 ) -> Floats:
-    """The sum (6, 6, N) of residuals (n, N) times their second derivatives: what Gauss-Newton leaves out.
+    """The sum (u, u, N) of residuals (r, N) times their second derivatives: what Gauss-Newton leaves out.
+
+    Of the contacts; a measured pose is as good as linear, and the domain as good as flat, within noise.
 
     A turn by v moves y by v x u + v x (v x u) / 2 to second order, u = A x: with gradient g and Hessian H of the
     residual in y the second derivatives are [u] H [u]^T + (g u^T + u g^T) / 2 - g.u I for the turn, [u] H for turn and
     shift, and H for the shift, [u] the matrix of u x.
     """
     turned, _, gradient = _placed(equations, rotations, offsets)
-    pull = residual * equations.weights[:, None]
+    pull = residual[: len(equations)] * equations.weights[:, None]
     bends = equations.quadrics[..., None]
     if geometric:
         # Of |P y'|: (P - e e^T) / |P y'| with e along P y'.
@@ -120,7 +161,10 @@ def curvature(
     second[:3, 3:] = mixed.sum(axis=2)
     second[3:, :3] = np.swapaxes(second[:3, 3:], 0, 1)
     second[3:, 3:] = bends.sum(axis=2)
-    return second
+    if equations.domain.is_free:
+        return second
+    basis = equations.domain.basis(rotations, offsets)
+    return np.asarray(np.einsum("iuN,ijN,jvN->uvN", basis, second, basis))
 
 
 def _placed(equations: PoseEquations, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats, Floats]:
@@ -142,9 +186,33 @@ def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
     get 0.
     """
     n = len(equations)
-    projectors = equations.quadrics * equations.radii + np.einsum("an,bn->abn", equations.normals, equations.normals)
+    projectors = _projectors(equations)
     turned = np.einsum("abN,bn->anN", rotations, equations.points)
     rhs = np.einsum("abn,bnN->aN", projectors, equations.anchors[:, :, None] - turned)
-    offsets = np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs
+    if equations.domain.is_free:
+        offsets = np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs
+    else:
+        offsets = _centred_in_domain(equations.domain, rotations, projectors.sum(axis=2), rhs, 1e-6 / n)
     # On a centre itself every way out is alike, and Newton's method would stay.
-    return np.asarray(offsets + OFF_CENTRE)
+    return equations.domain.onto(rotations, np.asarray(offsets + OFF_CENTRE))[1]
+
+
+def translation_matrix(equations: PoseEquations) -> Floats:
+    """How the contacts resist translations in the frame of y, a matrix (3, 3): singular where one is free."""
+    return np.asarray(_projectors(equations).sum(axis=2))
+
+
+def _projectors(equations: PoseEquations) -> Floats:
+    """The directions (3, 3, n) in which each feature resists, as projectors."""
+    normals = equations.normals
+    return np.asarray(equations.quadrics * equations.radii + np.einsum("an,bn->abn", normals, normals))
+
+
+def _centred_in_domain(domain: PoseDomain, rotations: Floats, matrix: Floats, rhs: Floats, rcond: float) -> Floats:
+    """The same where translations along some base axes are held: matrix (3, 3), rhs (3, N) of the normal equations."""
+    _, held = domain.onto(rotations, np.repeat(domain.pivot[:, None], rotations.shape[2], axis=1))
+    free = rotations[:, domain.shifts]
+    matrices = np.einsum("auN,ab,bvN->Nuv", free, matrix, free)
+    right = np.einsum("auN,aN->Nu", free, rhs - matrix @ held)
+    shifts = np.linalg.pinv(matrices, rcond=rcond, hermitian=True) @ right[..., None]
+    return np.asarray(held + np.einsum("auN,Nu->aN", free, shifts[..., 0]))

@@ -19,6 +19,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, off
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
+from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.upright_cylinders import upright_cylinders
 
 SURE = 0.02
@@ -32,6 +33,20 @@ PARALLEL = 0.2
 """Sine of the angle below which a second direction is not used."""
 MOST = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
+
+
+def rotations_in(
+    domain: PoseDomain, surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats
+) -> Floats | None:
+    """Those of `feature_rotations` that may lead into the domain; None where there are none.
+
+    None too where directions are held: a domain of fewer unknowns needs no such starts.
+    """
+    rotations = feature_rotations(surfaces, contacts, sigmas) if domain.is_free else None
+    if rotations is None or domain.reach >= np.pi or domain.looks_beyond:
+        return rotations
+    near = rotations[..., domain.angles(rotations) <= domain.reach + NEAR]
+    return near if near.shape[2] else None
 
 
 def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> Floats | None:

@@ -28,8 +28,9 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
     """
     if len(contacts) <= THINNED:
         return _settled(equations, zeros, unit)
-    zeros = _settled(equations.subset(blind_part(contacts, THINNED, 0).tolist()), zeros, unit)
-    if not _explain(zeros, THINNED, unit):
+    few = equations.subset(blind_part(contacts, THINNED, 0).tolist())
+    zeros = _settled(few, zeros, unit)
+    if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
         zeros = zeros.best(MISSES)
     # One at a time: the residuals and Jacobians of a million contacts fill some hundred megabytes for each.
     each = [zeros.subset(np.array([number])) for number in range(len(zeros.costs))]
@@ -38,14 +39,10 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
 
 def _settled(equations: PoseEquations, zeros: Zeros, unit: float) -> Zeros:
     """The minima within the limit, or those near the misses."""
-    found = polish(equations, zeros, _limit(len(equations), unit))
+    found = polish(equations, zeros, _limit(equations.dof, unit))
     return found if len(found.costs) else polish(equations, zeros, most_steps=MISS_STEPS)
 
 
-def _explain(zeros: Zeros, count: int, unit: float) -> bool:
-    return bool(zeros.costs.min(initial=np.inf) <= _limit(count, unit))
-
-
-def _limit(count: int, unit: float) -> float:
+def _limit(dof: int, unit: float) -> float:
     # What rounding makes of exact contacts is below 1e-11 of the size of the fixture.
-    return float(chi_square_limit(count - 6) * unit + 1e-22)
+    return float(chi_square_limit(dof) * unit + 1e-22)

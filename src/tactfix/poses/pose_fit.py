@@ -13,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import TINY, Floats, cross
+from tactfix.fixture import Placement
+from tactfix.geometry.arrays import TINY, Bools, Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, residuals
+from tactfix.poses.placement_terms import terms_at
 
 MOST_STEPS = 50
 SMALLEST_RATIO = 1e-9
@@ -27,18 +29,33 @@ class Sensitivity:
     """What n contacts see of a motion: the Jacobian of residual / sigma (n, 6), and its frame.
 
     Columns: rotation (units of 1 / scale) and translation along the base axes, about centre (3,) in base, scale a
-    length.
+    length. basis (6, u): the motions that are not held, None where all are free. A pose that was measured before is as
+    good as six contacts.
     """
 
     jacobian: Floats
     centre: Floats
     scale: float
+    basis: Floats | None = None
+
+    @property
+    def reduced(self) -> Floats:
+        """The Jacobian (r, u) of the unknowns that are not held."""
+        return self.jacobian if self.basis is None else self.jacobian @ self.basis
 
     def svd(self) -> tuple[Floats, Floats]:
-        """Singular values (6,), largest first, and the motions (6, 6), a row each, that belong to them."""
-        rows = self.jacobian if len(self.jacobian) >= 6 else np.vstack([self.jacobian, np.zeros((6, 6))])
+        """Singular values (u,), largest first, and the motions (u, 6), a row each, that belong to them."""
+        rows = self.reduced
+        unknowns = rows.shape[1]
+        rows = rows if len(rows) >= unknowns else np.vstack([rows, np.zeros((unknowns, unknowns))])
         _, values, motions = np.linalg.svd(rows, full_matrices=False)
-        return values, motions
+        return values, motions if self.basis is None else motions @ self.basis.T
+
+    def free(self, values: Floats) -> Bools:
+        """Which of the singular values (u,) are zero but for rounding: those of motions that nothing resists."""
+        # One motion alone has no larger value to be compared with but that of what is held.
+        largest = values[0] if self.basis is None else np.linalg.norm(self.jacobian, 2)
+        return np.asarray(values <= SMALLEST_RATIO * max(float(largest), TINY))
 
     def twists(self, motions: Floats, at: Floats) -> Floats:
         """Motions (k, 6) of the Jacobian's columns as twists (k, 6) at the point at (3,): rotation rad, translation."""
@@ -55,12 +72,15 @@ class Sensitivity:
     def free_motions(self, at: Floats) -> Floats:
         """Twists (k, 6) at the point at that no contact resists, judged by the ratio of singular values."""
         values, motions = self.svd()
-        return self.twists(motions[values <= SMALLEST_RATIO * max(values[0], TINY)], at)
+        return self.twists(motions[self.free(values)], at)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseFit:
-    """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity."""
+    """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity.
+
+    chi2 is that of the contacts and of a pose that was measured before.
+    """
 
     base_from_fixture: Floats
     surfaces: Mapping[str, SidedSurface]
@@ -106,19 +126,26 @@ def refine(
 
 
 def fit_at(
-    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats
+    surfaces: Mapping[str, SidedSurface],
+    contacts: Contacts,
+    sigmas: Floats,
+    base_from_fixture: Floats,
+    placement: Placement | None = None,
 ) -> PoseFit:
-    """The fit as it stands at a pose."""
+    """The fit as it stands at a pose; placement: what is known of it beforehand."""
     in_base = {name: moved(base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
-    return PoseFit(
-        base_from_fixture=base_from_fixture,
-        surfaces=in_base,
-        residuals=values,
-        normals=normals,
-        chi2=float(((values / sigmas) ** 2).sum()),
-        sensitivity=sensitivity(contacts, normals, sigmas),
-    )
+    seen, more = with_known(sensitivity(contacts, normals, sigmas), placement, base_from_fixture)
+    chi2 = float(((values / sigmas) ** 2).sum() + (more**2).sum())
+    return PoseFit(base_from_fixture, in_base, values, normals, chi2, seen)
+
+
+def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture: Floats) -> tuple[Sensitivity, Floats]:
+    """The sensitivity with what is known beforehand, and the residuals (m,) over sigma of a measured pose."""
+    if placement is None:
+        return seen, np.zeros(0)
+    basis, more, rows = terms_at(placement, base_from_fixture, seen.centre, seen.scale)
+    return Sensitivity(np.vstack([seen.jacobian, rows]), seen.centre, seen.scale, basis), more
 
 
 def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:

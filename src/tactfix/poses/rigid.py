@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, moved
@@ -19,16 +20,22 @@ UNRESOLVED = 0.5
 
 
 def rigid_solutions(
-    surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, with_misses: bool = True
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    with_misses: bool = True,
+    placement: Placement | None = None,
+    thorough: bool = True,
 ) -> Solutions:
     """Every pose of a rigid fixture that explains the contacts; surfaces in its frame, sigmas (n,) of the residuals.
 
-    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses. placement, thorough: as
+    in `all_poses`.
     """
     single = one_equation_each(surfaces, contacts, sigmas)
-    search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses)
-    found = [_solution(fit, surfaces, contacts, single) for fit in distinct(search.fits)]
-    return Solutions(tuple(found), len(single.contacts) - 6, search.limit, search.complete, search.continuum)
+    search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses, placement, thorough)
+    found = [_solution(fit, surfaces, contacts, single, placement) for fit in distinct(search.fits)]
+    return Solutions(tuple(found), search.dof, search.limit, search.complete, search.continuum)
 
 
 def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
@@ -58,12 +65,14 @@ def solution_at(
     """What is to be known of one pose (4, 4), known to be the best near itself; surfaces in the fixture's frame."""
     single = one_equation_each(surfaces, contacts, sigmas)
     fit = fit_at(single.surfaces, single.contacts, single.sigmas, base_from_fixture)
-    return _solution(fit, surfaces, contacts, single)
+    return _solution(fit, surfaces, contacts, single, None)
 
 
-def _solution(fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations) -> Solution:
+def _solution(
+    fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations, placement: Placement | None
+) -> Solution:
     """The fit with its uncertainty spelled out, in terms of the contacts and surfaces as they were given."""
-    spread = rigid_spread(fit, single.contacts, single.sigmas)
+    spread = rigid_spread(fit, single.contacts, single.sigmas, placement)
     in_base = {name: moved(fit.base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
     return solution_from(fit.base_from_fixture, in_base, contacts, values, normals, fit.chi2, spread)

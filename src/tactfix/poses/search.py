@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.poses.balance import are_balanced
 from tactfix.poses.descent import FIRST_LOOK, MOST_STEPS, descend
 from tactfix.poses.equations import PoseEquations, centred_offsets
@@ -37,13 +37,19 @@ MISSES = 8
 
 
 def find_zeros(
-    equations: PoseEquations, cost_limit: float, starts: int, turns: Sequence[Floats] = (), coverings: int = 1
+    equations: PoseEquations,
+    cost_limit: float,
+    starts: int,
+    turns: Sequence[Floats] = (),
+    coverings: int = 1,
+    thorough: bool = True,
 ) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
 
-    starts: how many rotations cover all of them; coverings: at least so many. Lengths must be scaled so that contacts
-    and fixture have size about 1. turns: rotations (3, 3) about the fixture's origin that lay each surface on itself.
-    Deterministic: the same call gives the same poses in the same order.
+    starts: how many rotations cover those of the domain; coverings: at least so many. Lengths must be scaled so that
+    contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's origin that lay each surface on
+    itself. Deterministic: the same call gives the same poses in the same order. Without thorough only what one covering
+    meets.
     """
     kept, counts = np.zeros((0, 13)), np.zeros(0, dtype=np.intp)
     often = OFTEN * (1 + len(turns))
@@ -51,8 +57,11 @@ def find_zeros(
         found = descend(equations, *covering(equations, starts, number), cost_limit)
         kept, counts = distinct(with_twins(found, turns), kept, counts)
         kept, counts, continuum = gathered(equations, kept, counts)
-        if continuum or (number + 1 >= coverings and (met_nearby(kept, counts) >= often).all()):
+        seldom = _within(equations, kept) & (met_nearby(kept, counts) < often)
+        if continuum or not thorough or (number + 1 >= coverings and not seldom.any()):
             break
+    if not thorough:
+        return Zeros(*split(kept), complete=False, continuum=continuum)
     zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
     for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
         if zeros.continuum or _are_all(equations, zeros):
@@ -65,6 +74,12 @@ def find_zeros(
     return replace(zeros, complete=zeros.complete and _are_all(equations, zeros))
 
 
+def _within(equations: PoseEquations, poses: Floats) -> Bools:
+    """Which poses (k, 13) are looked for; others within reach of the descents are taken as they come."""
+    rotations, offsets, _ = split(poses)
+    return equations.domain.has(rotations, offsets)
+
+
 def _are_all(equations: PoseEquations, zeros: Zeros) -> bool:
     return are_balanced(equations, zeros.rotations, zeros.offsets, zeros.costs)
 
@@ -75,10 +90,11 @@ def find_zeros_near(
     rotations: Floats,
     turns: Sequence[Floats] = (),
     around_all: bool = False,
+    thorough: bool = True,
 ) -> Zeros:
     """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
 
-    around_all: around all of them, for rotations that are samples of more.
+    around_all: around all of them, for rotations that are samples of more; without thorough around none.
 
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.
@@ -87,6 +103,9 @@ def find_zeros_near(
     starts = np.repeat(rotations[:, :, None], SIDES.shape[1], axis=2).reshape(3, 3, -1)
     found = descend(equations, starts, offsets.reshape(3, -1), cost_limit, first_look=NEAR_LOOK)
     kept, counts = distinct(with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
+    if not thorough:
+        kept, counts, continuum = gathered(equations, kept, counts)
+        return Zeros(*split(kept), complete=False, continuum=continuum)
     return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all)
 
 
@@ -102,15 +121,16 @@ def _with_neighbours(
     kept, counts, continuum = gathered(equations, kept, counts)
     fresh = kept if around_all else kept[:0]
     for number in range(MOST_ROUNDS):
-        centres = np.concatenate([fresh, kept[counts < 2]])
+        fresh = fresh[_within(equations, fresh)]
+        centres = np.concatenate([fresh, kept[(counts < 2) & _within(equations, kept)]])
         if not len(centres) or continuum:
             break
         before = len(kept)
-        found = with_twins(descend(equations, *around(centres, number), cost_limit), turns)
+        found = with_twins(descend(equations, *around(equations.domain, centres, number), cost_limit), turns)
         kept, counts = distinct(found, kept, counts)
         kept, counts, continuum = gathered(equations, kept, counts)
         fresh = kept[before:]
-    complete = not len(fresh) and bool((counts >= 2).all())
+    complete = not len(fresh) and bool((counts >= 2)[_within(equations, kept)].all())
     return Zeros(*split(kept), complete=complete and not continuum, continuum=continuum)
 
 

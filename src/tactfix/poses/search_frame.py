@@ -7,12 +7,14 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.poses.equations import PoseEquations, pose_equations
+from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.zeros import Zeros
 
 ONE_PLACE = 1e-3
@@ -42,13 +44,27 @@ class SearchFrame:
         reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
         return SearchFrame(base_origin, middle, _length(float(np.sqrt(max(spread, reach))), touched, contacts))
 
-    def equations(self, surfaces: Mapping[str, SidedSurface], contacts: Contacts, weights: Floats) -> PoseEquations:
-        """The equations of the contacts, scaled; weights (n,) of their residuals."""
+    def equations(
+        self,
+        surfaces: Mapping[str, SidedSurface],
+        contacts: Contacts,
+        weights: Floats,
+        placement: Placement | None = None,
+        sigma: float = 1.0,
+    ) -> PoseEquations:
+        """The equations of the contacts, scaled; weights (n,) of their residuals.
+
+        placement: what is known of the pose beforehand; sigma: the standard deviation of a residual of weight 1.
+        """
         names = list(contacts.by_feature)
         scaled = [self._scale(surfaces[name]) for name in names]
         index: Sequence[int] = [names.index(name) for name in contacts.features]
         points = (contacts.points - self.base_origin) / self.length
-        return pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+        equations = pose_equations(scaled, index, points, weights, contacts.tip_radius / self.length)
+        if placement is None:
+            return equations
+        still = homogeneous(np.eye(3), -self.fixture_origin)
+        return with_placement(equations, placement, self.base_origin, still, self.length, sigma)
 
     def half_turns(self, surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> list[Floats]:
         """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.

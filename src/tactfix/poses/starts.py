@@ -1,10 +1,13 @@
-"""Where descents to the poses start: coverings of all rotations, and the surroundings of poses already found."""
+"""Where descents to the poses start: coverings of the rotations, and the surroundings of poses already found."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.poses.descent import rotation_matrices, turned
 from tactfix.poses.equations import PoseEquations, centred_offsets
+from tactfix.poses.pose_domain import PoseDomain
 
 OFF_CENTRE = 0.75
 """Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
@@ -12,6 +15,15 @@ OFF_CENTRE = 0.75
 NEIGHBOURS = 32
 SIDES = np.concatenate([np.zeros((3, 1)), OFF_CENTRE * np.eye(3), -OFF_CENTRE * np.eye(3)], axis=1)
 """Translations (3, 7) off the best one: none, and OFF_CENTRE along the axes either way."""
+SHARES = (1 / 32, 1 / 8, 1 / 2, 1.0)
+"""Of the starts over all rotations those that cover turns about 0 to 3 axes as densely, each rotation with translations
+off to eight sides: the cells of 1200 are 0.2 rad wide (half angles), a circle has 16 of them and half a sphere 150."""
+DENSER = 2.0
+"""Times that density within limits, where starts are few: whatever is there must be met often."""
+FEWEST = 32
+BEYOND = 0.5
+"""Times the starts over all rotations those that look for what is only counted."""
+GOLDEN = (5**0.5 - 1) / 2
 
 
 def covering_rotations(count: int) -> Floats:
@@ -26,11 +38,50 @@ def covering_rotations(count: int) -> Floats:
 
 
 def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:
-    """So many poses over all rotations, others for each number."""
-    rotations = covering_rotations(count)
-    if number:
-        rotations = turned(np.repeat(_steps(1, number)[:3], count, axis=1), rotations)
-    return rotations, centred_offsets(equations, rotations) + _away(count, number)
+    """Poses over the rotations of the domain, as dense as count over all; others for each number."""
+    domain = equations.domain
+    rotations = domain_rotations(domain, start_count(domain, count), number)
+    if domain.looks_beyond and not number:
+        wide = replace(domain, angle=np.pi)
+        beyond = domain_rotations(wide, int(np.ceil(BEYOND * start_count(wide, count))))
+        rotations = np.concatenate([rotations, beyond], axis=2)
+    offsets = centred_offsets(equations, rotations) + _away(rotations.shape[2], number)
+    return domain.onto(rotations, offsets)
+
+
+def start_count(domain: PoseDomain, over_all: int) -> int:
+    """How many starts cover the domain as densely as so many do all rotations."""
+    axes = int(domain.turns.sum())
+    if axes == 3 and domain.reach >= np.pi:
+        return over_all
+    wanted = DENSER * over_all * SHARES[axes] * _part(axes, domain.reach)
+    return int(min(max(np.ceil(wanted), FEWEST), over_all))
+
+
+def _part(axes: int, reach: float) -> float:
+    """The part of the turns about so many axes that are no larger than reach (rad)."""
+    return float((1.0, reach / np.pi, 1 - np.cos(reach / 2), (reach - np.sin(reach)) / np.pi)[axes])
+
+
+def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
+    """About count rotations (3, 3, N), spread evenly over those of the domain, others for each number."""
+    free = np.flatnonzero(domain.turns)
+    if len(free) == 3:
+        rotations = covering_rotations(int(np.ceil(count / _part(3, domain.reach))))
+        if number:
+            rotations = turned(np.repeat(_steps(1, number)[:3], rotations.shape[2], axis=1), rotations)
+        return rotations if domain.reach >= np.pi else rotations[..., domain.angles(rotations) <= domain.reach]
+    index, quaternions = np.arange(count) + 0.5, np.zeros((4, count))
+    quaternions[0] = 1.0
+    if len(free) == 1:
+        half = domain.reach * ((index / count + GOLDEN * number) % 1.0 - 0.5)
+        quaternions[0], quaternions[1 + free[0]] = np.cos(half), np.sin(half)
+    if len(free) == 2:
+        # A spiral on the part of the sphere that is near its pole, of equal area for each point.
+        cosine, azimuth = 1 - _part(2, domain.reach) * index / count, 2 * np.pi * GOLDEN * (index + 97 * number)
+        quaternions[0] = cosine
+        quaternions[1 + free] = np.sqrt(1 - cosine**2) * np.array([np.cos(azimuth), np.sin(azimuth)])
+    return domain.turned_from_near(quaternions)
 
 
 def _away(count: int, number: int) -> Floats:
@@ -39,11 +90,16 @@ def _away(count: int, number: int) -> Floats:
     return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))
 
 
-def around(centres: Floats, number: int) -> tuple[Floats, Floats]:
-    """NEIGHBOURS poses around each of the centres (k, 13), at every scale, others in each round."""
+def around(domain: PoseDomain, centres: Floats, number: int) -> tuple[Floats, Floats]:
+    """NEIGHBOURS poses of the domain around each of the centres (k, 13), at every scale, others in each round."""
     poses = np.repeat(centres, NEIGHBOURS, axis=0).T
     step = _steps(poses.shape[1], number)
-    return turned(step[:3], poses[:9].reshape(3, 3, -1)), poses[9:12] + step[3:]
+    rotations, offsets = poses[:9].reshape(3, 3, -1), poses[9:12]
+    if domain.is_free:
+        return turned(step[:3], rotations), offsets + step[3:]
+    index = np.flatnonzero([*domain.turns, *domain.shifts])
+    whole = np.einsum("iuN,uN->iN", domain.basis(rotations, offsets), step[index])
+    return domain.onto(turned(whole[:3], rotations), offsets + whole[3:])
 
 
 def _steps(count: int, number: int) -> Floats:

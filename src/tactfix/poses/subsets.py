@@ -14,7 +14,7 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import SidedSurface
 from tactfix.poses.equations import PoseEquations
-from tactfix.poses.feature_rotations import feature_rotations
+from tactfix.poses.feature_rotations import rotations_in
 from tactfix.poses.search import find_zeros, find_zeros_near
 from tactfix.poses.zeros import Zeros
 
@@ -40,7 +40,7 @@ def agreed_poses(
     for number in range(PARTS):
         index = blind_part(contacts, PART, number)
         part, searched = contacts.subset(index), equations.subset(index.tolist())
-        rotations = feature_rotations(surfaces, part, sigmas[index])
+        rotations = rotations_in(equations.domain, surfaces, part, sigmas[index])
         if rotations is None:
             zeros = find_zeros(searched, cost_limit, starts, turns)
         else:

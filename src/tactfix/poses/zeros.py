@@ -115,7 +115,7 @@ def gathered(equations: PoseEquations, poses: Floats, counts: Ints) -> tuple[Flo
     multiple zero the ends of descents scatter: those with a singular Jacobian that lie close together become one, the
     first one met.
     """
-    if len(equations) < 6 or len(poses) > MOST_ZEROS:
+    if equations.dof < 0 or len(poses) > MOST_ZEROS:
         return poses, counts, True
     rotations, offsets, _ = split(poses)
     loose = np.flatnonzero(_held(equations, rotations, offsets) < SINGULAR)
@@ -147,9 +147,13 @@ def sampled(equations: PoseEquations, zeros: Zeros, most: int) -> Zeros:
 
 
 def _held(equations: PoseEquations, rotations: Floats, offsets: Floats) -> Floats:
-    """How well poses are held (k,): the smallest singular value of the Jacobian over the largest."""
-    if len(equations) < 6:
+    """How well poses are held (k,): the smallest singular value of the Jacobian over the largest.
+
+    Where directions are held it may be the only one, and the contacts' weights say how large it should be.
+    """
+    if equations.dof < 0:
         return np.zeros(rotations.shape[-1])
     _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
     values = np.linalg.svd(np.moveaxis(jacobian, -1, 0), compute_uv=False)
-    return np.asarray(values[:, -1] / np.maximum(values[:, 0], TINY))
+    least = TINY if equations.domain.is_free else np.linalg.norm(equations.weights)
+    return np.asarray(values[:, -1] / np.maximum(values[:, 0], least))

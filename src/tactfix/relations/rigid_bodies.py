@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.frame import frames, recipe_of
 from tactfix.geometry.arrays import Floats
@@ -14,7 +15,7 @@ from tactfix.geometry.surfaces import Surface
 from tactfix.poses.rigid import rigid_solutions
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions
-from tactfix.relations.realization import fixture_scale
+from tactfix.relations.realization import fixture_scale, realize
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
 
 Body: TypeAlias = tuple[Mapping[str, Surface], ...]
@@ -37,6 +38,25 @@ def body_solutions(
         return Solutions(tuple(solution for solution, _ in explaining), dof, limit, complete, continuum)
     framed = [pose for s in _distinct(fixture, contacts, sigmas, explaining) for pose in _framed(fixture, s)]
     return Solutions(tuple(framed), dof, limit, complete, continuum)
+
+
+def placed_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:
+    """The same where the pose was measured or directions are held: each shape in each frame is a body of its own.
+
+    Raises UsageError where the relations leave the shape open or have a sigma: then there is no one body to hold.
+    """
+    shapes = realize(fixture)
+    if not shapes or any(relation.sigma > 0 for relation in fixture.relations):
+        raise UsageError(
+            "a measured pose and free directions need a fixture of one shape; give its features their places, or "
+            "relations without sigma that fix it, or use limits (within)"
+        )
+    parts = [rigid_solutions(shape, contacts, sigmas, with_misses, fixture.placement) for shape in shapes]
+    found = sorted((s for part in parts for s in part.found), key=lambda s: s.chi2)
+    dof, limit = parts[0].dof, parts[0].limit
+    complete, continuum = all(part.complete for part in parts), any(part.continuum for part in parts)
+    kept = tuple(s for s in found if s.chi2 <= limit) or tuple(found[:1])
+    return Solutions(kept, dof, limit, complete, continuum)
 
 
 def _distinct(

@@ -19,6 +19,7 @@ from tactfix.results import (
     NextContact,
     Reason,
     TipEstimate,
+    WithoutPrior,
 )
 
 _LINE = "write it with result.to_json() or tactfix locate --json"
@@ -62,6 +63,7 @@ def _result(report: Json) -> LocateResult:
         unknowns=tuple(report.get("unknowns", POSE_UNKNOWNS)),
         joint_covariance=_optional(report.get("joint_covariance"), (len(report.get("unknowns", POSE_UNKNOWNS)),) * 2),
         tip=_tip(report.get("tip")),
+        without_prior=WithoutPrior(**without) if (without := report.get("without_prior")) else None,
     )
 
 

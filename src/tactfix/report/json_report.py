@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -78,6 +79,7 @@ def _locate_json(result: LocateResult) -> Json:
             for motion in result.free_motions
         ],
         "next_contact": _next_contact(result.next_contact),
+        "without_prior": None if result.without_prior is None else asdict(result.without_prior),
         "diagnosis": [_diagnosis(cause) for cause in result.diagnosis],
         "warnings": list(result.warnings),
     }

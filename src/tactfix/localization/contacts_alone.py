@@ -1,0 +1,144 @@
+"""What the contacts alone would leave, without what is known of the pose beforehand, and where they contradict it."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Direction, Fixture, Placement
+from tactfix.geometry.arrays import Floats
+from tactfix.localization.outcome import Outcome, outcome_of, status_of
+from tactfix.localization.prior import Contradiction, component, contradiction, deviation
+from tactfix.poses.solution import Solution
+from tactfix.results import Candidate, Reason, Status, WithoutPrior
+
+ALIKE = 1e-6
+"""Rad, and distances from the contacts, by which two searches may differ in one pose."""
+COMPONENTS: Final[tuple[Direction, ...]] = ("rx", "ry", "rz", "x", "y", "z")
+"""Of a motion, in the order of a covariance."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactsAlone:
+    """What is found without what is known beforehand.
+
+    without: status and poses. fallen: poses that explain the contacts and contradict what is known, as candidates.
+    contradictions: where no pose is left, why what is known cannot be right, in words; empty where it is not to blame.
+    """
+
+    without: WithoutPrior
+    fallen: tuple[Candidate, ...]
+    contradictions: tuple[str, ...]
+
+    def warnings(self, status: str) -> tuple[str, ...]:
+        """What to say beside the status of what is left with it."""
+        if status == "inconsistent":
+            return self.contradictions
+        if status != "located" or self.without.status == "located":
+            return ()
+        left = "the contacts would leave a motion free"
+        if self.without.poses:
+            left = f"at least {self.without.poses} poses would be left"
+        return (f"only what is known beforehand decides: without it {left}",)
+
+
+def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome) -> ContactsAlone:
+    """The same contacts without placement; outcome: what is left with it. sigmas (n,) of the residuals.
+
+    Limits do not change the poses: without them those are left that only the limits spoke against.
+    """
+    placement = fixture.placement
+    assert placement is not None
+    off: Contradicting = []
+    if placement.is_in_fit:
+        without, left = _searched_again(fixture, contacts, sigmas)
+        off = _contradicting(fixture, left, fitted=False)
+    else:
+        without = _counted(contacts, outcome)
+    fallen = tuple(
+        Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, (Reason("prior", None, None, o.message),))
+        for s, o in off
+        if not any(_is_same(s, other, contacts) for other in outcome.solutions.found)
+    )
+    told = _contradictions(fixture, contacts, sigmas, outcome, off) if outcome.status == "inconsistent" else ()
+    return ContactsAlone(without, fallen, tuple(told))
+
+
+def _counted(contacts: Contacts, outcome: Outcome) -> WithoutPrior:
+    """What is left where the verdicts of what is known are not counted."""
+    pairs = zip(outcome.solutions.found, outcome.verdicts, strict=True)
+    left = [s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}]
+    return _without(status_of(contacts, outcome.solutions, left), left)
+
+
+def _searched_again(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> tuple[WithoutPrior, Sequence[Solution]]:
+    """What a search of half the cost leaves of all six unknowns."""
+    if fixture.equations(contacts.features) < 6:
+        return WithoutPrior("underdetermined", None), ()
+    alone = outcome_of(_without_placement(fixture), contacts, sigmas, with_misses=False, thorough=False)
+    return _without(alone.status, alone.left), () if alone.solutions.continuum else alone.left
+
+
+def _without(status: Status, left: Sequence[Solution]) -> WithoutPrior:
+    return WithoutPrior(status, None if status == "underdetermined" else len(left))
+
+
+@lru_cache(maxsize=32)
+def _without_placement(fixture: Fixture) -> Fixture:
+    """The same object each time, so that what is known of its shapes is found again."""
+    return replace(fixture, placement=None)
+
+
+Contradicting: TypeAlias = list[tuple[Solution, Contradiction]]
+
+
+def _contradicting(fixture: Fixture, solutions: Iterable[Solution], fitted: bool) -> Contradicting:
+    """The solutions that contradict what is known, each with how."""
+    assert fixture.placement is not None
+    told = ((s, contradiction(fixture.placement, s, fixture.units, fitted)) for s in solutions)
+    return [(solution, how) for solution, how in told if how is not None]
+
+
+def _is_same(one: Solution, other: Solution, contacts: Contacts) -> bool:
+    off = deviation(Placement(one.base_from_fixture), other.base_from_fixture)
+    arm = float(np.linalg.norm(one.base_from_fixture[:3, 3] - contacts.centre))
+    return bool(np.linalg.norm(off[:3]) < ALIKE and np.linalg.norm(off[3:]) < ALIKE * (contacts.spread + arm))
+
+
+def _contradictions(
+    fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome, off: Contradicting
+) -> Iterator[str]:
+    """What of that which is known cannot be right: directions that would have to give way, else the nearest pose."""
+    ways = list(_ways(fixture, contacts, sigmas))
+    if ways:
+        what = ", or ".join(ways)
+        yield f"the contacts contradict what is held: they fit where this may differ from near too: {what}"
+        return
+    pairs = zip(outcome.solutions.found, outcome.verdicts, strict=True)
+    only = [s for s, v in pairs if {reason.code for reason in v.reasons} == {"prior"}]
+    off = off + _contradicting(fixture, only, fitted=True)
+    if off:
+        nearest = min((how for _, how in off), key=lambda how: how.ratio)
+        yield f"the contacts contradict what is known beforehand: of the nearest pose that fits, {nearest.message}"
+
+
+def _ways(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Iterator[str]:
+    """The held directions that explain the contacts where one of them is let go, best first, and by how much."""
+    placement = fixture.placement
+    if placement is None or placement.free is None:
+        return
+    found = []
+    for number, name in enumerate(COMPONENTS):
+        if name in placement.free:
+            continue
+        wider = replace(fixture, placement=replace(placement, free=placement.free | {name}))
+        outcome = outcome_of(wider, contacts, sigmas, with_misses=False)
+        if outcome.left and outcome.status != "underdetermined":
+            best = outcome.left[0]
+            value = deviation(placement, best.base_from_fixture)[number]
+            found.append((best.chi2, f"{name}, {component(number, value, fixture.units)}"))
+    for _, words in sorted(found):
+        yield words

@@ -1,0 +1,65 @@
+"""A pose that was measured before the contacts were made: six more residuals of the fit.
+
+With Q = R R_near^T and t - t_near as in `pose_domain`, the residuals are W (log Q, t - t_near), where W^T W is the
+inverse of the covariance of (d_rot, d_t) that the measurement has: base axes, rotation about the fixture's origin. A
+turn by e in base axes changes log Q = d by J(d)^-1 e, J the left Jacobian of the rotations (Chirikjian, Stochastic
+Models, Information Theory, and Lie Groups, vol. 2, section 10.6); a turn of the contacts by w, the other way, by
+-J(d)^-1 A^T w, and t by A^T (w x (b - pivot)).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Floats, frozen, lengths
+from tactfix.geometry.rigid import skew
+from tactfix.poses.pose_domain import nearest_quaternions
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredPose:
+    """near, pivot, place as in `pose_domain.PoseDomain`; whitening (6, 6): W, weighted as the contacts are."""
+
+    near: Floats
+    pivot: Floats
+    place: Floats
+    whitening: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("near", "pivot", "place", "whitening"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def evaluate(self, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
+        """Residuals (6, N) and Jacobian (6, 6, N), unknowns first, at rotations (3, 3, N), offsets (3, N)."""
+        base_from_frame = np.moveaxis(rotations, -1, 0).swapaxes(1, 2)
+        arms = (offsets - self.pivot[:, None]).T
+        turns = turn_vectors(base_from_frame @ self.near)
+        shifts = -(base_from_frame @ arms[:, :, None])[..., 0] - self.place
+        rows = np.zeros((len(arms), 6, 6))
+        rows[:, :3, :3] = -inverse_left_jacobian(turns) @ base_from_frame
+        rows[:, 3:, :3] = -base_from_frame @ skew(arms)
+        rows[:, 3:, 3:] = -base_from_frame
+        residual = self.whitening @ np.concatenate([turns, shifts], axis=1).T
+        return residual, np.moveaxis(self.whitening @ rows, (0, 1, 2), (2, 1, 0))
+
+
+def turn_vectors(turns: Floats) -> Floats:
+    """The rotation vectors (N, 3) of rotations (N, 3, 3), up to pi long, accurate there too."""
+    w, *v = nearest_quaternions(turns, np.ones(3, dtype=bool))
+    axis = np.array(v).T
+    half_sine = lengths(axis)
+    ratio = np.where(half_sine > 0, 2 * np.arctan2(half_sine, w) / np.where(half_sine > 0, half_sine, 1.0), 2.0)
+    return np.asarray(axis * ratio[:, None])
+
+
+def inverse_left_jacobian(vectors: Floats) -> Floats:
+    """J(d)^-1 (N, 3, 3) = I - [d] / 2 + (1 - (a / 2) cot(a / 2)) / a^2 [d]^2 for rotation vectors d (N, 3), a = |d|."""
+    angle = lengths(vectors)
+    half = np.where(angle > SMALL, angle, 1.0) / 2
+    bend = np.where(angle > SMALL, (1 - half / np.tan(half)) / (4 * half**2), 1 / 12)
+    turned = skew(vectors)
+    return np.asarray(np.eye(3) - turned / 2 + bend[:, None, None] * (turned @ turned))
+
+
+SMALL = 1e-4
+"""Rad below which the next term of the series, a^2 / 720, is less than rounding."""

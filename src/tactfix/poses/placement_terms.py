@@ -1,0 +1,85 @@
+"""What is known of a pose beforehand, in the frames of the pose equations.
+
+base_origin (3,): origin of the frame of x, in base. frame_from_fixture (4, 4): where the fixture is in the frame of y.
+Both are in the fixture's unit; length is the unit of the equations. sigma: the standard deviation (fixture units) of a
+residual of weight 1.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.fixture import Placement
+from tactfix.geometry.arrays import Floats
+from tactfix.noise import chi_square_limit
+from tactfix.poses.equations import PoseEquations
+from tactfix.poses.measured_pose import MeasuredPose
+from tactfix.poses.pose_domain import PoseDomain
+
+
+def with_placement(
+    equations: PoseEquations,
+    placement: Placement,
+    base_origin: Floats,
+    frame_from_fixture: Floats,
+    length: float,
+    sigma: float,
+) -> PoseEquations:
+    """The equations with the domain and the measured pose that a placement says."""
+    domain, measured = _terms(placement, base_origin, frame_from_fixture, length, sigma)
+    equations = replace(equations, domain=domain, measured=measured)
+    turn, shift = search_limits(placement, equations.dof)
+    is_limited = placement.within is not None
+    domain = replace(domain, angle=turn, distance=shift / length, looks_beyond=is_limited)
+    return replace(equations, domain=domain)
+
+
+def terms_at(
+    placement: Placement, base_from_fixture: Floats, centre: Floats, scale: float
+) -> tuple[Floats, Floats, Floats]:
+    """What a placement says at a pose (4, 4), for motions of the fixture about centre (3,) in base, a length scale.
+
+    A motion is a rotation (units of 1 / scale) and a translation along base axes. Comes back: an orthonormal basis (6,
+    u) of those that are not held; residuals (m,) over sigma of the measured pose and their derivatives (m, 6), m = 0 or
+    6.
+    """
+    frame_from_fixture = base_from_fixture.copy()
+    frame_from_fixture[:3, 3] -= centre
+    domain, measured = _terms(placement, centre, frame_from_fixture, scale, scale)
+    still = np.eye(3)[:, :, None], np.zeros((3, 1))
+    basis = np.eye(6) if domain.is_free else np.linalg.qr(domain.basis(*still)[:, :, 0])[0]
+    if measured is None:
+        return basis, np.zeros(0), np.zeros((0, 6))
+    values, jacobian = measured.evaluate(*still)
+    # The equations have motions of the contacts, the other way.
+    return basis, values[:, 0], jacobian[:, :, 0].T / -scale
+
+
+def search_limits(placement: Placement, dof: int) -> tuple[float, float]:
+    """The rotation (rad) and the translation of the fixture's origin from near beyond which no pose is left."""
+    if placement.within is not None:
+        translation, rotation = placement.within
+        return rotation, translation
+    if (covariance := placement.covariance) is not None:
+        farthest = np.sqrt(chi_square_limit(dof))
+        rotation, translation = (_largest_sigma(part) for part in (covariance[:3, :3], covariance[3:, 3:]))
+        return farthest * rotation, farthest * translation
+    return np.pi, np.inf
+
+
+def _largest_sigma(covariance: Floats) -> float:
+    return float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+
+
+def _terms(
+    placement: Placement, base_origin: Floats, frame_from_fixture: Floats, length: float, sigma: float
+) -> tuple[PoseDomain, MeasuredPose | None]:
+    near = frame_from_fixture[:3, :3] @ placement.near[:3, :3].T
+    pivot = frame_from_fixture[:3, 3] / length
+    place = (placement.near[:3, 3] - base_origin) / length
+    domain = PoseDomain(near, placement.turns, placement.shifts, pivot, place)
+    if (covariance := placement.covariance) is None:
+        return domain, None
+    units = np.array([1.0] * 3 + [length] * 3)
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(units, units)))
+    return domain, MeasuredPose(near, pivot, place, whitening * (sigma / length))

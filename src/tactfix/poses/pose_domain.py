@@ -1,0 +1,158 @@
+"""The poses that are searched: all of them, or those that what is known beforehand leaves.
+
+Near is where the fixture is thought to stand. With Q = R R_near^T, what turns it from there to where it stands, and
+t - t_near, how far its origin is off, both in base axes, a pose is in the domain where
+
+    the axis of Q has no component along the base axes about which it may not turn,
+    t - t_near has none along those along which it may not shift.
+
+In the unit quaternion of Q the first says that some components are zero: the rotations are a great sphere, of dimension
+0 to 3 as so many axes are free. The pose equations have fixture_from_base poses y = A x + b instead, A = F R^T, F the
+rotation of the frame of y from the fixture's. There
+
+    Q = A^T A_near,    t = -A^T (b - pivot),
+
+x measured from the frame's origin in base, pivot the fixture's origin in the frame of y. For a given A the second
+condition is linear in b: the way back to the domain after a step is a projection (`onto`), and steps are taken in a
+basis of its tangent space (`basis`), to which the Jacobian of the contacts is reduced. Every descent, every test of a
+zero and every covariance is then one of fewer unknowns.
+
+Arrays have the poses last, as in `equations`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactfix.geometry.arrays import Bools, Floats, cross, frozen, perpendicular
+from tactfix.geometry.rigid import axial, rotation_from_quaternion
+
+BEYOND = 0.3
+"""Rad beyond the limit of rotation that is searched too: five sigma of most poses, and the spacing of the covering."""
+ASIDE = 0.5
+"""The same for translations, in sizes of the search."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseDomain:
+    """Where poses are searched, in the frames of the pose equations, lengths in their unit.
+
+    near (3, 3): A_near. turns, shifts (3,): base axes about which the fixture may turn and along which it may shift.
+    pivot (3,): the fixture's origin in the frame of y; place (3,): where that is at near, in the frame of x. angle
+    (rad), distance: how far from near poses are looked for; looks_beyond: others are of interest too, not all of them.
+    """
+
+    near: Floats
+    turns: Bools
+    shifts: Bools
+    pivot: Floats
+    place: Floats
+    angle: float = np.pi
+    distance: float = np.inf
+    looks_beyond: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("near", "pivot", "place"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def dimension(self) -> int:
+        """How many unknowns a pose has."""
+        return int(self.turns.sum() + self.shifts.sum())
+
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing is held."""
+        return self.dimension == 6
+
+    @property
+    def reach(self) -> float:
+        """The angle (rad) from near up to which rotations are searched."""
+        return float(min(self.angle + BEYOND, np.pi))
+
+    def basis(self, rotations: Floats, offsets: Floats) -> Floats:
+        """Steps (6, k, N) that stay in the domain at rotations (3, 3, N), offsets (3, N), to first order.
+
+        Turns first. A turn about a line that is not through the fixture's origin moves that, and b makes up for it
+        along the axes that are held.
+        """
+        turning = np.einsum("abN,bkN->akN", rotations, self._axes(rotations))
+        shifting = rotations[:, self.shifts]
+        arms = (offsets - self.pivot[:, None])[:, None]
+        slips = np.einsum("abN,akN->bkN", rotations, _cross(turning, arms))
+        slips[self.shifts] = 0.0
+        rest = np.einsum("abN,bkN->akN", rotations, slips)
+        return np.concatenate(
+            [np.concatenate([turning, np.zeros_like(shifting)], axis=1), np.concatenate([rest, shifting], axis=1)]
+        )
+
+    def onto(self, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
+        """The poses of the domain that are nearest to these: rotations (3, 3, N), offsets (3, N)."""
+        if self.is_free:
+            return rotations, offsets
+        # Turns about one axis, or all, stay among themselves; about two they do not.
+        if self.turns.sum() == 2:
+            rotations = self.turned_from_near(self._quaternions(rotations))
+        off = np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None]) + self.place[:, None]
+        off[self.shifts] = 0.0
+        return rotations, offsets - np.einsum("abN,bN->aN", rotations, off)
+
+    def has(self, rotations: Floats, offsets: Floats) -> Bools:
+        """Which poses (N,) lie within the limits, as far as poses are looked for."""
+        if self.reach >= np.pi and np.isinf(self.distance):
+            return np.ones(rotations.shape[2], dtype=bool)
+        places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
+        gaps = np.sqrt(((places - self.place[:, None]) ** 2).sum(axis=0))
+        return np.asarray((self.angles(rotations) <= self.reach) & (gaps <= self.distance + ASIDE))
+
+    def angles(self, rotations: Floats) -> Floats:
+        """The angles (N,) in rad by which rotations (3, 3, N) are turned from near."""
+        cosine = (np.einsum("abN,ab->N", rotations, self.near) - 1) / 2
+        return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+    def turned_from_near(self, quaternions: Floats) -> Floats:
+        """The rotations (3, 3, N) at unit quaternions (4, N) of Q, scalar first."""
+        return np.asarray(np.einsum("ab,Ncb->acN", self.near, rotation_from_quaternion(quaternions.T)))
+
+    def _quaternions(self, rotations: Floats) -> Floats:
+        turns = np.einsum("abN,ac->Nbc", rotations, self.near)
+        return nearest_quaternions(turns, self.turns)
+
+    def _axes(self, rotations: Floats) -> Floats:
+        """Axes (3, k, N) in base about which the fixture may turn at these rotations, square to each other.
+
+        Of two: a turn by d changes the held component h of the quaternion (w, v) by d . (w e_h + v x e_h) / 2.
+        """
+        if self.turns.sum() != 2:
+            return np.broadcast_to(np.eye(3)[:, self.turns, None], (3, int(self.turns.sum()), rotations.shape[2]))
+        w, *v = self._quaternions(rotations)
+        held = np.eye(3)[~self.turns]
+        normal = w[:, None] * held + cross(np.array(v).T, np.repeat(held, len(w), axis=0))
+        first = perpendicular(normal)
+        return np.moveaxis(np.array([first, cross(normal, first)]), (0, 1, 2), (1, 2, 0))
+
+
+def nearest_quaternions(turns: Floats, free: Bools) -> Floats:
+    """The unit quaternions (4, N), scalar first, nearest to rotations (N, 3, 3) of those turned about free axes (3,).
+
+    Davenport's method: the eigenvector of the largest eigenvalue of a matrix that is linear in the rotation. Of what is
+    no rotation, where a step led to infinity, any.
+    """
+    turns = np.where(np.isfinite(turns), turns, 0.0)
+    trace = np.trace(turns, axis1=1, axis2=2)
+    davenport = np.empty((len(turns), 4, 4))
+    davenport[:, 0, 0] = trace
+    davenport[:, 0, 1:] = davenport[:, 1:, 0] = 2 * axial(turns)
+    davenport[:, 1:, 1:] = turns + np.swapaxes(turns, 1, 2) - trace[:, None, None] * np.eye(3)
+    kept = np.flatnonzero([True, *free])
+    found = np.zeros((4, len(turns)))
+    found[kept] = np.linalg.eigh(davenport[:, kept[:, None], kept])[1][:, :, -1].T
+    return np.asarray(found * np.where(found[0] < 0, -1.0, 1.0))
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """a x b along the first axis."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+ALL_POSES = PoseDomain(np.eye(3), np.ones(3, dtype=bool), np.ones(3, dtype=bool), np.zeros(3), np.zeros(3))
