@@ -81,16 +81,24 @@ class FreeMotion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NextContact:
-    """The contact that would tell the remaining poses apart best: point (3,) on the surface, approach (3,) unit."""
+    """The contact to make next: it tells the remaining poses apart best, or takes away a free motion.
+
+    point (3,) on the surface and approach (3,) unit in base, None where no pose is known; point_in_fixture and
+    approach_in_fixture in the fixture frame. further: the other contacts that are missing at least, where more are.
+    """
 
     feature: str
-    point: Floats
-    approach: Floats
+    point: Floats | None
+    approach: Floats | None
     message: str
+    point_in_fixture: Floats | None = None
+    approach_in_fixture: Floats | None = None
+    further: tuple["NextContact", ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "approach", frozen(self.approach))
+        for name in ("point", "approach", "point_in_fixture", "approach_in_fixture"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, None if value is None else frozen(value))
 
 
 @dataclass(frozen=True, slots=True)

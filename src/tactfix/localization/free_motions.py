@@ -10,6 +10,8 @@ from tactfix.results import FreeMotion
 
 WORTHLESS_ANGLE = 0.1
 """Rad: a pose whose direction is not known to this (1 sigma) tells nothing, and linear statistics no longer hold."""
+TOLD = 1e-6
+"""Ratio below which a motion is told as a special one: a slide, or a rotation without advance."""
 WORTHLESS_SHIFT = 0.25
 """The same for the place of a contact on its surface, as a share of the spread of the contacts."""
 
@@ -25,10 +27,10 @@ def is_worthless(solution: Solution, contacts: Contacts) -> bool:
 def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tuple[FreeMotion, ...]:
     """The free motions at a solution, in base and in words; the weakest one where none is quite free."""
     if len(solution.free_twists):
-        return tuple(in_words(fixture, solution, twist, "") for twist in tidied(solution.free_twists))
+        return tuple(in_words(fixture, solution, twist, "", contacts.spread) for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
-    return (in_words(fixture, solution, _weakest(contacts, solution), note),)
+    return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)
 
 
 def _weakest(contacts: Contacts, solution: Solution) -> Floats:
@@ -43,15 +45,19 @@ def _weakest(contacts: Contacts, solution: Solution) -> Floats:
     return np.asarray(at_base_origin((axes[:, -1] * units)[None], origin)[0])
 
 
-def in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str) -> FreeMotion:
-    """The motion twist (6,) at base's origin, of unit size, named by the features; note follows its name."""
-    from tactfix.geometry.scale import tolerance_for  # located fixtures have no motion to name
+def in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str, size_touched: float) -> FreeMotion:
+    """The motion twist (6,) at base's origin, of unit size, named by the features; note follows its name.
+
+    size_touched: of the touched part, a length: planes that all meet in one point have none of their own.
+    """
+    from tactfix.geometry.scale import Tolerance, tolerance_for  # located fixtures have no motion to name
     from tactfix.localization.motion_words import twist_in_words
 
     rotation, translation = twist[:3], twist[3:]
     turn = np.linalg.norm(rotation)
     size = turn if turn > 0 else np.linalg.norm(translation)
-    tolerance = tolerance_for(solution.surfaces, 1e-6)
+    own = tolerance_for(solution.surfaces, TOLD)
+    tolerance = Tolerance(own.angle, max(own.length, TOLD * size_touched))
     words = twist_in_words(rotation / size, translation / size, solution.surfaces, tolerance)
     return FreeMotion(rotation / size, translation / size, f"the fixture {words}{note}")
 

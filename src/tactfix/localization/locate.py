@@ -175,6 +175,10 @@ def _with_free_motions(
     # Contacts in a special position leave a motion free in some poses and none in others.
     loosest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
     motions = free_motions(fixture, contacts, loosest) if loosest else ()
+    if loosest is not None:
+        from tactfix.localization.missing_contacts import missing_contact
+
+        result = replace(result, next_contact=missing_contact(fixture, contacts, loosest))
     extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))
     if loosest is None or len(loosest.free_twists) or extent > CLOSE * sigma:
         return replace(result, free_motions=motions)

@@ -96,7 +96,11 @@ def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
     met = [n for n, s in surfaces.items() if isinstance(s, Cylinder) and _meets_square(s, line, tolerance)]
     if met:
         return f"the line through {through}, square to the axis of {listed(met)} and meeting it"
-    return f"the line through {through} along {vector(line.direction)}"
+    planes = [
+        n for n, s in surfaces.items() if isinstance(s, Plane) and abs(s.normal @ line.direction) <= tolerance.angle
+    ]
+    along = f", parallel to {listed(planes)}" if len(planes) > 1 else ""
+    return f"the line through {through} along {vector(line.direction)}{along}"
 
 
 def direction_in_words(direction: Floats, surfaces: Surfaces, tolerance: Tolerance) -> str:

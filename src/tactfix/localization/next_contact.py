@@ -1,6 +1,7 @@
 """The contact that would tell the remaining poses apart: where they disagree by the widest margin in units of sigma."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals, residuals, standoff
+from tactfix.localization.missing_contacts import touch_in_words
 from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
@@ -45,12 +47,9 @@ def next_contact(
     if best is None or best[0] <= sigma:
         return None
     margin, name, point, normal = best
-    return NextContact(
-        feature=name,
-        point=transform_points(base_from_fixture, point[None])[0],
-        approach=-(base_from_fixture[:3, :3] @ normal),
-        message=f"touch {name} there: the poses disagree by {margin / sigma:.3g} sigma ({margin:.4g} {fixture.units})",
-    )
+    touch = touch_in_words(name, point, -normal, base_from_fixture)
+    disagree = f"the poses disagree by {margin / sigma:.3g} sigma ({margin:.4g} {fixture.units})"
+    return replace(touch, message=f"{touch.message}: {disagree}")
 
 
 def _reachable(

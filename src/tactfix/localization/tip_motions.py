@@ -29,7 +29,7 @@ def tip_motions(fixture: Fixture, solution: TipSolution) -> tuple[FreeMotion, ..
     centre = solution.centre
     together = [_together(motion, centre) for motion in with_tip]
     twists = tidied(at_base_origin(alone[:, :6], centre)) if len(alone) else alone[:, :6]
-    return (*together, *(in_words(fixture, solution.solution, twist, "") for twist in twists))
+    return (*together, *(in_words(fixture, solution.solution, twist, "", solution.contacts.spread) for twist in twists))
 
 
 def _together(motion: Floats, centre: Floats) -> FreeMotion:

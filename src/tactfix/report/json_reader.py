@@ -124,4 +124,12 @@ def _diagnosis(one: Json) -> Diagnosis:
 def _next_contact(one: Json | None) -> NextContact | None:
     if one is None:
         return None
-    return NextContact(one["feature"], _array(one["point"], (3,)), _array(one["approach"], (3,)), one["message"])
+    return NextContact(
+        one["feature"],
+        _optional(one["point"], (3,)),
+        _optional(one["approach"], (3,)),
+        one["message"],
+        _optional(one.get("point_in_fixture"), (3,)),
+        _optional(one.get("approach_in_fixture"), (3,)),
+        tuple(told for each in one.get("further", ()) if (told := _next_contact(each)) is not None),
+    )

@@ -202,9 +202,12 @@ def _diagnosis(cause: Diagnosis) -> Json:
 def _next_contact(contact: NextContact | None) -> Json | None:
     if contact is None:
         return None
-    return {
+    told: Json = {
         "feature": contact.feature,
         "point": array(contact.point),
         "approach": array(contact.approach),
+        "point_in_fixture": array(contact.point_in_fixture),
+        "approach_in_fixture": array(contact.approach_in_fixture),
         "message": contact.message,
     }
+    return {**told, "further": [_next_contact(each) for each in contact.further]} if contact.further else told

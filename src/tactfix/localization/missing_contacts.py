@@ -1,0 +1,141 @@
+"""Which contacts are missing where those made leave a motion free: the fewest, and where to make them.
+
+To first order about one pose a contact with outward normal n at x sees the motion (w, v) by n . v + (x - c) x n . w.
+One more contact takes away one free motion at most, so that as many are missing as motions are free; each is chosen
+from the touches that can be made so that the determinant of the information of all grows most (D-optimal, greedily:
+for independent rows the fewest are found so).
+"""
+
+import numpy as np
+
+from tactfix.accessibility.access import access_of
+from tactfix.contacts import Contacts
+from tactfix.errors import TactfixError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.surfaces import Point, moved
+from tactfix.localization.motion_words import vector
+from tactfix.poses.points_as_planes import one_equation_each
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.solution import Solution
+from tactfix.results import NextContact
+from tactfix.wording import listed
+
+TRIED_PER_FEATURE = 60
+FREE = 1e-7
+"""Ratio of singular values below which a motion is free."""
+UNSEEN = 1e-10
+"""Share of the largest information that a motion counts for which nothing sees."""
+
+
+def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) -> NextContact | None:
+    """The first of the fewest contacts that leave no motion free, the others in its further; None where none helps.
+
+    solution: one of the poses that the contacts allow. Where a motion is free no place in base is known, only in the
+    fixture; else the place is that of the solution.
+    """
+    try:
+        candidates = _Candidates(fixture, solution, contacts.tip_radius)
+    except TactfixError:  # a tip that does not fit into a bore that nobody has touched
+        return None
+    information = candidates.information_of(contacts)
+    is_free = _freedom(information) > 0
+    chosen: list[int] = []
+    while len(candidates) and (not chosen or _freedom(information) > 0):
+        number = candidates.best(information)
+        gained = information + candidates.information[number]
+        if is_free and _freedom(gained) == _freedom(information):
+            return None
+        chosen.append(number)
+        information = gained
+    touches = [candidates.touch(number, known=not is_free) for number in chosen]
+    return _told(touches, is_free) if touches else None
+
+
+def _freedom(information: Floats) -> int:
+    """How many motions nothing sees; information (6, 6)."""
+    values = np.linalg.eigvalsh(information)
+    return int((values <= FREE**2 * max(float(values[-1]), 1.0)).sum())
+
+
+def _told(touches: list[NextContact], is_free: bool) -> NextContact:
+    first, *further = touches
+    if not is_free:
+        words = f"{first.message}: it holds best what the contacts hold weakly"
+    elif not further:
+        words = f"{first.message}: at least one contact is missing, and this one will do"
+    else:
+        also = listed([touch.message.removeprefix("touch ") for touch in further])
+        words = f"{first.message}: at least {len(touches)} contacts are missing, and these will do; then {also}"
+    return NextContact(
+        first.feature,
+        first.point,
+        first.approach,
+        words,
+        first.point_in_fixture,
+        first.approach_in_fixture,
+        tuple(further),
+    )
+
+
+class _Candidates:
+    """Touches that can be made, with what each sees; in the fixture frame, as the solution has its features."""
+
+    def __init__(self, fixture: Fixture, solution: Solution, tip_radius: float) -> None:
+        self.pose = solution.base_from_fixture
+        fixture_from_base = inverse(self.pose)
+        self.surfaces = {name: moved(fixture_from_base, surface) for name, surface in solution.surfaces.items()}
+        self.access = access_of(fixture, self.surfaces, tip_radius)
+        spread = {name: self.access.spread(name, TRIED_PER_FEATURE) for name in self.surfaces}
+        self.names = [name for name, (points, _) in spread.items() for _ in points]
+        self.points = np.concatenate([points for points, _ in spread.values()])
+        self.normals = np.concatenate([normals for _, normals in spread.values()])
+        self.information = np.array([self._seen(k) for k in range(len(self.names))]).reshape(-1, 6, 6)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _seen(self, number: int) -> Floats:
+        if isinstance(self.surfaces[self.names[number]], Point):
+            return self._information(np.repeat(self.points[number][None], 3, axis=0), np.eye(3))
+        return self._information(self.points[number][None], self.normals[number][None])
+
+    def _information(self, points: Floats, normals: Floats) -> Floats:
+        """What touches at points (n, 3) with normals (n, 3) see, (6, 6), lengths in radii of the fixture."""
+        rows = np.hstack([cross((points - self.access.centre) / self.access.radius, normals), normals])
+        return np.asarray(rows.T @ rows)
+
+    def information_of(self, contacts: Contacts) -> Floats:
+        """What contacts in base see, (6, 6)."""
+        fixture_from_base = inverse(self.pose)
+        in_base = {name: moved(self.pose, surface) for name, surface in self.surfaces.items()}
+        single = one_equation_each(in_base, contacts, contacts.sigmas)
+        _, normals = contact_residuals(single.surfaces, single.contacts)
+        points = transform_points(fixture_from_base, single.contacts.points)
+        return self._information(points, normals @ fixture_from_base[:3, :3].T)
+
+    def best(self, information: Floats) -> int:
+        """The touch that makes the determinant of all information largest."""
+        ground = UNSEEN * max(float(np.trace(information)), 1.0) * np.eye(6)
+        return int(np.argmax(np.linalg.slogdet(information + ground + self.information)[1]))
+
+    def touch(self, number: int, known: bool) -> NextContact:
+        """One of them in words; known: whether the pose is, so that it has a place in base."""
+        name, point, approach = self.names[number], self.points[number], -self.normals[number]
+        return touch_in_words(name, point, approach, self.pose if known else None)
+
+
+def touch_in_words(feature: str, point: Floats, approach: Floats, base_from_fixture: Floats | None) -> NextContact:
+    """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base where the pose is known.
+
+    Its message says where to touch and how to come.
+    """
+    here, way, frame = point, approach, " of the fixture"
+    if base_from_fixture is not None:
+        here = transform_points(base_from_fixture, point[None])[0]
+        way, frame = base_from_fixture[:3, :3] @ approach, ""
+    coordinates = " ".join(f"{axis} {value + 0.0:.6g}" for axis, value in zip("xyz", here.tolist(), strict=True))
+    message = f"touch {feature} at {coordinates}{frame}, moving along {vector(np.round(way, 4))}"
+    is_known = base_from_fixture is not None
+    return NextContact(feature, here if is_known else None, way if is_known else None, message, point, approach)
