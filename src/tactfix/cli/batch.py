@@ -17,6 +17,9 @@ from tactfix.cli.options import (
     ContactsFormat,
     Features,
     FixturePath,
+    Free,
+    Near,
+    NearSigma,
     Quiet,
     Repeats,
     ScaleSigma,
@@ -25,6 +28,7 @@ from tactfix.cli.options import (
     TipOffset,
     TipRadius,
     Units,
+    Within,
     WorkOffset,
 )
 from tactfix.cli.output import emit, note, tell
@@ -83,6 +87,10 @@ def command(
     approach: Approach = None,
     repeats: Repeats = "all",
     work_offset: WorkOffset = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     scale_sigma: ScaleSigma = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -96,6 +104,7 @@ def command(
     """
     from tactfix.batching.batch import run_batch
     from tactfix.batching.task import BatchTask
+    from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_sets import SetReader, find_sets
     from tactfix.files.fixture_file import load_fixture
@@ -112,7 +121,7 @@ def command(
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
     wanted = log_options(features, offset, approach, repeats, work_offset)
     task = BatchTask(
-        fixture=load_fixture(fixture_path),
+        fixture=placed(load_fixture(fixture_path), near, within, near_sigma, free),
         read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), wanted),
         describe=in_one_line,
         scale_sigma=scale_sigma,
@@ -163,7 +172,12 @@ def _digest(fixture_path: Path, task: "BatchTask") -> str:
     from tactfix.files.reading import read_bytes
 
     rest = (VERSION, task.read, task.scale_sigma, task.max_sigma, task.max_rms, task.point_fixture)
-    return sha256(read_bytes(fixture_path) + repr(rest).encode()).hexdigest()
+    # Its poses may come from other files than the fixture's.
+    known = task.fixture.placement
+    placement = (
+        None if known is None else (known.near.tolist(), known.within, str(known.sigma), sorted(known.free or ()))
+    )
+    return sha256(read_bytes(fixture_path) + repr((rest, placement)).encode()).hexdigest()
 
 
 @contextmanager

@@ -15,8 +15,11 @@ from tactfix.cli.options import (
     ContactsPath,
     Features,
     FixturePath,
+    Free,
     MaxRms,
     MaxSigma,
+    Near,
+    NearSigma,
     Output,
     Quiet,
     Repeats,
@@ -27,6 +30,7 @@ from tactfix.cli.options import (
     Units,
     Unknown,
     Verbose,
+    Within,
     WorkOffset,
 )
 from tactfix.cli.output import emit, note, tell, wants_summary
@@ -64,6 +68,10 @@ def command(
     approach: Approach = None,
     repeats: Repeats = "all",
     work_offset: WorkOffset = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     scale_sigma: ScaleSigma = False,
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
@@ -84,6 +92,7 @@ def command(
 
     from tactfix.acceptance import shown_sigma
     from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.placement import placed
     from tactfix.cli.pose_output import chosen_format, render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
@@ -93,7 +102,7 @@ def command(
 
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
-    fixture = load_fixture(fixture_path)
+    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     sought = unknowns(unknown)
     options = ContactOptions(units, tip_radius, sigma, unknown=sought)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")

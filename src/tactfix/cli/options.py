@@ -93,3 +93,18 @@ WorkOffset: TypeAlias = Annotated[
     str | None,
     typer.Option(metavar="POSE", help="The frame that the machine reported in: a file, any pose format."),
 ]
+Near: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="POSE", help="Roughly where the fixture stands: a file, any pose format; beats placement."),
+]
+Within: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="T,R", help="How far from --near it can stand at most: fixture's units, degrees."),
+]
+NearSigma: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="T,R", help="--near is a measurement with this sigma a component: fixture's units, degrees."),
+]
+Free: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="x,y,rz", help="Only these may differ from --near: along and about base axes.")
+]

@@ -15,8 +15,11 @@ from tactfix.cli.options import (
     ContactsFormat,
     Features,
     FixturePath,
+    Free,
     MaxRms,
     MaxSigma,
+    Near,
+    NearSigma,
     Quiet,
     Repeats,
     ScaleSigma,
@@ -24,6 +27,7 @@ from tactfix.cli.options import (
     TipOffset,
     TipRadius,
     Units,
+    Within,
     WorkOffset,
 )
 from tactfix.cli.output import emit, tell
@@ -57,6 +61,10 @@ def command(
     approach: Approach = None,
     repeats: Repeats = "all",
     work_offset: WorkOffset = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     scale_sigma: ScaleSigma = False,
     format_name: Annotated[
         str | None,
@@ -81,6 +89,7 @@ def command(
 
     from tactfix.acceptance import exceeded_gates
     from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.placement import placed
     from tactfix.cli.pose_output import render_pose
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
@@ -95,7 +104,7 @@ def command(
     said_notes = _notes(notes or [])
     point = None if at is None else np.array(vector(at, "--at"))
     dialect = None if format_name is None else find_dialect(format_name).name
-    fixture = load_fixture(fixture_path)
+    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     said = {
         "--features": features,
         "--units": units,
@@ -105,6 +114,10 @@ def command(
         "--approach": approach,
         "--repeats": None if repeats == "all" else repeats,
         "--work-offset": work_offset,
+        "--near": near,
+        "--within": within,
+        "--near-sigma": near_sigma,
+        "--free": free,
         "--scale-sigma": "yes" if scale_sigma else None,
     }
     settings = {name: str(value) for name, value in said.items() if value is not None}
