@@ -5,6 +5,7 @@ What a process of its own shows (signals, pipes that close, standard streams of 
 
 import contextlib
 import io
+import os
 import sys
 from dataclasses import dataclass
 from unittest import mock
@@ -21,12 +22,26 @@ class Ran:
     stderr: str
 
 
-def tactfix(*words: object, stdin: str | bytes = "", together: bool = False) -> Ran:
-    """tactfix with these words, standard input as given, no terminal anywhere; standard error may go to the output."""
+class Terminal(io.TextIOWrapper):
+    """A stream that somebody looks at."""
+
+    def isatty(self) -> bool:
+        """Yes."""
+        return True
+
+
+def tactfix(*words: object, stdin: str | bytes = "", together: bool = False, columns: int | None = None) -> Ran:
+    """tactfix with these words, standard input as given; standard error may go to the output.
+
+    No terminal anywhere, or where columns are given one so wide for both.
+    """
     given = stdin.encode() if isinstance(stdin, str) else stdin
-    streams = [io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2)]
+    kind = io.TextIOWrapper if columns is None else Terminal
+    streams = [kind(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2)]
+    terminal = {} if columns is None else {"COLUMNS": str(columns), "TERM": "xterm"}
     out, err = (streams[0], streams[0]) if together else streams
     with (
+        mock.patch.dict(os.environ, terminal),
         mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(given), encoding="utf-8")),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),

@@ -15,6 +15,27 @@ def printable(text: str) -> str:
     return UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
+def wrapped(text: str, width: int) -> str:
+    """Lines no longer than width, broken between words only; what is carried on is indented below its line."""
+    from textwrap import wrap
+
+    return "".join(
+        "\n".join(
+            wrap(
+                line,
+                max(width, 20),
+                subsequent_indent=" " * (len(line) - len(line.lstrip(" ")) + 2),
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+            if len(line) > width
+            else [line.rstrip("\n")]
+        )
+        + "\n" * line.endswith("\n")
+        for line in text.splitlines(keepends=True)
+    )
+
+
 def spreadsheet_cell(text: str) -> str:
     """Text for a cell of a CSV file; an apostrophe keeps a spreadsheet from running what begins like a formula."""
     return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text

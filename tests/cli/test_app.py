@@ -137,6 +137,17 @@ def test_plain_options_import_no_more() -> None:
         ("tactfix locate f.yaml c.csv --units m", 5, ["mm", "m"]),
         ("tactfix locate fixtures/three-planes.yaml c.csv --features top:3,b", 5, ["top:3,back:"]),
         ("tactfix locate nowhere.yaml c.csv --features b", 5, []),
+        ("tactfix simulate fixtures/three-planes.yaml --fault re", 4, ["reversed-approach"]),
+        ("tactfix design-check --explain symmetry_", 3, ["symmetry_overlap"]),
+        ("tactfix convert pose.txt --to ku", 4, ["kuka"]),
+        ("tactfix convert pose.txt --from hei", 4, ["heidenhain"]),
+        ("tactfix report f.yaml c.csv --format ku", 5, ["kuka"]),
+        ("tactfix fit sphere samples/robot-cell-plate/contacts.csv --feature b", 5, ["ball"]),
+        ("tactfix calibrate samples/robot-calibration/cell.yaml t.csv --hold-out fr", 5, ["front"]),
+        ("tactfix locate f.yaml c.csv --free x,r", 5, ["x,rx", "x,ry", "x,rz"]),
+        ("tactfix locate f.yaml c.csv --repeats l", 5, ["last"]),
+        ("tactfix compare a.json b.json --units i", 5, ["in"]),
+        ("tactfix init --like ro", 3, ["robot-cell-plate"]),
     ],
 )
 def test_completion(line: str, word: int, expected: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,7 +217,7 @@ def test_no_color_where_none_is_wanted(
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)
     main([*RUN, "--verbose"])
-    assert "\x1b[1m" in capsys.readouterr().err
+    assert "\x1b[1;32m" in capsys.readouterr().err
     monkeypatch.setenv("NO_COLOR", "1")
     main([*RUN, "--verbose"])
     assert "\x1b[32m" not in capsys.readouterr().err

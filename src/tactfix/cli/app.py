@@ -4,6 +4,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
+from io import StringIO
 from typing import Any, Final
 
 from tactfix.cli.application import run_application
@@ -38,7 +39,7 @@ _OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)
 
 def _told(error: Exception) -> int:
     """The exit status of an error, after it has been told."""
-    show: Callable[[], None] | None = getattr(error, "show", None)
+    show: Callable[..., None] | None = getattr(error, "show", None)
     status: Any = getattr(error, "exit_code", None)
     if isinstance(error, TactfixError):
         return _say(str(error), exit_of_error(error))
@@ -48,10 +49,9 @@ def _told(error: Exception) -> int:
         return _say(str(refusal(error)), Exit.FILE)
     if show is not None and status is not None:
         # typer's usage errors share no public base class over its versions; what they share is how they are shown.
-        try:
-            show()
-        except OSError:
-            discard(sys.stderr)
+        told = StringIO()
+        show(file=told)
+        say(told.getvalue())
         return int(status)
     if os.environ.get("TACTFIX_DEBUG") == "1":
         raise error

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import AsJson, Output, Quiet, Verbose
 from tactfix.cli.output import emit, note, tell, wants_summary
@@ -22,7 +23,11 @@ def command(
     ],
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(metavar="PLACE", help="Keep this place out of all of it and tell its residuals; repeatable."),
+        typer.Option(
+            metavar="PLACE",
+            help="Keep this place out of all of it and tell its residuals; repeatable.",
+            autocompletion=completion.places,
+        ),
     ] = None,
     unchecked: Annotated[
         bool, typer.Option("--unchecked", help="Let touches at one place do, which nothing can check.")

@@ -24,7 +24,7 @@ from tactfix.cli.options import (
     Units,
     WorkOffset,
 )
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, emit_lines, tell
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -116,5 +116,5 @@ def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     elif found.has_moved is None:
         tell(check_lines(found))
     else:
-        emit("\n".join(check_lines(found)) + "\n", output)
+        emit_lines(check_lines(found), output)
         tell(found.exceeded.values())

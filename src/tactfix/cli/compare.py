@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, emit_lines, tell
 from tactfix.errors import UsageError
 
 
@@ -22,7 +23,12 @@ def command(
         float | None, typer.Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
     ] = None,
     units: Annotated[
-        str | None, typer.Option(metavar="U", help="Unit of a pose whose file does not say: mm, m, um or in.")
+        str | None,
+        typer.Option(
+            metavar="U",
+            help="Unit of a pose whose file does not say: mm, m, um or in.",
+            autocompletion=completion.units,
+        ),
     ] = None,
     as_json: AsJson = False,
     junit: Annotated[
@@ -48,8 +54,10 @@ def command(
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))
     if junit is not None:
         write_whole(junit, compare_junit(movement, limits))
-    text = text_of(compare_json(movement, limits)) if as_json else "\n".join(compare_lines(movement)) + "\n"
-    emit(text, output)
+    if as_json:
+        emit(text_of(compare_json(movement, limits)), output)
+    else:
+        emit_lines(compare_lines(movement), output)
     beyond = exceeded(movement, limits)
     tell(beyond.values())
     return Exit.NOT_ACCEPTABLE if beyond else Exit.DONE

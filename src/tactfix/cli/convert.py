@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.options import Output, Quiet
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
@@ -20,14 +21,31 @@ def command(
         typer.Argument(metavar="POSE", help="Output of locate, or a pose in any dialect; - is standard input."),
     ],
     to: Annotated[
-        str | None, typer.Option("--to", metavar="NAME", help=f"The dialect to write: {_NAMES}.", show_default=False)
+        str | None,
+        typer.Option(
+            "--to",
+            metavar="NAME",
+            help=f"The dialect to write: {_NAMES}.",
+            show_default=False,
+            autocompletion=completion.pose_formats,
+        ),
     ] = None,
     from_: Annotated[
         str | None,
-        typer.Option("--from", metavar="NAME", help="The dialect of POSE; by default told by its ending or content."),
+        typer.Option(
+            "--from",
+            metavar="NAME",
+            help="The dialect of POSE; by default told by its ending or content.",
+            autocompletion=completion.pose_formats,
+        ),
     ] = None,
     units: Annotated[
-        str | None, typer.Option(metavar="U", help="Unit of POSE where its file does not say: mm, m, um or in.")
+        str | None,
+        typer.Option(
+            metavar="U",
+            help="Unit of POSE where its file does not say: mm, m, um or in.",
+            autocompletion=completion.units,
+        ),
     ] = None,
     inverse: Annotated[
         bool, typer.Option("--inverse", help="Turn POSE round first: base in the fixture frame, or the other way.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, Scheduler, TipOffset, Units
@@ -68,7 +69,12 @@ def command(
     ] = None,
     output: Output = None,
     explain: Annotated[
-        str | None, typer.Option(metavar="CODE", help="Tell what stands behind a finding, and do nothing else.")
+        str | None,
+        typer.Option(
+            metavar="CODE",
+            help="Tell what stands behind a finding, and do nothing else.",
+            autocompletion=completion.finding_codes,
+        ),
     ] = None,
     quiet: Quiet = False,
 ) -> int:

@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.exits import exit_of_status
-from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units
-from tactfix.cli.output import emit, tell
+from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units, Verbose
+from tactfix.cli.output import emit, on_screen, tell, wants_summary
+from tactfix.cli.streams import standard_error
 from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -40,7 +42,11 @@ def command(
     side: Annotated[Side, typer.Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
     feature: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Only the contacts on this feature, in a file that names several."),
+        typer.Option(
+            metavar="NAME",
+            help="Only the contacts on this feature, in a file that names several.",
+            autocompletion=completion.features,
+        ),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -48,6 +54,7 @@ def command(
     tip_radius: TipRadius = None,
     sigma: Sigma = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Find one plane, sphere or cylinder from contacts, without a fixture.
 
@@ -67,9 +74,13 @@ def command(
     if as_json:
         emit(text_of(fit_json(result, read.units)), output)
     elif result.surface is not None:
-        emit(surface_text(result.surface), output)
+        emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
     tell(fit_verdict_lines(result))
     tell(result.warnings, quiet=quiet)
+    if wants_summary(quiet=quiet, verbose=verbose):
+        from tactfix.report.fit_summary import print_fit
+
+        print_fit(result, chosen, read.units, standard_error())
     return exit_of_status(result.status)
 
 

@@ -23,7 +23,7 @@ from tactfix.cli.options import (
     Units,
     WorkOffset,
 )
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, emit_lines, tell
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -81,7 +81,10 @@ def command(
     status = Exit.UNDERDETERMINED
     for touches in _touches(fixture, contacts, contacts_format, options, wanted, follow=follow):
         step = guide(fixture, touches, point_fixture=point, max_sigma=max_sigma, max_rms=max_rms)
-        emit(guide_json(step) if as_json else guide_line(step))
+        if as_json:
+            emit(guide_json(step))
+        else:
+            emit_lines([guide_line(step)])
         if step.is_done:
             tell(step.result.warnings, quiet=quiet)
             return Exit.DONE

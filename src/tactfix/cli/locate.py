@@ -33,7 +33,7 @@ from tactfix.cli.options import (
     Within,
     WorkOffset,
 )
-from tactfix.cli.output import emit, note, tell, wants_summary
+from tactfix.cli.output import emit, note, on_screen, tell, wants_summary
 from tactfix.cli.streams import standard_error
 
 if TYPE_CHECKING:
@@ -109,14 +109,19 @@ def command(
     wanted = log_options(features, offset, approach, repeats, work_offset)
     read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)
-    text = render_pose(result, style, point, force=force, quiet=quiet)
+    for_people = wants_summary(quiet=quiet, verbose=verbose)
+    if for_people and result.status == "located":
+        # rich takes as long to import as all else: only for people who see it.
+        from tactfix.report.summary import print_sentence
+
+        print_sentence(result, standard_error())
+    text = render_pose(result, style, point, force=force, quiet=quiet, for_screen=on_screen(output))
     if text is not None:
         emit(text, output)
     tell(verdict_lines(result))
     tell([] if result.tip is None else [result.tip.message], quiet=quiet)
     tell(result.warnings, quiet=quiet)
-    if wants_summary(quiet=quiet, verbose=verbose):
-        # rich takes as long to import as all else: only for people who see it.
+    if for_people:
         from tactfix.report.summary import print_summary
 
         print_summary(result, standard_error(), point)

@@ -87,7 +87,11 @@ Approach: TypeAlias = Annotated[
 ]
 Repeats: TypeAlias = Annotated[
     str,
-    typer.Option(metavar="all|last", help="Of consecutive touches of one place in a log: all, or the last."),
+    typer.Option(
+        metavar="all|last",
+        help="Of consecutive touches of one place in a log: all, or the last.",
+        autocompletion=completion.names("all", "last"),
+    ),
 ]
 WorkOffset: TypeAlias = Annotated[
     str | None,
@@ -106,5 +110,10 @@ NearSigma: TypeAlias = Annotated[
     typer.Option(metavar="T,R", help="--near is a measurement with this sigma a component: fixture's units, degrees."),
 ]
 Free: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="x,y,rz", help="Only these may differ from --near: along and about base axes.")
+    str | None,
+    typer.Option(
+        metavar="x,y,rz",
+        help="Only these may differ from --near: along and about base axes.",
+        autocompletion=completion.free_directions,
+    ),
 ]

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tactfix.cli.exits import Exit
-from tactfix.cli.streams import discard, refusal, say
+from tactfix.cli.streams import discard, for_people, refusal, say
 from tactfix.files.writing import write_whole
 
 
@@ -30,6 +30,12 @@ def emit(result: str | bytes, output: Path | None = None) -> None:
         raise refusal(error) from None
 
 
+def emit_lines(lines: Iterable[str], output: Path | None = None) -> None:
+    """Write a result that is sentences, one a line; on a terminal long ones are broken between words."""
+    text = "".join(f"{line}\n" for line in lines)
+    emit(text if output is not None else for_people(text, sys.stdout), output)
+
+
 def note(message: str, *, quiet: bool = False) -> None:
     """Tell something on standard error, unless quiet."""
     if not quiet:
@@ -40,6 +46,11 @@ def tell(messages: Iterable[str], *, quiet: bool = False) -> None:
     """Tell each of the messages on standard error, unless quiet."""
     for message in messages:
         note(message, quiet=quiet)
+
+
+def on_screen(output: Path | None) -> bool:
+    """Whether a result is read from a terminal, by people and by no program."""
+    return output is None and sys.stdout.isatty()
 
 
 def wants_summary(*, quiet: bool, verbose: bool) -> bool:

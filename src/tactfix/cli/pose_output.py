@@ -5,7 +5,7 @@ from pathlib import Path
 from tactfix.cli.output import note
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
-from tactfix.report.text_report import matrix_text
+from tactfix.report.text_report import matrix_text, rounded_matrix_text
 from tactfix.results import LocateResult
 
 # The endings of the two formats that need no dialect, so that the common cases do not import all of them.
@@ -35,11 +35,12 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
 
 
 def render_pose(
-    result: LocateResult, format_name: str, at: Floats | None, *, force: bool, quiet: bool
+    result: LocateResult, format_name: str, at: Floats | None, *, force: bool, quiet: bool, for_screen: bool = False
 ) -> str | bytes | None:
     """The result in that format; None where there is no pose to write. JSON is written in any case.
 
-    at: a point (3,) of the fixture frame that the JSON tells of too.
+    at: a point (3,) of the fixture frame that the JSON tells of too. for_screen: the matrix in the digits that its
+    sigma bears; a pipe or a file gets every digit.
     """
     if format_name == "json":
         from tactfix.report.json_report import locate_json, text_of
@@ -48,6 +49,8 @@ def render_pose(
     if result.base_from_fixture is None:
         return None
     if format_name == "matrix":
+        if for_screen:
+            return rounded_matrix_text(result.base_from_fixture, result.covariance)
         return matrix_text(result.base_from_fixture)
     from tactfix.pose_formats.convert import write_pose
     from tactfix.pose_formats.pose import Pose

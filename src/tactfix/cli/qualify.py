@@ -6,7 +6,7 @@ import typer
 
 from tactfix.cli.fit import Side
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Units
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, emit_lines, tell
 from tactfix.errors import UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -41,7 +41,9 @@ def command(
     # Sigma and tip are what is asked for: what the file says of them is not used.
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius=0.0, sigma=1.0))
     found = qualify(read.contacts, targets=read.targets, radius=radius, side=side.value, units=read.units)
-    as_json = as_json or (output is not None and output.suffix.lower() == ".json")
-    emit(text_of(qualify_json(found)) if as_json else "\n".join(qualify_lines(found)) + "\n", output)
+    if as_json or (output is not None and output.suffix.lower() == ".json"):
+        emit(text_of(qualify_json(found)), output)
+    else:
+        emit_lines(qualify_lines(found), output)
     tell(found.warnings, quiet=quiet)
     return 0

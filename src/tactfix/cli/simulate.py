@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactfix.cli import completion
 from tactfix.cli.options import AsJson, FixturePath, Output
 from tactfix.cli.output import emit
 from tactfix.simulation.faults import FAULT_KINDS, parse_fault
@@ -40,7 +41,11 @@ def command(
     ] = None,
     fault: Annotated[
         str | None,
-        typer.Option(metavar="NAME[:VALUE]", help=f"One mistake of a cell: {', '.join(FAULT_KINDS)}."),
+        typer.Option(
+            metavar="NAME[:VALUE]",
+            help=f"One mistake of a cell: {', '.join(FAULT_KINDS)}.",
+            autocompletion=completion.fault_names,
+        ),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,

@@ -7,7 +7,7 @@ import sys
 from typing import IO, TextIO, cast
 
 from tactfix.errors import FileError, Problem
-from tactfix.wording import printable
+from tactfix.wording import printable, wrapped
 
 
 def settle() -> None:
@@ -35,7 +35,23 @@ def discard(stream: TextIO) -> None:
 
 def say(text: str) -> None:
     """Write to standard error what a terminal obeys nothing of; where nobody hears it the exit status has to do."""
-    _write(sys.stderr, printable(text))
+    _write(sys.stderr, for_people(printable(text), sys.stderr))
+
+
+def for_people(text: str, stream: TextIO) -> str:
+    """Sentences as a stream shows them: a terminal breaks lines wherever it ends, even inside a number."""
+    return wrapped(text, _width(stream)) if stream.isatty() else text
+
+
+def _width(stream: TextIO) -> int:
+    """Columns of a terminal: what COLUMNS says, else what it says itself."""
+    told = os.environ.get("COLUMNS", "")
+    if told.isdecimal() and int(told) > 0:
+        return int(told)
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80
 
 
 def _write(stream: TextIO, text: str) -> None:

@@ -17,7 +17,7 @@ _OF_LOCATE: Final = (
 def guide_line(step: GuideStep) -> str:
     """Touches, what is open, what to do."""
     touches = "1 touch" if step.touches == 1 else f"{step.touches} touches"
-    return f"{touches}: {step.state}; {step.advice}\n"
+    return f"{touches}: {step.state}; {step.advice}"
 
 
 def guide_json(step: GuideStep) -> str:

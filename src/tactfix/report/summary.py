@@ -1,8 +1,9 @@
-"""The summary of locate for people: pose, sigmas, residuals as bars, candidates, what to do next; 80 columns."""
+"""The summary of locate for people: the answer in a sentence, pose, sigmas, residuals as bars, candidates."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import StringIO
+from itertools import zip_longest
 from typing import IO, Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from rich.text import Text
 
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
-from tactfix.report.text_report import reason_text
+from tactfix.report.text_report import decimals, reason_text, sentence, verdict_lines
 from tactfix.results import Candidate, ContactResidual, LocateResult, Status
 
 _MOST_CONTACTS: Final = 20
@@ -27,10 +28,15 @@ _COLORS: Final[dict[Status, str]] = {
 }
 
 
+def print_sentence(result: LocateResult, file: IO[str]) -> None:
+    """Print the answer in one sentence on a file."""
+    Console(file=file, highlight=False).print(Text(sentence(result), f"bold {_COLORS[result.status]}"))
+
+
 def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None) -> None:
-    """Print the summary on a file; at: a point (3,) of the fixture frame whose sigma is told too."""
+    """Print what there is beyond the verdict; at: a point (3,) of the fixture frame whose sigma is told too."""
     console = Console(file=file, highlight=False)
-    console.print(summary(result, at, ascii_only=console.options.ascii_only))
+    console.print(_details(result, at, ascii_only=console.options.ascii_only))
 
 
 def summary_html(result: LocateResult) -> str:
@@ -41,78 +47,94 @@ def summary_html(result: LocateResult) -> str:
 
 
 def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool = False) -> RenderableType:
-    """The summary as something that rich prints."""
-    parts: list[RenderableType] = [_headline(result)]
+    """The answer in a sentence, what to do, and all that speaks for it, as something that rich prints."""
+    answer, *others = [sentence(result)] if result.status == "located" else verdict_lines(result)
+    name = (f"{result.fixture} ", "bold")
+    lines = [Text.assemble(name, (answer, f"bold {_COLORS[result.status]}")), *map(Text, others)]
+    return Group(Padding(Group(*lines), (0, 0, 1, 1)), _details(result, at, ascii_only=ascii_only))
+
+
+def _details(result: LocateResult, at: Floats | None, *, ascii_only: bool) -> RenderableType:
+    parts: list[RenderableType] = [] if result.chi2 is None and result.rms is None else [_fit(result)]
     if result.base_from_fixture is not None:
-        parts.append(_pose(result, result.base_from_fixture, at))
+        parts.append(_pose(result, result.base_from_fixture))
+        if at is not None:
+            parts.append(_point(result, result.base_from_fixture, at))
     if result.contacts:
-        parts.append(_residuals(result, ascii_only))
+        parts.append(residual_table(result.contacts, result.units, ascii_only=ascii_only))
     if len(result.candidates) > 1 or result.status != "located":
         parts.append(_candidates(result))
-    parts += [Text(f"free: {motion.message}", "yellow") for motion in result.free_motions]
     return Group(*(Padding(part, (0, 0, 1, 1)) for part in parts))
 
 
-def _headline(result: LocateResult) -> Text:
-    line = Text.assemble((result.fixture, "bold"), "  ", (result.status, f"bold {_COLORS[result.status]}"))
+def _fit(result: LocateResult) -> Text:
+    line = Text()
+    if result.rms is not None:
+        line.append(f"rms {result.rms:.2g} {result.units}, ")
     if result.chi2 is not None:
         limit = "" if result.chi2_limit is None else f" (limit {result.chi2_limit:.3g})"
-        line.append(f"  chi2 {result.chi2:.3g}{limit}, dof {result.dof}")
-    if result.rms is not None:
-        line.append(f", rms {result.rms:.2g} {result.units}")
-    return line
+        line.append(f"chi2 {result.chi2:.3g}{limit}, ")
+    return line.append(freedom(result.dof, len(result.contacts)))
 
 
-def _pose(result: LocateResult, base_from_fixture: Floats, at: Floats | None) -> Table:
-    """Origin and rotation vector with their sigmas, then the axes of the fixture in base."""
-    table = Table("in base", *"xyz", "worst", box=None, pad_edge=False, header_style="dim")
+def freedom(dof: int, contacts: int) -> str:
+    """How many contacts there are, and how many of them are not needed."""
+    return f"{dof} degree{'' if dof == 1 else 's'} of freedom, {contacts} contact{'' if contacts == 1 else 's'}"
+
+
+def _pose(result: LocateResult, base_from_fixture: Floats) -> Table:
+    """Origin and rotation vector in base with their sigmas."""
+    sigmas = None if result.covariance is None else np.sqrt(np.diag(result.covariance))
+    turn = np.rad2deg(_rotation_vector(base_from_fixture[:3, :3]))
+    origin = base_from_fixture[:3, 3]
+    if sigmas is None or result.covariance is None:
+        columns = {f"origin {result.units}": _rounded(origin), "rotation vector deg": _rounded(turn)}
+        return upright_table({"in base": [*"xyz"], **columns})
+    most = math.degrees(float(worst_sigma(result.covariance[:3, :3])))
+    columns = {
+        "in base": [*"xyz", "worst"],
+        f"origin {result.units}": [*_rounded(origin, sigmas[3:]), ""],
+        "sigma": [f"{sigma:.2g}" for sigma in (*sigmas[3:], sigma_at(result) or 0.0)],
+        "rotation vector deg": [*_rounded(turn, np.rad2deg(sigmas[:3])), ""],
+        "sigma ": [f"{sigma:.2g}" for sigma in (*np.rad2deg(sigmas[:3]), most)],
+    }
+    return upright_table(columns)
+
+
+def _point(result: LocateResult, base_from_fixture: Floats, at: Floats) -> Table:
+    """A point of the fixture in base, with its sigmas."""
+    point = base_from_fixture[:3, :3] @ at + base_from_fixture[:3, 3]
+    name = f"({', '.join(f'{value:g}' for value in at)}) {result.units}"
+    if result.covariance is None:
+        return upright_table({"in base": [*"xyz"], name: _rounded(point)})
+    sigmas = np.sqrt(np.diag(point_covariance(base_from_fixture, result.covariance, at)))
+    spread = [f"{sigma:.2g}" for sigma in (*sigmas, sigma_at(result, at) or 0.0)]
+    return upright_table({"in base": [*"xyz", "worst"], name: [*_rounded(point, sigmas), ""], "sigma": spread})
+
+
+def _rounded(values: Floats, sigmas: Floats | None = None) -> list[str]:
+    """Numbers to the digits that their sigmas bear."""
+    digits = [6] * len(values) if sigmas is None else [decimals(float(sigma)) for sigma in sigmas]
+    return [f"{value + 0.0:.{n}f}" for value, n in zip(values, digits, strict=True)]
+
+
+def upright_table(columns: Mapping[str, Sequence[str]]) -> Table:
+    """Columns of numbers by their names; the first column names the rows."""
+    table = Table(*columns, box=None, pad_edge=False, header_style="dim")
     for column in table.columns[1:]:
         column.justify = "right"
+    for row in zip_longest(*columns.values(), fillvalue=""):
+        table.add_row(*row)
     _keep_whole(table)
-    sigmas = None if result.covariance is None else np.sqrt(np.diag(result.covariance))
-    rotation = np.rad2deg(_rotation_vector(base_from_fixture[:3, :3]))
-    origin = base_from_fixture[:3, 3]
-    worst = sigma_at(result)
-    _number_row(table, f"origin {result.units}", origin, None if sigmas is None else sigmas[3:], worst)
-    turn = None if sigmas is None else np.rad2deg(sigmas[:3])
-    most = None if result.covariance is None else math.degrees(float(worst_sigma(result.covariance[:3, :3])))
-    _number_row(table, "rotation vector deg", rotation, turn, most)
-    if at is not None:
-        _point_row(table, result, base_from_fixture, at)
-    for k, axis in enumerate("xyz"):
-        table.add_row(f"axis {axis}", *(f"{value:.9f}" for value in base_from_fixture[:3, k] + 0.0))
     return table
 
 
 def _keep_whole(table: Table) -> None:
-    """Let a narrow terminal break what is too wide for it: a number without its last digits is another one."""
+    """Let a narrow terminal break its headers between words, but no number or name: one cut off is another one."""
     for column in table.columns:
         column.overflow = "fold"
-
-
-def _point_row(table: Table, result: LocateResult, base_from_fixture: Floats, at: Floats) -> None:
-    sigmas = None
-    if result.covariance is not None:
-        sigmas = np.sqrt(np.diag(point_covariance(base_from_fixture, result.covariance, at)))
-    point = base_from_fixture[:3, :3] @ at + base_from_fixture[:3, 3]
-    name = f"({', '.join(f'{value:g}' for value in at)}) {result.units}"
-    _number_row(table, name, point, sigmas, sigma_at(result, at))
-
-
-def _number_row(table: Table, name: str, values: Floats, sigmas: Floats | None, worst: float | None) -> None:
-    """Numbers to one digit beyond their sigma, and the sigmas below."""
-    if sigmas is None:
-        table.add_row(name, *(f"{value:.6f}" for value in values + 0.0))
-        return
-    digits = [_digits(float(sigma)) for sigma in sigmas]
-    cells = [f"{value:.{n}f}" for value, n in zip(values + 0.0, digits, strict=True)]
-    table.add_row(Text(name, "bold"), *(Text(cell, "bold") for cell in cells))
-    spread = [f"{sigma:.2g}" for sigma in sigmas]
-    table.add_row("  sigma", *spread, "" if worst is None else f"{worst:.2g}", style="dim")
-
-
-def _digits(sigma: float) -> int:
-    return 6 if sigma <= 0 else max(0, min(12, 2 - math.ceil(math.log10(sigma))))
+        cells = [str(cell) for cell in (column.header, *column.cells) if isinstance(cell, str | Text)]
+        column.min_width = min(max((len(word) for cell in cells for word in cell.split()), default=1), 24)
 
 
 def _rotation_vector(rotation: Floats) -> Floats:
@@ -136,33 +158,23 @@ def _rotation_vector(rotation: Floats) -> Floats:
     return np.asarray(2 * np.arctan2(sine, q[0]) * q[1:] / sine) if sine > 0 else np.zeros(3)
 
 
-def _residuals(result: LocateResult, ascii_only: bool) -> Table:
+def residual_table(contacts: Sequence[ContactResidual], units: str, *, ascii_only: bool) -> Table:
     """The residual of each contact as a number and a bar; the largest where there are many."""
-    shown: Sequence[ContactResidual] = result.contacts
-    caption = None
+    shown, caption = contacts, None
     if len(shown) > _MOST_CONTACTS:
         shown = sorted(shown, key=lambda contact: -abs(contact.residual))[:_MOST_CONTACTS]
-        caption = f"the largest {_MOST_CONTACTS} of {len(result.contacts)}"
+        caption = f"the largest {_MOST_CONTACTS} of {len(contacts)}"
     largest = max(abs(contact.residual) for contact in shown) or 1.0
-    table = Table(
-        "row",
-        "feature",
-        f"residual {result.units}",
-        "  into the | out of it",
-        "approach",
-        box=None,
-        pad_edge=False,
-        header_style="dim",
-        caption=caption,
-        caption_justify="left",
-    )
+    names = ["row", "feature", f"residual {units}", " into the | out of it", "approach deg off"]
+    table = Table(*names, box=None, pad_edge=False, header_style="dim", caption=caption, caption_justify="left")
     for index in (0, 2, 4):
         table.columns[index].justify = "right"
-    _keep_whole(table)
     for contact in shown:
-        angle = "" if contact.approach_angle_deg is None else f"{contact.approach_angle_deg:.0f} deg off"
+        angle = "" if contact.approach_angle_deg is None else f"{contact.approach_angle_deg:.0f}"
         bar = _bar(contact.residual / largest, ascii_only)
         table.add_row(str(contact.row), Text(contact.feature), f"{contact.residual:+.2e}", bar, angle)
+    _keep_whole(table)
+    table.columns[3].no_wrap = True
     return table
 
 
@@ -176,21 +188,21 @@ def _bar(share: float, ascii_only: bool) -> Text:
 
 
 def _candidates(result: LocateResult) -> Table:
-    """Every pose that explains the contacts, and why each that fell did."""
-    table = Table("pose", "origin in base", "chi2", "why it fell", box=None, pad_edge=False, header_style="dim")
+    """Every pose that explains the contacts, and what became of it."""
+    table = Table("pose", "origin in base", "chi2", "verdict", box=None, pad_edge=False, header_style="dim")
     table.columns[2].justify = "right"
-    _keep_whole(table)
     for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
-        origin = "  ".join(f"{value:.4f}" for value in candidate.base_from_fixture[:3, 3] + 0.0)
-        table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _why(candidate))
+        origin = " ".join(f"{value:.4f}" for value in candidate.base_from_fixture[:3, 3] + 0.0)
+        table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _verdict(candidate))
+    _keep_whole(table)
     more = len(result.candidates) - _MOST_CANDIDATES
     if more > 0:
         table.add_row("", f"and {more} more", "", "")
     return table
 
 
-def _why(candidate: Candidate) -> Text:
+def _verdict(candidate: Candidate) -> Text:
     if candidate.accepted:
-        return Text("it did not", "green")
+        return Text("is left", "green")
     more = len(candidate.reasons) - 1
-    return Text(reason_text(candidate.reasons[0]) + (f" (and {more} more)" if more else ""))
+    return Text("fell: " + reason_text(candidate.reasons[0]) + (f" (and {more} more)" if more else ""))

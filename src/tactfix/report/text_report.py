@@ -1,8 +1,12 @@
 """Results as lines of plain text: what goes to standard output, and the verdict in words."""
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
+from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import LocateResult, Reason
@@ -11,6 +15,8 @@ if TYPE_CHECKING:
     from tactfix.fitting.fit import FitResult
 
 _MOST_REASONS = 3
+SIGMAS_95: Final = 1.96
+"""So many standard deviations to either side hold 95 of 100 values of a normal variable."""
 
 
 def decimal(value: float) -> str:
@@ -25,19 +31,59 @@ def matrix_text(matrix: Floats) -> str:
     return "".join("  ".join(map(str.rjust, row, widths)) + "\n" for row in cells)
 
 
-def surface_text(surface: Surface) -> str:
-    """A surface in lines of a name and its numbers."""
+def rounded_matrix_text(matrix: Floats, covariance: Floats | None) -> str:
+    """A pose (4, 4) for people: two digits beyond the first of the smallest sigma; all digits without covariance."""
+    if covariance is None:
+        return matrix_text(matrix)
+    sigmas = np.sqrt(np.diag(covariance))
+    turn, shift = (decimals(_smallest(part)) for part in (sigmas[:3], sigmas[3:]))
+    cells = [[f"{value + 0.0:.{turn}f}" for value in row[:3]] + [f"{row[3] + 0.0:.{shift}f}"] for row in matrix[:3]]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return "".join("  ".join(map(str.rjust, row, widths)) + "\n" for row in [*cells, ["0", "0", "0", "1"]])
+
+
+def decimals(sigma: float) -> int:
+    """So many decimals that a number whose sigma this is loses less than a hundredth of it; 6 where sigma is 0."""
+    return 6 if sigma <= 0 else max(0, min(12, 2 - math.ceil(math.log10(sigma))))
+
+
+def _smallest(sigmas: Floats) -> float:
+    """The smallest that is not 0, which stands for what is held."""
+    return float(min((sigma for sigma in sigmas if sigma > 0), default=0.0))
+
+
+def surface_text(surface: Surface, sigma: Mapping[str, Floats] | None = None) -> str:
+    """A surface in lines of a name and its numbers; with sigma to the digits that it bears."""
+    lines = []
+    for name, values in surface_rows(surface).items():
+        spread = None if sigma is None or name not in sigma else _smallest(sigma[name])
+        shown = [decimal(value) if not spread else f"{value + 0.0:.{decimals(spread)}f}" for value in values]
+        lines.append(f"{name} {' '.join(shown)}\n")
+    return "".join(lines)
+
+
+def surface_rows(surface: Surface) -> dict[str, Sequence[float]]:
+    """The numbers of a surface by name."""
     match surface:
         case Plane():
-            rows: dict[str, Sequence[float]] = {"point": surface.point.tolist(), "normal": surface.normal.tolist()}
+            return {"point": surface.point.tolist(), "normal": surface.normal.tolist()}
         case Sphere():
-            rows = {"center": surface.center.tolist(), "radius": [surface.radius]}
+            return {"center": surface.center.tolist(), "radius": [surface.radius]}
         case Point():
-            rows = {"point": surface.point.tolist()}
+            return {"point": surface.point.tolist()}
         case Cylinder():
             axis = {"point": surface.point.tolist(), "direction": surface.direction.tolist()}
-            rows = {**axis, "radius": [surface.radius]}
-    return "".join(f"{name} {' '.join(map(decimal, values))}\n" for name, values in rows.items())
+            return {**axis, "radius": [surface.radius]}
+
+
+def sentence(result: LocateResult) -> str:
+    """The answer in one sentence."""
+    if result.status != "located":
+        return next(verdict_lines(result))
+    sigma = sigma_at(result)
+    if sigma is None:
+        return "located"
+    return f"located; the origin is known to {SIGMAS_95 * sigma:.2g} {result.units} (95 %, along its worst direction)"
 
 
 def verdict_lines(result: LocateResult) -> Iterator[str]:
