@@ -8,8 +8,8 @@ import pytest
 
 import tactfix
 from tactfix import Feature, Fixture
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 SHIPPED = sorted((ROOT / "fixtures").glob("*.yaml"))
 PLATE = {
     "plate": Feature.plane((0, 0, 0), (0, 0, 2.0), sigma=0.01),

@@ -7,8 +7,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from api.pages import PAGES, ROOT, blocks, commands, environment, folder_for_examples, shown
-from command_line import tactfix
+
+from tests.api.pages import PAGES, ROOT, blocks, commands, environment, folder_for_examples, shown
+from tests.support.command_line import tactfix
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
 EVERYTHING = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)

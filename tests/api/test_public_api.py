@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import tactfix
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
 CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
 FUNCTIONS = [name for name in tactfix.__all__ if name.islower() and name != "__version__"]

@@ -1,15 +1,13 @@
 """What a result offers from Python: its pose, its sigmas, its JSON and back."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import tactfix as command
 
 import tactfix
-
-ROOT = Path(__file__).parents[2]
+from tests.support.command_line import tactfix as command
+from tests.support.project import ROOT
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,11 @@
-"""Makes samples/robot-calibration with the arm of `arms`: run as a script in tests/ to write it anew."""
-
-from pathlib import Path
+"""Makes samples/robot-calibration with the arm of `support.arms`: `python -m tests.calibration.generate` writes it."""
 
 import numpy as np
-from calibration.arms import DH, PRIOR, SEATS, TIP, arm_cell, fixture, random_errors, touched_seats
 
-SAMPLE = Path(__file__).parents[2] / "samples" / "robot-calibration"
+from tests.support.arms import DH, PRIOR, SEATS, TIP, arm_cell, fixture, random_errors, touched_seats
+from tests.support.project import ROOT
+
+SAMPLE = ROOT / "samples" / "robot-calibration"
 
 
 def main() -> None:

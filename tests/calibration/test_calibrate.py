@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibration.arms import PRIOR, SEATS, arm_cell, fixture, random_errors, touched_seats
 
 from tactfix.calibration.calibrate import calibrate
 from tactfix.calibration.cell import Cell, Place, Touches
 from tactfix.calibration.independence import independent
 from tactfix.calibration.result import Calibration
 from tactfix.errors import UsageError
+from tests.support.arms import PRIOR, SEATS, arm_cell, fixture, random_errors, touched_seats
 
 
 @pytest.fixture(scope="module")
@@ -117,8 +117,9 @@ def test_a_parameter_asked_for_by_name_must_be_told(offsets: tuple[Cell, Touches
 
 
 def test_places_joined_rigidly_share_their_pose(offsets: tuple[Cell, Touches]) -> None:
-    from calibration.arms import PLACES
     from scipy.spatial.transform import Rotation
+
+    from tests.support.arms import PLACES
 
     cell, touches = offsets
     frames = {}

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tactfix.cli.app import run
+from tests.support.project import ROOT
 
-SAMPLE = Path(__file__).parents[2] / "samples" / "robot-calibration"
+SAMPLE = ROOT / "samples" / "robot-calibration"
 
 
 @pytest.fixture

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from calibration.arms import fixture
-from support.shared_data import shared_data
 
 from tactfix.calibration.calibrate import calibrate
 from tactfix.calibration.cell import Cell, Place, Prior, Touches
@@ -17,6 +15,8 @@ from tactfix.geometry.surfaces import Plane, Point
 from tactfix.kinematics.chain import Chain, Joint
 from tactfix.kinematics.denavit_hartenberg import Row, chain_of_rows
 from tactfix.kinematics.urdf import urdf_robot
+from tests.support.arms import fixture
+from tests.support.shared_data import shared_data
 
 PRIOR = Prior(np.deg2rad(0.5), 2.0, np.deg2rad(0.5), 20.0)
 PLANE = fixture({"face": Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))})

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.answers import LOCATING, answer
-from files.texts import PAPER, contact_text, written
 
 from tactfix.results import LocateResult, Status
+from tests.support.answers import LOCATING, answer
+from tests.support.file_texts import PAPER, contact_text, written
 
 
 @pytest.fixture

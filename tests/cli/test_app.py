@@ -9,15 +9,15 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from cli.answers import LOCATING
-from command_line import tactfix
 
 from tactfix.cli import main
 from tactfix.cli.commands import COMMANDS, module_of
 from tactfix.errors import DegenerateContactsError, FileError, MissingExtraError, Problem, UsageError
 from tactfix.version import VERSION
+from tests.support.answers import LOCATING
+from tests.support.command_line import tactfix
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 RUN = ("locate", "fixture.yaml", "contacts.csv")
 HEAVY = ("numpy", "scipy", "pydantic", "rich", "yaml")
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from files.texts import HEAD, written
 
 from tactfix.cli import main
 from tactfix.contacts import Contacts
@@ -17,6 +16,8 @@ from tactfix.files.fixture_file import load_fixture
 from tactfix.files.templates import TEMPLATES
 from tactfix.fitting.fit import FitResult
 from tactfix.geometry.surfaces import Plane
+from tests.support.file_texts import HEAD, written
+from tests.support.project import FIXTURES
 
 PLANE = HEAD + "x,y,z,ax,ay,az\n0,0,1,0,0,-1\n1,0,1,0,0,-1\n0,1,1,0,0,-1\n"
 
@@ -95,12 +96,12 @@ def test_a_template_is_the_fixture_that_ships(name: str, tmp_path: Path, capsys:
     path = written(tmp_path, out)
     assert load_fixture(path).name == name
     assert out.count("#") >= 3
-    shipped = Path(__file__).parents[2] / "fixtures" / f"{name}.yaml"
+    shipped = FIXTURES / f"{name}.yaml"
     assert out == shipped.read_text(encoding="utf-8")
 
 
 def test_every_fixture_that_ships_is_a_template() -> None:
-    folder = Path(__file__).parents[2] / "fixtures"
+    folder = FIXTURES
     assert sorted(path.stem for path in folder.glob("*.yaml")) == sorted(TEMPLATES)
 
 

@@ -14,8 +14,8 @@ from tactfix.files.contact_file import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.files.writing import whole_file
 from tactfix.wording import printable, spreadsheet_cell
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
 CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
 
 from tactfix.acceptance import point_covariance
 from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.results import LocateResult, Status
+from tests.support.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
 
 Answers = Callable[[Status], None]
 RUN = ("locate", "fixture.yaml", "contacts.csv")

@@ -1,14 +1,13 @@
 """--near, --within, --near-sigma and --free: what a command line knows beforehand, stronger than the fixture file."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tactfix.cli.app import run
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE = ROOT / "fixtures" / "three-planes.yaml"
 TRUTH = np.array([[0, -1, 0, 120.0], [1, 0, 0, -40.0], [0, 0, 1, 300.0], [0, 0, 0, 1]])
 

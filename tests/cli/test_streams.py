@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import tactfix
 
 from tactfix.cli.progress import progress_bar
+from tests.support.command_line import tactfix
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE = ROOT / "fixtures" / "cylinder-sphere.yaml"
 CONTACTS = ROOT / "samples" / "cylinder-sphere" / "contacts.csv"
 pytestmark = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

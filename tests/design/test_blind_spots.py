@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design.plans import QUICK
 
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spots import power_of
@@ -14,8 +13,9 @@ from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
 from tactfix.simulation.faults import Fault
 from tactfix.simulation.simulate import simulate
+from tests.support.plans import QUICK
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 CORNER = Path(__file__).parent / "bad" / "corner.yaml"
 FAULTS = {"tip_radius": "forgotten-tip", "pretravel": "late-trigger", "scale": "thermal-growth"}
 SEEDS = 4

@@ -10,21 +10,21 @@ from functools import cache
 
 import numpy as np
 import pytest
-from design.plans import BAD, ROOT
 
 from tactfix.design.design_check import Wishes, design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
 from tactfix.simulation.simulate import simulate
+from tests.support.project import BAD_DESIGNS, ROOT
 
 SEEDS = 3
 # Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
 FIXTURES = {
-    "corner": (BAD / "corner.yaml", 9),
+    "corner": (BAD_DESIGNS / "corner.yaml", 9),
     "robot-cell-plate": (ROOT / "fixtures" / "robot-cell-plate.yaml", 14),
     "machine-tool-ball-bar": (ROOT / "fixtures" / "machine-tool-ball-bar.yaml", 12),
-    "equal-balls": (BAD / "equal-balls.yaml", 12),
+    "equal-balls": (BAD_DESIGNS / "equal-balls.yaml", 12),
 }
 MISTAKES = (
     "tip_radius", "tip_sign", "pretravel", "scale", "unit", "approach", "labels", "swapped_contacts", "contact",

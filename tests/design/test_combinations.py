@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design.special_positions import POSITIONS, REFERENCE, Position
 
 from tactfix.design.contact_counts import contact_counts, minimal_sets
 from tactfix.design.symmetries import symmetries
@@ -20,6 +19,7 @@ from tactfix.fixture import Feature
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
 from tactfix.localization.motion_words import free_motions
+from tests.support.special_positions import POSITIONS, REFERENCE, Position
 
 ROWS = json.loads((Path(__file__).parent / "data" / "combinations.json").read_text())["rows"]
 

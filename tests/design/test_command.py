@@ -1,17 +1,15 @@
 """tactfix design-check from outside: exit status, JSON, tables, JUnit, explanations."""
 
 import json
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from design.plans import quick_report
 
 from tactfix.cli import main
 from tactfix.report.design_table import design_text
-
-BAD = Path(__file__).parent / "bad"
+from tests.support.plans import quick_report
+from tests.support.project import BAD_DESIGNS, FIXTURES
 
 
 def run(capsys, *arguments):
@@ -21,7 +19,7 @@ def run(capsys, *arguments):
 
 
 def test_json_holds_what_the_contract_says(capsys):
-    status, out, err = run(capsys, BAD / "ball-beside-bar.yaml", "--json", "--at", "1,2,3", "--study", "0")
+    status, out, err = run(capsys, BAD_DESIGNS / "ball-beside-bar.yaml", "--json", "--at", "1,2,3", "--study", "0")
     report = json.loads(out)
     assert status == 1
     assert err == ""
@@ -51,7 +49,7 @@ def test_json_holds_what_the_contract_says(capsys):
 
 
 def test_the_study_in_json_and_switched_off(capsys):
-    fixture = BAD.parents[2] / "fixtures" / "three-planes.yaml"
+    fixture = FIXTURES / "three-planes.yaml"
     _, out, _ = run(capsys, fixture, "--json", "--study", "2", "--seed", "2")
     report = json.loads(out)
     contacts = report["contacts"]
@@ -72,7 +70,7 @@ def test_the_study_in_json_and_switched_off(capsys):
 
 @pytest.mark.parametrize(("name", "severity"), [("three-spheres", "ok"), ("cylinder-sphere", "warning")])
 def test_what_is_fine_or_only_warned_of_exits_with_0_and_says_the_same_twice(capsys, name, severity):
-    fixture = BAD.parents[2] / "fixtures" / f"{name}.yaml"
+    fixture = FIXTURES / f"{name}.yaml"
     status, out, err = run(capsys, fixture, "--json", "--study", "0")
     assert (status, err) == (0, "")
     assert json.loads(out)["status"] == severity
@@ -81,7 +79,7 @@ def test_what_is_fine_or_only_warned_of_exits_with_0_and_says_the_same_twice(cap
 
 @pytest.mark.parametrize("width", [80, 120])
 def test_tables_fit_into_a_terminal(width):
-    report = quick_report(BAD / "ball-beside-bar.yaml")
+    report = quick_report(BAD_DESIGNS / "ball-beside-bar.yaml")
     lines = design_text(report, width).splitlines()
     assert max(map(len, lines)) <= width
     # Words stay whole: everything that is said without a table is in it.
@@ -92,7 +90,7 @@ def test_tables_fit_into_a_terminal(width):
 
 
 def test_free_motions_in_json(capsys):
-    status, out, _ = run(capsys, BAD / "ball-on-axis.yaml", "--json")
+    status, out, _ = run(capsys, BAD_DESIGNS / "ball-on-axis.yaml", "--json")
     (motion,) = json.loads(out)["free_motions"]
     assert status == 1
     assert motion["message"] == "rotates about the axis of bar"
@@ -110,7 +108,7 @@ def test_free_motions_in_json(capsys):
     ],
 )
 def test_table(capsys, name, lines):
-    _, out, _ = run(capsys, BAD / f"{name}.yaml", "--study", "0")
+    _, out, _ = run(capsys, BAD_DESIGNS / f"{name}.yaml", "--study", "0")
     for words in lines:
         assert words in " ".join(out.split())
     assert max(map(len, out.splitlines())) <= 100
@@ -118,7 +116,9 @@ def test_table(capsys, name, lines):
 
 
 def test_output_and_junit_files(capsys, tmp_path):
-    status, out, _ = run(capsys, BAD / "prism.yaml", "--output", tmp_path / "r.json", "--junit", tmp_path / "r.xml")
+    status, out, _ = run(
+        capsys, BAD_DESIGNS / "prism.yaml", "--output", tmp_path / "r.json", "--junit", tmp_path / "r.xml"
+    )
     assert status == 1
     assert out == ""
     checks = json.loads((tmp_path / "r.json").read_text())["checks"]
@@ -153,6 +153,6 @@ def test_a_plan_from_a_file(capsys, tmp_path):
         ("ball", 60 + 11 * n[0], 11 * n[1], 11 * n[2], *n) for n in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -0.6, -0.8))
     ]
     plan.write_text(head + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
-    _, out, _ = run(capsys, BAD / "ball-beside-bar.yaml", plan, "--json", "--study", "0")
+    _, out, _ = run(capsys, BAD_DESIGNS / "ball-beside-bar.yaml", plan, "--json", "--study", "0")
     accuracy = json.loads(out)["accuracy"]
     assert (accuracy["of"], accuracy["contacts"]) == ("plan", 8)

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from design.plans import BAD, QUICK, ROOT, contacts_of, plan_at
 
 from tactfix.design.cylinder_layouts import cylinder_layouts
 from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder
+from tests.support.plans import QUICK, contacts_of, plan_at
+from tests.support.project import BAD_DESIGNS, ROOT
 
 BAR = Cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), 8.0)
 TIP, SIGMA = 1.0, 0.01
@@ -119,7 +120,7 @@ def test_the_finding(rings, words):
         # Two rows along the axis, at three heights each.
         rings = [ring([angle], height) for angle in (20, 150) for height in (20, 28, 40)]
         words = "lie on infinitely many cylinders at once"
-    report = design_check(load_fixture(BAD / "box-across-the-middle.yaml"), plan_with(*rings), QUICK)
+    report = design_check(load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml"), plan_with(*rings), QUICK)
     (finding,) = [f for f in report.findings if f.code == "tidy_layout"]
     assert finding.status == "warning"
     assert words in finding.message
@@ -128,7 +129,7 @@ def test_the_finding(rings, words):
 
 def test_what_the_remedy_proposes_gives_no_finding():
     plan = plan_with(ring(FOUR, 20), ring([45, 135], 40))
-    report = design_check(load_fixture(BAD / "box-across-the-middle.yaml"), plan, QUICK)
+    report = design_check(load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml"), plan, QUICK)
     assert not [f for f in report.findings if f.code == "tidy_layout"]
 
 

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design.plans import BAD, QUICK, ROOT, contacts_of, plan_at, quick_report
 
 from tactfix.design.design_check import Wishes, design_check
 from tactfix.design.explanations import explanation, explanations
 from tactfix.errors import UsageError
 from tactfix.files.fixture_file import load_fixture
 from tactfix.simulation.simulate import simulate
+from tests.support.plans import QUICK, contacts_of, plan_at, quick_report
+from tests.support.project import BAD_DESIGNS, ROOT
 
 # Status, and a finding that it must give: code, severity, words, and words of its remedy.
 SHIPPED = {
@@ -32,10 +33,10 @@ def codes(report, *severities):
 
 
 def test_there_are_at_least_five_bad_fixtures():
-    assert len(list(BAD.glob("*.yaml"))) >= 5
+    assert len(list(BAD_DESIGNS.glob("*.yaml"))) >= 5
 
 
-@pytest.mark.parametrize("path", sorted(BAD.glob("*.yaml")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(BAD_DESIGNS.glob("*.yaml")), ids=lambda p: p.stem)
 def test_bad_fixture(path):
     code, severity = re.match(r"# must give: (\w+) (\w+)\n", path.read_text()).groups()
     report = quick_report(path)
@@ -64,7 +65,7 @@ def test_the_touch_box_of_the_worked_example_settles_its_half_turn():
 
 def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
     """Theory: each face moves by the tip radius along its own normal, the corner by 3 sqrt 3."""
-    report = quick_report(BAD / "corner.yaml")
+    report = quick_report(BAD_DESIGNS / "corner.yaml")
     spots = {spot.error: spot for spot in report.blind_spots}
     assert not spots["tip_radius"].detectable
     assert spots["tip_radius"].pose_shift == pytest.approx(3 * np.sqrt(3), rel=1e-9)
@@ -73,7 +74,7 @@ def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
 
 def test_an_opposite_face_or_a_ball_shows_the_tip():
     """The remedy that the finding names, tried."""
-    text = (BAD / "corner.yaml").read_text()
+    text = (BAD_DESIGNS / "corner.yaml").read_text()
     for feature in (
         "  left: {type: plane, point: [-100.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0]}\n",
         "  ball: {type: sphere, radius: 12.7, center: [-50.0, -50.0, 60.0]}\n",
@@ -92,7 +93,7 @@ def _written(text, tmp=None):
 
 
 def test_the_touch_box_that_the_remedy_proposes_breaks_the_symmetry():
-    text = (BAD / "ball-beside-bar.yaml").read_text()
+    text = (BAD_DESIGNS / "ball-beside-bar.yaml").read_text()
     report = design_check(_written(text), wishes=QUICK)
     hint = next(f.hint for f in report.findings if f.code == "symmetry")
     line = re.search(r"touch: (bar: \{y: \[[^]]*\]\})", hint).group(1)
@@ -103,7 +104,7 @@ def test_the_touch_box_that_the_remedy_proposes_breaks_the_symmetry():
 
 def test_contacts_outside_the_overlap_settle_it():
     """The box keeps the part between -20 and 20; a plan that leaves it is told apart, one inside is not."""
-    fixture = load_fixture(BAD / "box-across-the-middle.yaml")
+    fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     settled, open_ = (
         design_check(fixture, plan_at((-15, 55)), wishes=QUICK),
         design_check(fixture, plan_at((-15, 15)), wishes=QUICK),
@@ -153,7 +154,7 @@ def test_a_plan_of_six_contacts_has_no_redundancy():
 
 
 def test_nothing_is_said_of_accuracy_without_sigma():
-    text = (BAD / "equal-balls.yaml").read_text().replace(", sigma: 0.01", "")
+    text = (BAD_DESIGNS / "equal-balls.yaml").read_text().replace(", sigma: 0.01", "")
     report = design_check(_written(text), wishes=QUICK)
     assert "sigma_missing" in codes(report, "warning")
     assert report.certainty is None

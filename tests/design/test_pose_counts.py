@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.kinds import BY_HAND, CONFIRMED, UNCONFIRMED, feature_list
-from oracles.monodromy import solve_by_monodromy
 
 from tactfix.design import pose_counts
 from tactfix.design.pose_counts import pose_count
+from tests.validation.kinds import BY_HAND, CONFIRMED, UNCONFIRMED, feature_list
+from tests.validation.monodromy import solve_by_monodromy
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "pose_counts.json").read_text())["rows"]
 SHIPPED = json.loads((Path(pose_counts.__file__).parent / "pose_counts.json").read_text())["rows"]
@@ -164,8 +164,8 @@ def test_path_tracking_finds_what_is_reasoned(kind):
 def test_path_tracking_finds_every_count_of_many_features():
     """Another seed than those of the study that made the figures."""
     pytest.importorskip("numba", reason="compiled loops need the extra study")
-    from oracles.compiled_paths import track
-    from studies.pose_counts import kinds
+    from tests.validation.compiled_paths import track
+    from tests.validation.pose_counts import kinds
 
     for kind in kinds():
         found = solve_by_monodromy(kind, np.random.default_rng(7), idle=6, follow=track)

@@ -5,7 +5,6 @@ from statistics import median
 
 import numpy as np
 import pytest
-from design.plans import BAD, ROOT, quick_report
 
 from tactfix.design.design_check import Wishes, design_check
 from tactfix.design.plan_findings import study_findings
@@ -14,6 +13,8 @@ from tactfix.errors import UsageError
 from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
 from tactfix.simulation.simulate import simulate
+from tests.support.plans import quick_report
+from tests.support.project import BAD_DESIGNS, ROOT
 
 SETS = [("3-2-1", {"right": 3, "back": 2, "top": 1}), ("2-2-2", {"right": 2, "back": 2, "top": 2})]
 
@@ -104,11 +105,11 @@ def test_no_study_where_it_is_not_wanted_or_cannot_be():
     assert quick_report(ROOT / "fixtures" / "three-planes.yaml").study.shares == ()
     for name in ("ball-under-the-plate", "nearly-coaxial", "prism"):
         # A ball that cannot be touched, a rotation that is hardly held, one that is free: no layout would be located.
-        assert design_check(load_fixture(BAD / f"{name}.yaml")).study.shares == ()
+        assert design_check(load_fixture(BAD_DESIGNS / f"{name}.yaml")).study.shares == ()
 
 
 def test_an_unbroken_symmetry_leaves_every_layout_ambiguous_and_is_not_tried_further():
-    report = design_check(load_fixture(BAD / "ball-beside-bar.yaml"), wishes=Wishes(layouts=2))
+    report = design_check(load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml"), wishes=Wishes(layouts=2))
     assert [(s.contacts, s.ambiguous + s.underdetermined) for s in report.study.shares] == [(6, 1.0)]
     assert "uniqueness" not in {f.code for f in report.findings}
     assert all(seen is None or seen.fewest_seen >= 2 for seen in report.real_poses)

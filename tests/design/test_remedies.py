@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from design.plans import BAD, QUICK, quick_report
 
 from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Sphere
+from tests.support.plans import QUICK, quick_report
+from tests.support.project import BAD_DESIGNS
 
 
 def finding_of(path):
@@ -19,7 +20,7 @@ def finding_of(path):
     return remedy, [f for f in report.findings if (f.code, f.status) == (code, severity)]
 
 
-@pytest.mark.parametrize("path", sorted(BAD.glob("*.yaml")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(BAD_DESIGNS.glob("*.yaml")), ids=lambda p: p.stem)
 def test_the_finding_comes_with_its_remedy(path):
     remedy, found = finding_of(path)
     assert any(remedy in f.hint for f in found), [f.hint for f in found]
@@ -44,8 +45,8 @@ def with_move(fixture, hint):
     ],
 )
 def test_the_move_that_is_proposed_mends_it(name, code):
-    fixture = load_fixture(BAD / f"{name}.yaml")
-    (finding,) = [f for f in quick_report(BAD / f"{name}.yaml").findings if f.code == code and f.status != "ok"]
+    fixture = load_fixture(BAD_DESIGNS / f"{name}.yaml")
+    (finding,) = [f for f in quick_report(BAD_DESIGNS / f"{name}.yaml").findings if f.code == code and f.status != "ok"]
     after = design_check(with_move(fixture, finding.hint), wishes=QUICK)
     assert not [f for f in after.findings if f.code in (code, "free_motion", "near_symmetry") and f.status != "ok"]
 
@@ -53,14 +54,14 @@ def test_the_move_that_is_proposed_mends_it(name, code):
 def test_no_move_is_proposed_where_none_helps():
     """Bar and ball keep their half-turn wherever the ball is; three faces of a cube their turns about the diagonal."""
     for name, code in (("ball-beside-bar", "symmetry"), ("corner", "equal_features")):
-        report = quick_report(BAD / f"{name}.yaml")
+        report = quick_report(BAD_DESIGNS / f"{name}.yaml")
         hints = [f.hint for f in report.findings if f.code == code and f.status != "ok"]
         assert hints
         assert not any("move" in hint for hint in hints)
 
 
 def test_a_direction_that_is_hardly_held_is_an_error_with_the_motion():
-    report = quick_report(BAD / "nearly-coaxial.yaml")
+    report = quick_report(BAD_DESIGNS / "nearly-coaxial.yaml")
     (finding,) = [f for f in report.findings if f.code == "accuracy"]
     assert finding.status == "error"
     assert "underdetermined" in finding.message

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from design.plans import BAD, ROOT, contacts_of, plan_at
 
 from tactfix.design.distance_errors import misplaced
 from tactfix.design.margins import margins
@@ -13,6 +12,8 @@ from tactfix.design.nominal_contacts import Touched
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
+from tests.support.plans import contacts_of, plan_at
+from tests.support.project import BAD_DESIGNS, ROOT
 
 
 def touched_of(fixture, plan):
@@ -22,7 +23,7 @@ def touched_of(fixture, plan):
 
 
 def test_the_half_turn_is_a_rival_at_no_distance():
-    fixture = load_fixture(BAD / "ball-beside-bar.yaml")
+    fixture = load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml")
     found = margins(touched_of(fixture, plan_at((20, 40))), partial(locate, fixture, explain=False))
     assert not found.is_unique
     np.testing.assert_allclose(found.rival.image_from_fixture, np.diag([1.0, -1, -1, 1]), atol=1e-6)
@@ -31,7 +32,7 @@ def test_the_half_turn_is_a_rival_at_no_distance():
 
 def test_a_rival_lies_as_far_behind_as_its_residuals_say():
     """Few contacts on one side: the nearest wrong pose, its chi-square computed by hand from its pose."""
-    fixture = load_fixture(BAD / "box-across-the-middle.yaml")
+    fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     plan = plan_at((-19, 19)).subset([0, 1, 2, 3, 6, 7, 8])
     found = margins(touched_of(fixture, plan), partial(locate, fixture, explain=False))
     assert found.rival is not None
@@ -96,7 +97,7 @@ def test_a_rival_far_behind_is_found_and_measured(tmp_path):
 
 def test_a_pose_that_the_touch_box_excludes_is_no_rival_however_wide_the_search():
     """At y = 22 the half-turn leaves the box (from -20) by 200 sigma: nothing, had the grace been widened as well."""
-    fixture = load_fixture(BAD / "box-across-the-middle.yaml")
+    fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     found = margins(touched_of(fixture, plan_at((-15, 22))), partial(locate, fixture, explain=False), with_losses=False)
     assert found.is_unique
     assert found.rival is None
@@ -136,7 +137,7 @@ class Answer:
 
 def test_wrong_poses_are_looked_for_with_every_residual_ten_times_as_uncertain():
     """A feature's own form error is widened with the probe's sigma, whatever share of the two it has."""
-    fixture = load_fixture(BAD / "ball-beside-bar.yaml")
+    fixture = load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml")
     form = {"bar": 0.03, "ball": 0.0}
     fixture = replace(fixture, features={n: replace(f, sigma=form[n]) for n, f in fixture.features.items()})
     plan = plan_at((20, 40))

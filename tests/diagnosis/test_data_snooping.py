@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.problems import PLATE, placed, touch_all
 from scipy import stats
 
 from tactfix.localization.locate import locate
 from tactfix.noise import least_chi_square, normal_limit
+from tests.support.problems import PLATE, placed, touch_all
 
 SIGMA = 0.02
 

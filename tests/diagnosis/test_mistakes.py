@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.problems import placed
-from validation.diagnosis import FIXTURES, MISTAKES, is_named, touched
 
 from tactfix.localization.locate import locate
+from tests.support.problems import placed
+from tests.validation.diagnosis import FIXTURES, MISTAKES, is_named, touched
 
 CASES = [
     ("one contact 0.3-3 mm off", "three balls"),

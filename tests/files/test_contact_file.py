@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from files.texts import HEAD, PAPER, ROWS, contact_text, written
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, UsageError
@@ -14,6 +13,7 @@ from tactfix.files.contact_file import load_contacts, read_contact_file
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
+from tests.support.file_texts import HEAD, PAPER, ROWS, contact_text, written
 
 POINTS = np.array([row[1:4] for row in ROWS])
 TRAVEL = np.array([row[4:7] for row in ROWS])

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from files.texts import HEAD, PAPER, contact_text, written
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -14,6 +13,7 @@ from tactfix.errors import FileError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
+from tests.support.file_texts import HEAD, PAPER, contact_text, written
 
 PIECES = [
     "feature",

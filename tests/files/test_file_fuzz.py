@@ -11,15 +11,15 @@ from random import Random
 import numpy as np
 import pytest
 import yaml
-from files.texts import PAPER, PLACED, contact_text, written
 
 from tactfix.cli import main
 from tactfix.errors import FileError
 from tactfix.files.contact_file import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
+from tests.support.file_texts import PAPER, PLACED, contact_text, written
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURES = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "fixtures").glob("*.yaml"))] + [
     PAPER,
     PLACED + "placement: {near: {kuka: '{X 1,Y 2,Z 3,A 4,B 5,C 6}'}, free: [x, rz],\n"

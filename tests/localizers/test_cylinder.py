@@ -5,7 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from localizers.touched import (
+from scipy.optimize import least_squares
+
+from tactfix.errors import DegenerateContactsError
+from tactfix.localizers.cylinder import localize_cylinder
+from tests.support.touched_surfaces import (
     AXES,
     TIDY_FIVES,
     TIDY_FIVES_WITH_MULTIPLE_ROOTS,
@@ -15,10 +19,6 @@ from localizers.touched import (
     ring,
     turned_to,
 )
-from scipy.optimize import least_squares
-
-from tactfix.errors import DegenerateContactsError
-from tactfix.localizers.cylinder import localize_cylinder
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "cylinders.json").read_text())["sets"]
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from localizers.touched import random_rotation
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.plane import localize_plane
+from tests.support.touched_surfaces import random_rotation
 
 
 def _touched_plane(rng, n, tip=0.0):

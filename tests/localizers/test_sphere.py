@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from localizers.touched import on_sphere, random_rotation
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.stacks.sphere_centers import sphere_centers
+from tests.support.touched_surfaces import on_sphere, random_rotation
 
 
 def _nearest(candidates, center):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from localizers.touched import on_sphere, random_rotation
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.sphere_distances import (
@@ -11,6 +10,7 @@ from tactfix.localizers.sphere_distances import (
     PlaneDistance,
     localize_sphere_at_distances,
 )
+from tests.support.touched_surfaces import on_sphere, random_rotation
 
 
 def _unit(rng):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from localizers.touched import AXES, random_rotation, ring, turned_to
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.localizers.common_tangents import tangent_lines
+from tests.support.touched_surfaces import AXES, random_rotation, ring, turned_to
 
 
 def _distances(points, directions, centers):

@@ -14,8 +14,8 @@ from tactfix.errors import FileError, OtherFixtureError
 from tactfix.files.check_history import append_history, read_history
 from tactfix.geometry.surfaces import outward_normals
 from tactfix.monitoring.drift import CheckRecord, drift_of
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
 NOMINAL = load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", FIXTURE)
 LOCATED = locate(FIXTURE, NOMINAL)

@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import tactfix
 
 from tactfix import guide, load_contacts, load_fixture
+from tests.support.command_line import tactfix
+from tests.support.project import ROOT
 
-ROOT = Path(__file__).parents[2]
 FIXTURE_PATH = ROOT / "fixtures" / "robot-cell-plate.yaml"
 CONTACTS_PATH = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
 FIXTURE = load_fixture(FIXTURE_PATH)

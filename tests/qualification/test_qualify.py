@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from qualification.nist import SETS
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from tactfix import Contacts, NotQualifiedError, contacts_from_arrays, qualify
 from tactfix.cli import main
+from tests.support.nist import SETS
 
 
 def readings(values: object, features: object = "place", direction: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Contacts:

@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.support.project import ROOT
+
 Vector = NDArray[np.float64]
 
-SAMPLES = Path(__file__).parents[2] / "samples"
+SAMPLES = ROOT / "samples"
 SIGMAS_ALLOWED = 5.0
 """A located pose may be wrong by this many of its own sigmas in the worst direction."""
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import Ran, tactfix
-from samples.generate import SAMPLES, SIGMAS_ALLOWED, all_files
+
+from tests.samples.generate import SAMPLES, SIGMAS_ALLOWED, all_files
+from tests.support.command_line import Ran, tactfix
 
 FILES = all_files()
 CASES = [path for path in FILES if path.suffix == ".csv"]

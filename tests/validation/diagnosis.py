@@ -1,6 +1,6 @@
-"""How often the mistake that was made is the one that is named: python -m validation.diagnosis [draws] in tests/.
+"""How often the mistake that was made is the one that is named: python -m tests.validation.diagnosis [draws].
 
-Fixtures, poses, touches and mistakes are made here and in core.problems, which share no code with the package. For
+Fixtures, poses, touches and mistakes are made here and in support.problems, which share no code with the package. For
 each mistake and fixture: named first (alone, or first of those that cannot be told apart), among the first three or
 those that cannot be told apart, not named, and a good contact blamed alone.
 """
@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from core.problems import Patch, placed, touch_all
 
 from tactfix.localization.locate import locate
+from tests.support.problems import Patch, placed, touch_all
 
 TIP, SIGMA = 2.0, 0.02
 

@@ -1,13 +1,13 @@
-"""How often good contacts do not fit, by chi-square or one contact: python -m validation.false_alarms in tests/.
+"""How often good contacts do not fit, by chi-square or one contact: python -m tests.validation.false_alarms.
 
 Residuals are noise projected off the six directions of a pose, written here; the limits are scipy's.
 """
 
 import numpy as np
-from core.problems import PLATE, touch_all
 from scipy import stats
 
 from tactfix.noise import chi_square_limit, normal_limit
+from tests.support.problems import PLATE, touch_all
 
 DRAWS, CHUNK = 40_000_000, 1_000_000
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
-from validation.relation_geometry import Part, Thing
+
+from tests.validation.relation_geometry import Part, Thing
 
 COUNTS = {"plane": 5, "cylinder": 7, "sphere": 5}
 APPROACH = 8.0

@@ -1,6 +1,6 @@
 """Fixtures by relations against the same contacts by geometry: 20 kinds, angles next to every fold, exact and measured.
 
-    cd tests; python -m validation.relations_study --problems 1 [--seed 1] [--kind "bar on plate"] [--verbose]
+    cd tests; python -m tests.validation.relations_study --problems 1 [--seed 1] [--kind "bar on plate"] [--verbose]
 
 Each cell is a kind, an angle and its sigma, the base along the part's axes or turned, contacts nominal or noisy.
 Counted are: located; located with an error beyond 8 sigma of the covariance (wrong), or beyond that of 95 per cent;
@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from validation.relation_geometry import KINDS, Angle
-from validation.relation_touches import Touched, by_geometry, by_relations, touches
 
 import tactfix
+from tests.validation.relation_geometry import KINDS, Angle
+from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
 
 ANGLES = (0.0, 0.02, 0.3, 45.0, 89.5, 89.9, 89.99, 90.0, 179.99, 180.0)
 SIGMAS = (0.0, 0.005, 0.02, 0.1)

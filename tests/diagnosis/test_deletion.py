@@ -1,0 +1,64 @@
+"""What the linearised residuals say of contacts left out, against least squares without them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tactfix.diagnosis.deletion import Doubts
+from tactfix.localization.locate import locate
+from tests.support.problems import PLATE, placed, touch_all
+
+
+@pytest.fixture
+def spoilt():
+    """Forty linear residuals of which a few are far off, and the rows that say how six unknowns change them."""
+    rng = np.random.default_rng(5)
+    rows = rng.standard_normal((40, 6))
+    values = rng.standard_normal(40)
+    values[[3, 17, 30]] += [400.0, -900.0, 250.0]
+    best, *_ = np.linalg.lstsq(rows, values, rcond=None)
+    span = np.linalg.qr(rows)[0]
+    return SimpleNamespace(rows=rows, doubts=Doubts(values - rows @ best, span))
+
+
+def left_without(rows, residuals, index):
+    keep = np.setdiff1d(np.arange(len(rows)), index)
+    _, (left,), *_ = np.linalg.lstsq(rows[keep], residuals[keep], rcond=None)
+    return left
+
+
+@pytest.mark.parametrize("index", [[17], [3, 17], [3, 17, 30], [0, 1, 2, 3, 4]])
+def test_gain_is_what_least_squares_without_them_gains(spoilt, index):
+    chi2 = spoilt.doubts.scaled @ spoilt.doubts.scaled
+    left = left_without(spoilt.rows, spoilt.doubts.scaled, index)
+    assert spoilt.doubts.gain(index) == pytest.approx(chi2 - left, rel=1e-9)
+    assert spoilt.doubts.share_left(index) == pytest.approx(left / chi2, rel=1e-6, abs=1e-12)
+
+
+def test_those_that_are_off_are_doubted_first_and_are_all(spoilt):
+    assert spoilt.doubts.order[0] == 17
+    assert set(spoilt.doubts.order[:3]) == {3, 17, 30}
+    assert spoilt.doubts.are_all([3, 17, 30])
+    assert not spoilt.doubts.are_all([3, 17])
+
+
+def test_what_a_contact_alone_holds_is_no_gain():
+    """A residual that the pose makes up for in full says nothing, wherever the contact is."""
+    rows = np.vstack([np.eye(6), np.eye(6)[:5]])
+    span = np.linalg.qr(rows)[0]
+    doubts = Doubts(np.zeros(11), span)
+    assert doubts.gain([5]) == 0
+    assert doubts.share_left([5]) == 1
+
+
+def test_the_doubts_of_located_contacts_are_their_residuals():
+    truth = touch_all(PLATE, {"plate": 5, "pin": 5, "ball": 5}, np.random.default_rng(1), sigma=0.01)
+    contacts = truth.contacts(np.random.default_rng(2))
+    result = locate(placed(PLATE), contacts)
+    residuals = np.array([c.residual for c in result.contacts])
+    normals = np.vstack([truth.normals])
+    best = SimpleNamespace(base_from_fixture=None, normals=normals, residuals=residuals)
+    doubts = Doubts.of(contacts, contacts.sigmas, best)
+    assert doubts.scaled @ doubts.scaled == pytest.approx(result.chi2, rel=1e-9)
+    assert np.abs(doubts.span.T @ doubts.scaled).max() < 1e-2, "nothing is left that a motion of the fixture explains"

@@ -1,0 +1,111 @@
+# ruff: noqa: E501 - the lines of machines are as long as they are
+"""Logs in the forms that controllers, senders and measuring software write, each against what its text says."""
+
+import numpy as np
+import pytest
+
+from tactfix.errors import FileError
+from tactfix.files.contact_options import ContactOptions
+from tactfix.files.log_options import log_options
+from tactfix.files.logs.load import read_log
+from tests.support.machine_logs import FANUC, FANUC_HEAD, GOOD, KUKA, P, Q
+
+MM = ContactOptions(units="mm")
+
+
+def read(name, text, count=2, options=MM):
+    content = text if isinstance(text, bytes) else text.encode()
+    return read_log(name, content, None, options, log_options(f"a:{count}"), complete=False)
+
+
+@pytest.mark.parametrize("case", GOOD)
+def test_each_form_is_read_as_it_says(case):
+    name, text = GOOD[case]
+    options = ContactOptions() if name in ("ur", "kuka", "abb", "fanuc", "ippdme", "xyzijk", "dmis") else MM
+    log = read(name, text, options=options)
+    scale = 1000 if log.units == "m" else 1
+    np.testing.assert_allclose(log.points * scale, [P, Q], atol=1e-9)
+
+
+def test_what_is_told_of_the_good_ones():
+    log = read("ippdme", GOOD["I++ DME dialogue"][1])
+    assert log.tip_radius == 2.0
+    np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
+    told = "; ".join(log.notes)
+    assert "line 11: the machine reports an error" in told
+    assert "line 12: the machine reports bad quality, Q(50)" in told
+    assert "Tool.A(), stands at 90" in told
+    log = read("grbl", GOOD["grbl of CNCjs"][1])
+    np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
+    assert "circle" in "".join(read("xyzijk", GOOD["xyz of seven"][1], options=ContactOptions()).notes)
+    assert "stray bytes" in "".join(read("grbl", GOOD["grbl with a stray byte"][1]).notes)
+    assert "G38.3" in "".join(read("linuxcnc", GOOD["linuxcnc"][1]).notes)
+
+
+ONE = "[PRB:1.000,2.000,3.000:1]\n"
+REFUSED = [
+    ("grbl", "[PRB:1.000,2.000,3.000,0.000:1]\n[PRB:1.000,2.000,3.000,90.000:1]", "line 2.*axes beyond X Y Z changes"),
+    ("grbl", "[PRB:1,000,2.000,3.000:1]", "without a decimal point"),
+    ("grbl", ONE.replace("3.000", "3.0.00"), "no number"),
+    ("grbl", ONE.replace(":1]", ":1"), "']' is missing"),
+    ("grbl", ONE.replace(":1]", ":2]"), "neither 1"),
+    ("grbl", '{"prb":{"e":1,"x":1.0,"y":2.0,"z":1e999}}', "no number"),
+    ("grbl", '{"prb":{"e":1,"x":1.0,"x":2.0,"y":2.0,"z":1}}', "not JSON"),
+    ("ippdme", "00001 # X(1), Y(2), Z(3), R(0)\n00002 # X(1), Y(2), Z(3), R(90)", "rotary table, R\\(\\) changes"),
+    ("ippdme", "00001 # X(1), Y(2), Z(3), Tool.A(0)\n00002 # X(1), Y(2), Z(3), Tool.A(90)", "Tool.A.., changes"),
+    ("ippdme", "00001 # X(1), Y(2), Z(3), ER(1)\n00002 # X(1), Y(2), Z(3), ER(2)", "tip radius is 2"),
+    ("ippdme", "00001 # X(1,5), Y(2), Z(3)", "'\\)' is missing"),
+    ("ippdme", "00001 # X(1), Y(2), Z(3), Wobble(3)", "WOBBLE"),
+    ("msr", "G330 N1 A0 B0 C0 X5 Y0 Z0\nG801 N1 X1 Y2 Z3", "G330 shifts"),
+    ("msr", "G801 N1 X1 Y2 Z3 R1 X2", "X stands twice"),
+    ("msr", "G801.5 N1 X1 Y2 Z3 R1", "no block"),
+    ("kuka", "{" + KUKA.format(1, 2, 3) + ",E1 0.0}\n{" + KUKA.format(1, 2, 3) + ",E1 50.0}", "external axes changes"),
+    ("kuka", "{" + KUKA.format("1,5", 2, 3) + "}", "no name"),
+    ("kuka", "{" + KUKA.format(1, 2, 3) + ",Q 1}", "Q is not known"),
+    ("abb", "[[1,2,3],[1,1,0,0]]", "length 1.41421"),
+    ("abb", "[[1,2,3],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]]\n[[1,2,3],[1,0,0,0],[0,0,0,0],[5,0,0,0,0,0]]", "axes changes"),
+    ("fanuc", f"P[1]{{\n{FANUC_HEAD}{FANUC.format(*P)}}};\nP[2]{{\n{FANUC_HEAD.replace('UF : 0', 'UF : 2')}{FANUC.format(*Q)}}};",
+     "user frame, UF, changes"),
+    ("ur", "p[1,2,3,0,0,0] p[1,2,3,0,0,0]", "no name|left over"),
+    ("ur", "movel(p[1,2,3,0,0,0], a=1.2)", "no name"),
+    ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/POL,1,2,3,0,0,1", "'CART' is missing"),
+    ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/CART,1,2,3\nUNITS/INCH,ANGDEC\nPTMEAS/CART,1,2,3", "unit changes"),
+    ("xyz", "1,5;2,5;3.5", "decimal mark changes"),
+    ("xyz", "1.5 2.5 3.5\n1.5,2.5,3.5", "what divides the numbers changes"),
+    ("xyz", "42,9984,14.9986,30.4519,0,0,1", "some with a decimal point"),
+    ("linuxcnc", "1,5 2 3 0 0 0 0 0 0", "no number|left over"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text", "what"), REFUSED)
+def test_what_would_be_read_wrongly_is_refused(name, text, what):
+    with pytest.raises(FileError, match=what):
+        read(name, text, count=text.count("\n") + 1)
+
+
+def test_the_last_hit_that_parameters_tell_again_is_no_contact_and_a_touch_again_is_one():
+    text = ONE + "ok\n$#\n[G54:0.000,0.000,0.000]\n[TLO:0.000]\n" + ONE + "ok\n"
+    assert len(read("grbl", text, 1).points) == 1
+    assert len(read("grbl", ONE + "ok\n" + ONE, 2).points) == 2
+
+
+@pytest.mark.parametrize(
+    ("commands", "approach"),
+    [
+        ("G91\nG38.2 X5 Y-5\n", [1 / np.sqrt(2), -1 / np.sqrt(2), 0]),
+        ("G91\nG38.4 Z5\n", [0, 0, -1]),
+        ("G90\nG38.2 Z-5\n", None),
+        ("G38.2 Y4 (G90)\n", [0, 1, 0]),
+        ("G91\nG38.2 Z-5\nALARM:4\n", None),
+        ("G91\nG38.2 Z-5 A10\n", None),
+    ],
+)
+def test_the_approach_of_a_repeated_command(commands, approach):
+    found = read("grbl", commands + ONE, 1).approaches[0]
+    np.testing.assert_allclose(found, [np.nan] * 3 if approach is None else approach)
+
+
+def test_reports_in_inch_are_known_by_their_setting():
+    assert read("grbl", "$13=1 (report in inches)\n" + ONE, 1, ContactOptions()).units == "in"
+    with pytest.raises(FileError, match="does not say its units"):
+        read("grbl", ONE, 1, ContactOptions())

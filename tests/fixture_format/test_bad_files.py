@@ -1,0 +1,53 @@
+"""Every file of samples/bad gives exactly the message that stands beside it, in process and on the command line."""
+
+import pytest
+
+from tactfix.cli import main
+from tactfix.errors import FileError
+from tactfix.files.contact_file import load_contacts
+from tactfix.files.fixture_file import load_fixture
+from tests.support.project import ROOT
+
+BAD = ROOT / "samples" / "bad"
+EXPECTED = sorted(BAD.glob("*.expected"))
+NAMES = [path.name.removesuffix(".expected") for path in EXPECTED]
+
+
+@pytest.fixture(autouse=True)
+def _in_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Messages name the path as it was given: a bare name."""
+    monkeypatch.chdir(BAD)
+
+
+def test_no_bad_file_is_without_its_message() -> None:
+    files = {path.name for path in BAD.iterdir() if path.suffix != ".expected"} - {"fixture.yaml"}
+    assert files == set(NAMES)
+    assert len(NAMES) >= 100
+
+
+def test_the_fixture_beside_them_is_good() -> None:
+    assert list(load_fixture("fixture.yaml").features) == ["bar", "ball"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_message_is_the_one_that_stands_beside_it(name: str) -> None:
+    with pytest.raises(FileError) as caught:
+        load_fixture(name) if name.endswith(".yaml") else load_contacts(name, load_fixture("fixture.yaml"))
+    assert f"{caught.value}\n" == (BAD / f"{name}.expected").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_command_line_says_it_and_leaves_with_three(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = [name, "nowhere.csv"] if name.endswith(".yaml") else ["fixture.yaml", name]
+    status = main(["locate", *arguments])
+    out, err = capsys.readouterr()
+    assert (status, out) == (3, "")
+    expected = (BAD / f"{name}.expected").read_text(encoding="utf-8")
+    assert err == "".join(f"tactfix: {line}\n" for line in expected.splitlines())
+
+
+def test_every_message_says_what_to_do() -> None:
+    """What is wrong, and after a semicolon what to write instead."""
+    for path in EXPECTED:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            assert line.partition(": ")[2].count("; ") >= 1, line

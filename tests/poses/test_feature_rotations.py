@@ -1,0 +1,99 @@
+"""Rotations from features located alone: the true one is always near, and nothing is said where nothing is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tactfix.poses.feature_rotations import TURNS, feature_rotations
+from tests.support.problems import BALLS, CORNER, CYLINDER_SPHERE, PLATE, Patch, touch_all
+
+FACE_BALLS = {"face": Patch("plane", (0, 0, 0), (0, 0, 1), length=100.0), **BALLS}
+BORES = {
+    "plate": Patch("plane", (0, 0, 0), (1, 0, 0), length=150.0),
+    "pin": Patch("cylinder", (0, 90, -20), (-1, 0, 0), 12.0, length=20.0, middle=-26.0),
+    "bore": Patch("cylinder", (0, -60, 80), (1, 0, 0), 25.0, side="inner", length=10.0, middle=-15.0),
+}
+BALL_ON_PIN = {**PLATE, "ball": Patch("sphere", (3.0, 0.0, 60.0), radius=19.05)}
+LEANING = {**PLATE, "pin": Patch("cylinder", (0, 0, 0), (0, 0.1, 1), 10.0, length=20.0, middle=26.0)}
+
+
+def rotations_for(patches, counts, seed, sigma=0.01):
+    rng = np.random.default_rng(seed)
+    truth = touch_all(patches, counts, rng, sigma=sigma, tip=1.0)
+    contacts = truth.contacts(rng)
+    surfaces = {name: patch.surface() for name, patch in patches.items()}
+    return feature_rotations(surfaces, contacts, contacts.sigmas), truth.pose[:3, :3].T
+
+
+def nearest(rotations, true):
+    """Angle (rad) from the true rotation to the nearest of rotations (3, 3, N)."""
+    return min(Rotation.from_matrix(r @ true.T).magnitude() for r in np.moveaxis(rotations, -1, 0))
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts", "most", "within"),
+    [
+        # Eight choices of sides, of which four are right-handed.
+        (CORNER, {"right": 3, "back": 3, "top": 3}, 8, 0.01),
+        (BALLS, dict.fromkeys(BALLS, 4), 1, 0.01),
+        (PLATE, {"plate": 4, "pin": 4, "ball": 2}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+        # Two ways up; the ball's centre may be on either side of three contacts.
+        (PLATE, {"plate": 4, "pin": 4, "ball": 5}, 4, 0.02),
+        (BORES, {"plate": 3, "pin": 4, "bore": 4}, 2, 0.02),
+        (BALL_ON_PIN, {"plate": 4, "pin": 4, "ball": 5}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+        (LEANING, {"plate": 4, "pin": 4, "ball": 5}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+        (FACE_BALLS, {"face": 4, "a": 1, "b": 2, "c": 3}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
+    ],
+    ids=["corner", "balls", "plate", "pin and ball", "pin and bore", "ball on pin", "leaning pin", "face and ball"],
+)
+def test_the_true_rotation_is_near_one_of_them(patches, counts, most, within):
+    for seed in range(12):
+        rotations, true = rotations_for(patches, counts, seed)
+        assert rotations is not None
+        assert rotations.shape[2] <= most
+        assert np.allclose(np.einsum("ijn,kjn->ikn", rotations, rotations), np.eye(3)[:, :, None], atol=1e-12)
+        assert np.linalg.det(np.moveaxis(rotations, -1, 0)) == pytest.approx(1.0)
+        assert nearest(rotations, true) < within
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts"),
+    [(CYLINDER_SPHERE, {"bar": 6, "ball": 6}), (BALLS, {"a": 5, "b": 2, "c": 2}), (CORNER, {"right": 2, "back": 2})],
+    ids=["no direction", "one ball", "planes touched twice"],
+)
+def test_nothing_where_no_feature_gives_a_direction(patches, counts):
+    assert rotations_for(patches, counts, 1)[0] is None
+
+
+def test_features_known_badly_are_not_relied_on():
+    """A plane touched within a hair's breadth of noise has no direction."""
+    tight = {**CORNER, "right": Patch("plane", (0, -50, -50), (1, 0, 0), length=0.05)}
+    rotations, true = rotations_for(tight, {"right": 4, "back": 4, "top": 1}, 3, sigma=0.01)
+    assert rotations.shape[2] == 2 * TURNS
+    assert nearest(rotations, true) < np.radians(180 / TURNS) + 0.01
+
+
+def test_a_pin_touched_on_a_short_arc_is_not_relied_on():
+    rng = np.random.default_rng(4)
+    truth = touch_all(PLATE, {"plate": 4, "pin": 4, "ball": 5}, rng, sigma=0.0)
+    contacts = truth.contacts(rng)
+    angles = np.radians([0.0, 1.0, 2.0, 3.0])
+    pin = np.column_stack([10 * np.cos(angles), 10 * np.sin(angles), [10.0, 40.0, 20.0, 30.0]])
+    points = contacts.points.copy()
+    points[contacts.by_feature["pin"]] = pin @ truth.pose[:3, :3].T + truth.pose[:3, 3]
+    surfaces = {name: patch.surface() for name, patch in PLATE.items()}
+    rotations = feature_rotations(surfaces, replace(contacts, points=points), np.full(len(points), 0.01))
+    assert rotations.shape[2] == 2 * TURNS
+
+
+def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():
+    """Touched within a square centimetre the plate may lean by 10 mrad, and a pin of 400 mm with it."""
+    tall = {
+        "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=5.0),
+        "pin": Patch("cylinder", (100, 0, 0), (0, 0, 1), 8.0, length=200.0, middle=210.0),
+        "ball": PLATE["ball"],
+    }
+    rotations, _ = rotations_for(tall, {"plate": 4, "pin": 6, "ball": 5}, 2, sigma=0.03)
+    assert rotations.shape[2] == 2 * TURNS

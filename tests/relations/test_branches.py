@@ -1,0 +1,118 @@
+"""Relations next to 0, 90 and 180 degrees: every branch is found, and none that is right is refused."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import tactfix
+from tests.support.problems import Patch, angle, distance, pose_error, recipe, related, touch_all
+from tests.support.shared_data import shared_data
+
+SIX_DOF_UPPER = 38.3
+"""Chi-square that six degrees of freedom exceed once in a million (tables)."""
+
+
+def located(name, fixture="fixture.yaml"):
+    folder = shared_data("reference", "faults", name)
+    fixture = tactfix.load_fixture(folder / fixture)
+    return tactfix.locate(fixture, tactfix.load_contacts(folder / "contacts.csv", fixture))
+
+
+def test_both_senses_of_an_axis_are_listed():
+    """Chi-squares of both minima from descents started at either (given with the problem)."""
+    result = located("angle_two_branches")
+    assert result.status == "ambiguous"
+    np.testing.assert_allclose([c.chi2 for c in result.candidates], [6.98, 15.3], rtol=0.01)
+    assert result.chi2_limit == pytest.approx(44.8, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["angle_near_90", "opposite_faces", "parallel_aligned"])
+def test_an_angle_next_to_a_fold_frees_no_motion_and_refuses_no_contact(name):
+    assert located(name).status == "located"
+
+
+def test_one_minimum_is_one_pose():
+    result = located("same_pose_twice")
+    assert result.status == "located"
+    assert [c.chi2 for c in result.candidates if c.accepted] == [pytest.approx(1.9965, abs=1e-3)]
+
+
+def leaning(degrees, azimuth=0.0):
+    turn = (
+        Rotation.from_euler("zy", [azimuth, degrees], degrees=True)
+        if azimuth
+        else Rotation.from_euler("y", degrees, degrees=True)
+    )
+    return turn.apply([0.0, 0.0, 1.0])
+
+
+def plate_bar_ball(degrees):
+    """A bar that leans off the normal of a plate, and a ball beside it."""
+    return {
+        "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=40.0),
+        "bar": Patch("cylinder", (0, 0, 60), leaning(degrees), 8.0, length=30.0),
+        "ball": Patch("sphere", (10, 90, 60), radius=10.0),
+    }
+
+
+RECIPE = recipe(("foot_of", "ball", "bar"), ("z", "along", "plate"), ("y", "from_to", "bar", "ball"))
+TURNS = [np.eye(3), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()]
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=["along the axes", "turned"])
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+@pytest.mark.parametrize("degrees", [0.0, 0.02, 0.3, 45.0, 89.9, 89.99, 90.0])
+def test_a_measured_angle_frees_no_motion(degrees, sigma, turn):
+    """Nominal contacts and noisy ones: the truth is among the poses, which are two at most where the angle is 89.9."""
+    patches = plate_bar_ball(degrees)
+    fixture = related(patches, [angle("plate", "bar", degrees, sigma)], RECIPE)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, [100, -200, 300]
+    truth_in_fixture = frame_of(patches)
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        touched = touch_all(patches, {"plate": 6, "bar": 8, "ball": 5}, rng, pose=pose, sigma=0.01, cone=5.0)
+        contacts = touched.contacts(rng if seed else None)
+        result = tactfix.locate(fixture, contacts)
+        assert result.status == "located" or (result.status == "ambiguous" and degrees == 89.9)
+        errors = [pose_error(c.base_from_fixture, pose @ truth_in_fixture) for c in result.candidates if c.accepted]
+        assert min(np.linalg.norm(error[:3]) for error in errors) < np.radians(0.1)
+        if result.status == "located":
+            assert errors[0] @ np.linalg.pinv(result.covariance) @ errors[0] < SIX_DOF_UPPER
+
+
+def frame_of(patches):
+    """The frame of RECIPE, built here anew: where the patches are known, in their own frame."""
+    axis, point = np.asarray(patches["bar"].along), np.asarray(patches["bar"].at, float)
+    ball = np.asarray(patches["ball"].at, float)
+    origin = point + ((ball - point) @ axis) * axis
+    z = np.array([0.0, 0.0, 1.0])
+    y = (ball - origin) - ((ball - origin) @ z) * z
+    y /= np.linalg.norm(y)
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = np.column_stack([np.cross(y, z), y, z]), origin
+    return frame
+
+
+PINS = {
+    "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=60.0),
+    "one": Patch("cylinder", (0, 0, 0), (0, 0, 1), 8.0, length=15.0, middle=20.0),
+    "two": Patch("cylinder", (100, 0, 0), (0, 0, 1), 6.0, length=15.0, middle=20.0),
+}
+PARALLEL = [angle("plate", "one", 0), angle("plate", "two", 0), distance("one", "two", 100.0)]
+ON_PLATE = recipe(("meet_of", "one", "plate"), ("z", "along", "plate"), ("x", "from_to", "one", "two"))
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=["along the axes", "turned"])
+@pytest.mark.parametrize("relations", [PARALLEL, PARALLEL[:2], [angle("plate", "one", 0, 0.01), *PARALLEL[1:]]])
+def test_pins_square_to_a_plate_are_located_however_the_machine_lies(relations, turn):
+    pose = np.eye(4)
+    pose[:3, :3] = turn
+    fixture = related(PINS, relations, ON_PLATE)
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        touched = touch_all(PINS, {"plate": 4, "one": 6, "two": 6}, rng, pose=pose, sigma=0.001, cone=5.0)
+        result = tactfix.locate(fixture, touched.contacts(rng if seed else None))
+        assert result.status == "located"
+        error = pose_error(result.base_from_fixture, pose)
+        assert error @ np.linalg.solve(result.covariance, error) < SIX_DOF_UPPER

@@ -1,0 +1,120 @@
+"""Each fault does what it says, and nothing else."""
+
+import numpy as np
+import pytest
+
+from tactfix.errors import UsageError
+from tactfix.geometry.surfaces import Sphere
+from tactfix.localization.locate import locate
+from tactfix.simulation.faults import FAULT_KINDS, Fault, parse_fault
+from tactfix.simulation.simulate import simulate
+from tests.support.placed_cells import ball_and_bar, cube_corner, placed, three_balls
+
+SEED = 5
+
+
+def pair(fault, fixture=None, **options):
+    fixture = fixture or ball_and_bar()
+    return simulate(fixture, seed=SEED, **options), simulate(fixture, seed=SEED, fault=fault, **options)
+
+
+@pytest.mark.parametrize("kind", FAULT_KINDS)
+def test_a_fault_leaves_pose_and_number_alone_and_says_what_it_did(kind):
+    right, wrong = pair(Fault(kind))
+    assert np.array_equal(right.base_from_fixture, wrong.base_from_fixture)
+    assert len(right.contacts) == len(wrong.contacts)
+    assert right.mistake is None
+    assert wrong.mistake
+    changed = (
+        not np.array_equal(right.contacts.points, wrong.contacts.points)
+        or not np.array_equal(right.contacts.approaches, wrong.contacts.approaches)
+        or right.contacts.features != wrong.contacts.features
+        or right.contacts.tip_radius != wrong.contacts.tip_radius
+    )
+    assert changed
+
+
+def test_an_outlier_is_one_contact_off_along_its_normal():
+    right, wrong = pair(Fault("outlier", 0.7))
+    off = np.linalg.norm(wrong.contacts.points - right.contacts.points, axis=1)
+    assert np.sort(off)[-1] == pytest.approx(0.7)
+    assert np.sort(off)[-2] == 0
+
+
+def test_a_reversed_approach_is_the_one_asked_for():
+    right, wrong = pair(Fault("reversed-approach", 3))
+    turned = (wrong.contacts.approaches * right.contacts.approaches).sum(axis=1)
+    assert np.flatnonzero(turned < 0).tolist() == [2]
+    with pytest.raises(UsageError, match="row 99"):
+        pair(Fault("reversed-approach", 99))
+
+
+def test_swapped_labels_are_two_of_different_features():
+    right, wrong = pair(Fault("swapped-labels"))
+    differ = [
+        i for i, (a, b) in enumerate(zip(right.contacts.features, wrong.contacts.features, strict=True)) if a != b
+    ]
+    assert len(differ) == 2
+    assert sorted(right.contacts.features) == sorted(wrong.contacts.features)
+    alone = placed("one", {"ball": Sphere([0, 0, 0], 10.0)}, {}, 1.0, 0.01)
+    with pytest.raises(UsageError, match="two features"):
+        pair(Fault("swapped-labels"), alone)
+
+
+def test_a_wrong_unit_scales_all_coordinates():
+    right, wrong = pair(Fault("wrong-unit"))
+    assert np.allclose(wrong.contacts.points * 25.4, right.contacts.points)
+    with pytest.raises(UsageError, match="positive"):
+        pair(Fault("wrong-unit", 0.0))
+
+
+def test_a_forgotten_tip_leaves_centres_of_the_tip_and_says_zero():
+    right, wrong = pair(Fault("forgotten-tip"))
+    assert wrong.contacts.tip_radius == 0
+    assert np.allclose(wrong.contacts.points, right.contacts.points)
+    with pytest.raises(UsageError, match="RADIUS"):
+        pair(Fault("forgotten-tip"), tip_radius=0.0)
+
+
+def test_a_late_trigger_moves_every_contact_along_its_approach():
+    right, wrong = pair(Fault("late-trigger", 0.25))
+    assert np.allclose(wrong.contacts.points, right.contacts.points + 0.25 * right.contacts.approaches)
+
+
+def test_growth_keeps_the_origin_and_moves_what_is_far_from_it():
+    right, wrong = pair(Fault("thermal-growth", 1e-3), three_balls())
+    rotation, shift = right.base_from_fixture[:3, :3], right.base_from_fixture[:3, 3]
+    before, after = ((s.contacts.points - shift) @ rotation for s in (right, wrong))
+    # The tip does not grow: what moves is the surface point, a thousandth of its distance from the origin.
+    assert np.linalg.norm(after - before, axis=1) == pytest.approx(1e-3 * np.linalg.norm(before, axis=1), rel=0.2)
+
+
+@pytest.mark.parametrize("text", ["outlier", "outlier:0.5", "wrong-unit:1000", "thermal-growth:1e-4"])
+def test_faults_are_read(text):
+    fault = parse_fault(text)
+    name, _, value = text.partition(":")
+    assert fault == Fault(name, float(value) if value else None)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("outlyer", "outlier"), ("outlier:much", "number"), ("outlier:nan", "number"), ("", "use one of")],
+)
+def test_faults_that_are_none_are_refused(text, said):
+    with pytest.raises(UsageError, match=said):
+        parse_fault(text)
+
+
+@pytest.mark.parametrize("kind", FAULT_KINDS)
+def test_three_balls_show_every_fault(kind):
+    """Whether a mistake can be seen is the fixture's merit: here twelve contacts on three balls see each of them."""
+    _, wrong = pair(Fault(kind), three_balls())
+    assert locate(three_balls(), wrong.contacts, explain=False).status != "located"
+
+
+def test_three_planes_see_nothing_of_a_forgotten_tip():
+    right, wrong = pair(Fault("forgotten-tip"), cube_corner())
+    result = locate(cube_corner(), wrong.contacts)
+    assert result.status == "located"
+    moved = np.linalg.norm(result.base_from_fixture[:3, 3] - right.base_from_fixture[:3, 3])
+    assert moved == pytest.approx(3.0 * np.sqrt(3), abs=0.1)

@@ -1,0 +1,334 @@
+"""Pose and tip together: against scipy's least squares over residuals written here, real robots, and draws."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2 as chi_square
+
+from tactfix import LocateResult, UsageError, contacts_from_arrays, locate
+from tactfix.geometry.surfaces import Plane, Point
+from tactfix.unknowns.equations import TipEquations
+from tests.support.flange_touches import (
+    NOMINAL,
+    PLATE,
+    RADIUS,
+    SEAT,
+    SIGMA,
+    Cell,
+    Touched,
+    fixture_of,
+    orientations,
+    plate_touches,
+    touched,
+)
+from tests.support.shared_data import shared_data
+
+SIDEWAYS = np.array([0.4, -0.3, 0.0])
+
+
+def plate_problem(seed: int, count: int, tilt: float, error: np.ndarray = SIDEWAYS, **how: float) -> Touched:
+    rng = np.random.default_rng(seed)
+    return touched(plate_touches(rng), rng, orientations(count, tilt), error, **how)
+
+
+def residuals_of(problem: Touched, unknowns: np.ndarray) -> np.ndarray:
+    """Residuals over sigma; unknowns: rotation vector, translation, the tip's change, its radius."""
+    flanges = problem.contacts.flange_rotations
+    tips = problem.contacts.points + flanges @ unknowns[6:9]
+    local = Rotation.from_rotvec(unknowns[:3]).inv().apply(tips - unknowns[3:6])
+    names, t = np.array(problem.contacts.features), unknowns[9]
+    pin = np.linalg.norm(local[:, :2], axis=1) - 10.0 - t
+    ball = np.linalg.norm(local - [300.0, 180.0, 60.0], axis=1) - 19.05 - t
+    return np.where(names == "plate", local[:, 2] - t, np.where(names == "pin", pin, ball)) / SIGMA
+
+
+def independent(problem: Touched, free: list[int]) -> tuple[np.ndarray, float]:
+    """The least squares of scipy over the unknowns with these numbers, from the truth; and its chi-square."""
+    truth = np.concatenate([problem.turn.as_rotvec(), problem.shift, problem.tip - NOMINAL, [RADIUS]])
+
+    def residuals(values: np.ndarray) -> np.ndarray:
+        whole = truth.copy()
+        whole[free] = values
+        return residuals_of(problem, whole)
+
+    scale = np.array([1e-3] * 3 + [1.0] * 7)[free]
+    found = least_squares(residuals, truth[free], x_scale=scale, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    truth[free] = found.x
+    return truth, 2 * found.cost
+
+
+def distance(result: LocateResult, problem: Touched) -> float:
+    """The error of the pose in its own covariance: chi-square of six degrees of freedom."""
+    turn = Rotation.from_matrix(result.base_from_fixture[:3, :3]) * problem.turn.inv()
+    off = -np.concatenate([turn.as_rotvec(), result.base_from_fixture[:3, 3] - problem.shift])
+    return float(off @ np.linalg.solve(result.covariance, off))
+
+
+@pytest.mark.parametrize(("count", "tilt"), [(3, 20.0), (4, 45.0), (6, 90.0)])
+def test_it_is_the_least_squares_that_scipy_finds(count: int, tilt: float) -> None:
+    problem = plate_problem(count, count, tilt)
+    expected, chi2 = independent(problem, list(range(9)))
+    result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip"])
+    assert result.status == "located"
+    assert result.chi2 == pytest.approx(chi2, rel=1e-6)
+    assert result.dof == 18 - 9
+    np.testing.assert_allclose(result.base_from_fixture[:3, 3], expected[3:6], atol=1e-5)
+    np.testing.assert_allclose(result.tip.offset, NOMINAL + expected[6:9], atol=1e-5)
+    assert result.unknowns == ("rx", "ry", "rz", "tx", "ty", "tz", "tip_x", "tip_y", "tip_z")
+    np.testing.assert_allclose(result.joint_covariance[6:, 6:], result.tip.covariance)
+    np.testing.assert_allclose(result.joint_covariance[:6, :6], result.covariance)
+
+
+def test_tip_and_radius_together_as_scipy_finds_them() -> None:
+    problem = plate_problem(11, 4, 45.0, said_radius=2.8)
+    expected, chi2 = independent(problem, list(range(10)))
+    result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip", "tip-radius"])
+    assert result.status == "located"
+    assert result.chi2 == pytest.approx(chi2, rel=1e-6)
+    assert result.tip.radius == pytest.approx(expected[9], abs=1e-5)
+    np.testing.assert_allclose(result.tip.offset, NOMINAL + expected[6:9], atol=1e-5)
+    # What eighteen contacts in four orientations at 45 deg were computed to give: 0.044 and 0.026 mm.
+    assert np.sqrt(result.joint_covariance[9, 9]) == pytest.approx(0.026, rel=0.3)
+    assert np.sqrt(np.linalg.eigvalsh(result.tip.covariance[:3, :3])[-1]) < 0.09
+
+
+def test_the_radius_alone_needs_no_flange() -> None:
+    problem = plate_problem(12, 3, 20.0, np.zeros(3), said_radius=2.0)
+    bare = contacts_from_arrays(
+        problem.contacts.features, problem.contacts.points, problem.contacts.approaches, sigma=SIGMA, tip_radius=2.0
+    )
+    expected, chi2 = independent(problem, [*range(6), 9])
+    result = locate(fixture_of(PLATE), bare, unknown=["tip-radius"])
+    assert result.status == "located"
+    assert result.chi2 == pytest.approx(chi2, rel=1e-6)
+    assert result.tip.radius == pytest.approx(expected[9], abs=1e-5)
+    assert result.tip.offset is None
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_in_any_unit(scale: float) -> None:
+    problem = plate_problem(2, 4, 30.0)
+    scaled = plate_problem(2, 4, 30.0, scale=scale)
+    plate = {
+        "plate": PLATE["plate"],
+        "pin": type(PLATE["pin"])(np.zeros(3), np.array([0.0, 0.0, 1.0]), 10.0 * scale),
+        "ball": type(PLATE["ball"])(PLATE["ball"].center * scale, 19.05 * scale),
+    }
+    one = locate(fixture_of(PLATE), problem.contacts, unknown=["tip"])
+    other = locate(fixture_of(plate), scaled.contacts, unknown=["tip"])
+    np.testing.assert_allclose(other.tip.offset / scale, one.tip.offset, atol=1e-6)
+    np.testing.assert_allclose(np.sqrt(np.diag(other.tip.covariance)) / scale, np.sqrt(np.diag(one.tip.covariance)))
+
+
+def test_the_jacobian_is_that_of_differences() -> None:
+    problem = plate_problem(4, 4, 30.0)
+    surfaces = PLATE | SEAT
+    place = problem.turn.apply([20.0, 30.0, 0.0]) + problem.shift - problem.contacts.flange_rotations[0] @ SIDEWAYS
+    seat = contacts_from_arrays(
+        ["seat", *problem.contacts.features],
+        np.vstack([place, problem.contacts.points]),
+        sigma=SIGMA,
+        tip_radius=RADIUS,
+        flange_rotations=np.vstack([problem.contacts.flange_rotations[:1], problem.contacts.flange_rotations]),
+        tip_offset=NOMINAL,
+    )
+    equations = TipEquations.build(surfaces, seat, seat.sigmas, frozenset({"tip", "tip-radius"}))
+    trial = equations.trials(problem.pose[None], SIDEWAYS[None], RADIUS)
+    jacobian = equations.evaluate(trial)[1][0]
+    for k in range(10):
+        step = np.zeros((1, 10))
+        step[0, k] = 1e-6
+        ahead = equations.evaluate(equations.stepped(trial, step))[0][0]
+        behind = equations.evaluate(equations.stepped(trial, -step))[0][0]
+        difference = (ahead - behind) / 2e-6
+        np.testing.assert_allclose(jacobian[:, k], difference, atol=1e-5 * np.abs(jacobian).max())
+
+
+def test_one_orientation_leaves_three_motions_free_and_two_leave_one() -> None:
+    for count, free in ((1, 3), (2, 1)):
+        result = locate(fixture_of(PLATE), plate_problem(3, count, 20.0).contacts, unknown=["tip"])
+        assert result.status == "underdetermined"
+        assert result.tip is None
+        assert len(result.free_motions) == free
+        for motion in result.free_motions:
+            assert motion.message.startswith("tip and fixture move together along")
+            assert motion.message.endswith("turn the tool about another axis")
+            assert np.linalg.norm(motion.translation) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_orientations_that_differ_by_the_noise_of_encoders_are_one() -> None:
+    problem = plate_problem(3, 1, 0.0)
+    jitter = Rotation.from_rotvec(np.random.default_rng(1).normal(0, 1e-6, (18, 3))).as_matrix()
+    contacts = contacts_from_arrays(
+        problem.contacts.features,
+        problem.contacts.points,
+        sigma=SIGMA,
+        tip_radius=RADIUS,
+        flange_rotations=jitter @ problem.contacts.flange_rotations,
+        tip_offset=NOMINAL,
+    )
+    result = locate(fixture_of(PLATE), contacts, unknown=["tip"])
+    assert result.status == "underdetermined"
+    assert len(result.free_motions) == 3
+
+
+def test_a_tip_half_a_millimetre_off_sideways_in_20_random_directions() -> None:
+    for seed in range(20):
+        angle = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        problem = plate_problem(100 + seed, 3, 20.0, 0.5 * np.array([np.cos(angle), np.sin(angle), 0.0]))
+        result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip"])
+        assert result.status == "located"
+        assert distance(result, problem) < chi_square.isf(1e-4, 6)
+        off = result.tip.offset - problem.tip
+        assert off @ np.linalg.solve(result.tip.covariance, off) < chi_square.isf(1e-4, 3)
+
+
+def test_a_tip_farther_off_than_it_can_be_falls() -> None:
+    problem = plate_problem(5, 4, 45.0, np.array([8.0, 0.0, 0.0]))
+    near, far = (locate(fixture_of(PLATE, w), problem.contacts, unknown=["tip"]) for w in (5.0, 10.0))
+    assert far.status == "located"
+    assert "not certain" not in far.tip.message
+    np.testing.assert_allclose(far.tip.offset, problem.tip, atol=0.5)
+    assert near.status == "inconsistent"
+    assert [reason.code for candidate in near.candidates for reason in candidate.reasons] == ["tip"]
+
+
+def test_a_tip_far_off_is_found_where_nothing_bounds_it_and_nothing_is_claimed() -> None:
+    problem = plate_problem(6, 4, 45.0, np.array([12.0, -5.0, 7.0]))
+    result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip"])
+    assert result.status == "located"
+    np.testing.assert_allclose(result.tip.offset, problem.tip, atol=0.5)
+    assert "not certain" in result.tip.message
+
+
+def test_a_contact_that_is_wrong_is_no_tip() -> None:
+    problem = plate_problem(7, 4, 45.0)
+    points = problem.contacts.points.copy()
+    points[9] += 5.0 * problem.contacts.approaches[9]
+    wrong = contacts_from_arrays(
+        problem.contacts.features,
+        points,
+        problem.contacts.approaches,
+        sigma=SIGMA,
+        tip_radius=RADIUS,
+        flange_rotations=problem.contacts.flange_rotations,
+        tip_offset=NOMINAL,
+    )
+    result = locate(fixture_of(PLATE), wrong, unknown=["tip"])
+    assert result.status == "inconsistent"
+    assert result.tip is None
+
+
+def seat_touches(count: int, error: np.ndarray, seed: int = 9) -> Touched:
+    rng = np.random.default_rng(seed)
+    cell = Cell(["seat"] * count, np.tile([20.0, 30.0, 0.0], (count, 1)), np.tile([0.0, 0.0, -1.0], (count, 1)))
+    return touched(cell, rng, orientations(count, 40.0), error)
+
+
+def linear_tip(contacts: object) -> np.ndarray:
+    """The tip's change d and the place p of least |x_i + Q_i d - p|^2."""
+    rows = np.concatenate([contacts.flange_rotations, np.tile(-np.eye(3), (len(contacts.points), 1, 1))], axis=2)
+    return np.linalg.lstsq(rows.reshape(-1, 6), -contacts.points.ravel(), rcond=None)[0][:3]
+
+
+def test_a_lone_seat_calibrates_the_tool() -> None:
+    problem = seat_touches(5, np.array([3.0, -2.0, 1.0]))
+    result = locate(fixture_of(SEAT), problem.contacts, unknown=["tip"])
+    assert result.status == "underdetermined"
+    np.testing.assert_allclose(result.tip.offset, NOMINAL + linear_tip(problem.contacts), atol=1e-6)
+    assert all("rotates about" in motion.message for motion in result.free_motions)
+    assert len(result.free_motions) == 3
+    assert result.dof == 15 - 9
+
+
+def test_a_lone_plane_calibrates_the_tool() -> None:
+    rng = np.random.default_rng(4)
+    tips = np.column_stack([rng.uniform(-200, 200, (30, 2)), np.full(30, RADIUS)])
+    cell = Cell(["plate"] * 30, tips, np.tile([0.0, 0.0, -1.0], (30, 1)))
+    problem = touched(cell, rng, orientations(6, 35.0), np.array([2.0, 1.0, -3.0]))
+    result = locate(fixture_of({"plate": PLATE["plate"]}), problem.contacts, unknown=["tip"])
+    assert result.status == "underdetermined"
+    off = result.tip.offset - problem.tip
+    assert off @ np.linalg.solve(result.tip.covariance, off) < chi_square.isf(1e-4, 3)
+    assert len(result.free_motions) == 3
+
+
+def four_poses() -> tuple[np.ndarray, np.ndarray]:
+    published = json.loads((shared_data("reference/real/tip") / "published.json").read_text())["four_poses"]
+    poses = np.array(published["poses"])
+    return poses[:, :3], Rotation.from_rotvec(poses[:, 3:], degrees=True).as_matrix()
+
+
+def test_four_poses_of_a_real_robot_give_its_tip() -> None:
+    origins, flanges = four_poses()
+    for start in ([0.0, 0.0, 0.0], [5.25, 95.13, 308.52]):
+        contacts = contacts_from_arrays(
+            "seat", origins + flanges @ start, sigma=1.5, tip_radius=0.0, flange_rotations=flanges, tip_offset=start
+        )
+        result = locate(fixture_of({"seat": Point(np.zeros(3))}), contacts, unknown=["tip"])
+        assert result.status == "underdetermined"
+        np.testing.assert_allclose(result.tip.offset, start + linear_tip(contacts), atol=1e-5)
+        np.testing.assert_allclose(result.tip.offset, [6.10, 92.53, 307.28], atol=0.01)
+
+
+def test_touches_of_a_table_by_a_real_robot_give_its_tip() -> None:
+    folder = shared_data("reference/real/tip")
+    rows = np.vstack([np.loadtxt(folder / f"{n}_touches.csv", delimiter=",", skiprows=1) for n in ("tilted", "flat")])
+    origins, flanges = rows[:, :3] * 1000, Rotation.from_rotvec(rows[:, 3:]).as_matrix()
+
+    def heights(unknowns: np.ndarray) -> np.ndarray:
+        x, y, height, *tip = unknowns
+        normal = np.array([x, y, 1.0]) / np.sqrt(1 + x * x + y * y)
+        return (origins + flanges @ tip) @ normal - height
+
+    least = least_squares(heights, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0], x_scale=[1e-3, 1e-3, 1, 1, 1, 1], xtol=1e-15)
+    contacts = contacts_from_arrays(
+        "table", origins, sigma=0.35, tip_radius=0.0, flange_rotations=flanges, tip_offset=[0.0, 0.0, 0.0]
+    )
+    table = fixture_of({"table": Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))})
+    result = locate(table, contacts, unknown=["tip"])
+    assert len(contacts) == 269
+    np.testing.assert_allclose(result.tip.offset, least.x[3:], atol=1e-4)
+    # As seen with the normal of the upright touches alone, which moves z by 0.06.
+    np.testing.assert_allclose(result.tip.offset, [-0.623, -0.266, 48.981], atol=0.07)
+
+
+def test_what_cannot_be_asked_is_refused() -> None:
+    bare = contacts_from_arrays("plate", np.zeros((3, 3)), sigma=1.0, tip_radius=0.0)
+    with pytest.raises(UsageError, match="how the flange stood"):
+        locate(fixture_of(PLATE), bare, unknown=["tip"])
+
+
+def test_the_json_comes_back() -> None:
+    for count in (1, 4):
+        result = locate(fixture_of(PLATE), plate_problem(8, count, 30.0).contacts, unknown=["tip", "tip-radius"])
+        told = json.loads(result.to_json())
+        assert told["unknowns"][6:] == ["tip_x", "tip_y", "tip_z", "tip_radius"]
+        again = LocateResult.from_json(result.to_json())
+        assert (again.tip is None) == (result.tip is None) == (count == 1)
+        if again.tip is not None:
+            np.testing.assert_array_equal(again.tip.offset, result.tip.offset)
+            np.testing.assert_array_equal(again.joint_covariance, result.joint_covariance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unknown", [["tip"], ["tip-radius"], ["tip", "tip-radius"]])
+def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
+    """2,000 draws: the truth lies within the ellipsoid of 95 per cent in 93.5 to 96.5 of 100."""
+    rng = np.random.default_rng(2026)
+    cell, tools = plate_touches(rng), orientations(4, 45.0)
+    free = [*range(6), *(range(6, 9) if "tip" in unknown else ()), *([9] if "tip-radius" in unknown else ())]
+    inside, draws = 0, 2000
+    for _ in range(draws):
+        error = SIDEWAYS if "tip" in unknown else np.zeros(3)
+        problem = touched(cell, rng, tools, error)
+        result = locate(fixture_of(PLATE), problem.contacts, unknown=unknown)
+        assert result.status == "located"
+        turn = problem.turn * Rotation.from_matrix(result.base_from_fixture[:3, :3]).inv()
+        tip = [*(problem.tip - result.tip.offset), RADIUS - result.tip.radius]
+        off = np.concatenate([turn.as_rotvec(), problem.shift - result.base_from_fixture[:3, 3], tip])[free]
+        inside += bool(off @ np.linalg.solve(result.joint_covariance, off) < chi_square.isf(0.05, len(off)))
+    assert 0.935 <= inside / draws <= 0.965

@@ -1,0 +1,33 @@
+"""All poses that the package finds for a problem of the oracles: needs no compiler, so that fast tests can ask too."""
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.poses.all_poses import all_poses
+from tests.validation.pose_problems import PoseProblem
+
+SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
+
+
+def poses_of_package(problem: PoseProblem, sigma: float = SIGMA) -> np.ndarray:
+    """What the package finds (k, 4, 4) where contacts have that sigma: the only place that knows how it is called."""
+    surfaces: dict[str, Surface] = {}
+    for number, f in enumerate(problem.features):
+        side = "outer" if f.side == "outer" else "inner"
+        surfaces[f"f{number}"] = {
+            "plane": lambda f=f: Plane(f.point, f.direction),
+            "sphere": lambda f=f, side=side: Sphere(f.point, f.radius, side),
+            "cylinder": lambda f=f, side=side: Cylinder(f.point, f.direction, f.radius, side),
+        }[f.type]()
+    n = len(problem.points)
+    contacts = Contacts(
+        features=tuple(f"f{i}" for i in problem.feature_of_contact),
+        points=problem.points,
+        approaches=np.full((n, 3), np.nan),
+        sigmas=np.full(n, sigma),
+        tip_radius=problem.tip_radius,
+        rows=tuple(range(1, n + 1)),
+        ids=(None,) * n,
+    )
+    return np.asarray(all_poses(surfaces, contacts, np.full(n, sigma)).poses)
