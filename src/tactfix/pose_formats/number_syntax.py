@@ -8,9 +8,12 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.one_pose import the_one, without_comments
+from tactfix.pose_formats.pose import syntax_error
 
 _FIELD = re.compile(r"%\+?\d*\.(\d+)f")
 _NUMBER = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_BEGINS = r"(?<![0-9.({\[+-])(?<![0-9.({\[+-] )"
+_DIGIT = re.compile(r"[0-9]")
 _ENDS = r"(?![A-Za-z0-9_.]|,[0-9])"
 
 
@@ -45,6 +48,8 @@ class NumberSyntax:
         """The numbers (n,) of the one line of this syntax in text, or PoseSyntaxError."""
         pattern = self._pattern()
         spoken = without_comments(text, self._comments())
+        if self._whole_line and sum(bool(_DIGIT.search(line)) for line in spoken.splitlines()) > 1:
+            raise syntax_error("holds more than one line with numbers", f"write one, like {self._example()}")
         return the_one(spoken, pattern, lambda lexer: self._numbers(lexer, pattern), self._example())
 
     def _numbers(self, lexer: Lexer, pattern: re.Pattern[str]) -> Floats:
@@ -67,9 +72,16 @@ class NumberSyntax:
         literals = _FIELD.split(self.template)[::2]  # the odd ones are the digits of the fields
         parts = [r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", literal))) for literal in literals]
         pattern = rf"\s*{_NUMBER}\s*".join(parts).removesuffix(r"\s*") + _ENDS
-        # A line that starts with a number has nothing that says where it starts: it must be alone on its line.
-        whole_line = self.template.startswith("%")
-        return re.compile(rf"^{pattern}$" if whole_line else pattern, re.IGNORECASE | re.MULTILINE)
+        if self._whole_line:
+            pattern = rf"^{pattern}$"
+        elif not self.template[0].isalnum():
+            pattern = _BEGINS + pattern
+        return re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+
+    @property
+    def _whole_line(self) -> bool:
+        """A line that starts with a number has nothing that says where it starts: it must be alone."""
+        return self.template.startswith("%")
 
 
 def _printed(field: str, number: float, in_degrees: bool) -> str:

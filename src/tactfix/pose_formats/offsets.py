@@ -55,6 +55,10 @@ def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tup
     return found[0]
 
 
+_MODAL: Final = frozenset(("G", code) for code in (17.0, 20.0, 21.0, 90.0))
+"""What may stand after the code too: the plane, the unit, absolute words."""
+
+
 def _units(block: Block, units: str) -> str:
     """The unit after a block."""
     for code in block.codes("G"):
@@ -63,9 +67,13 @@ def _units(block: Block, units: str) -> str:
 
 
 def _words(block: Block, code: float, known: str, needed: str, lexer: Lexer, remedy: str) -> dict[str, float]:
-    """The words of the block; its other G words and line number may be any."""
-    words = [(letter, number) for letter, number in block.words if letter not in "NG"]
-    said = Block((("G", code), *words)).only(known, lexer, remedy)
+    """The words of the block from its code on; before it the line number and other G words may be any."""
+    codes = [i for i, word in enumerate(block.words) if word == ("G", code)]
+    before = [letter for letter, _ in block.words[: codes[0]]]
+    after = [(letter, number) for letter, number in block.words[codes[0] :] if (letter, number) not in _MODAL]
+    if set(before) - {"N", "G"}:
+        lexer.refuse(f"{''.join(before)} stand before G{code:g}", remedy)
+    said = Block(tuple(after)).only(known, lexer, remedy)
     lacking = missing(said, needed)
     if lacking:
         lexer.refuse(f"{', '.join(lacking)} is missing", remedy)

@@ -70,7 +70,7 @@ def read_static(text: str) -> Floats:
     if arguments is not None:
         words = next(inside for inside in arguments.groups() if inside is not None)
     else:
-        words = spoken[begin:].replace("\\\n", " ").strip().split("\n")[0]
+        words = spoken[begin:].replace("\\\n", " ")  # to the end: a line that is broken is no shorter one
     cut = re.sub(r"[\s,'\"\[\]]+", " ", words).split()
     try:
         return _by_options(cut) if any(word.startswith("--") for word in cut) else _by_place(cut)
