@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import tactfix
 
 from tactfix.report.text_report import rounded_matrix_text
 from tactfix.wording import wrapped
+from tests.support.command_line import tactfix
 
 ROOT = Path(__file__).parents[2]
 STYLE = re.compile(r"\x1b\[[\d;]*m")
