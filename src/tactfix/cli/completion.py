@@ -59,6 +59,13 @@ def fault_names(incomplete: str) -> list[str]:
     return [name for name in FAULT_KINDS if name.startswith(incomplete)]
 
 
+def json_commands(incomplete: str) -> list[str]:
+    """The commands that print JSON."""
+    from tactfix.report.json_schema import JSON_COMMANDS
+
+    return [name for name in JSON_COMMANDS if name.startswith(incomplete)]
+
+
 def finding_codes(incomplete: str) -> list[str]:
     """The findings of design-check that have an explanation."""
     from tactfix.design.explanations import explanations

@@ -84,6 +84,7 @@ _TYPES: Final[Mapping[str, Callable[[Any], bool]]] = {
     "array": lambda value: isinstance(value, list),
     "string": lambda value: isinstance(value, str),
     "integer": lambda value: type(value) is int,
+    "boolean": lambda value: isinstance(value, bool),
     "number": _is_number,
     "null": lambda value: value is None,
 }

@@ -59,7 +59,6 @@ def check_json(check: CheckResult) -> Json:
     return {
         "schema": CHECK_SCHEMA,
         "tactfix_version": VERSION,
-        "fixture": check.result.fixture,
         "units": check.result.units,
         "status": _status(check),
         "verdict": verdict(check),

@@ -1,0 +1,99 @@
+"""JSON Schemas of what the commands print as JSON, made from the types of that JSON."""
+
+import json
+import types
+from importlib import import_module
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    NotRequired,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    is_typeddict,
+)
+
+from tactfix.errors import UsageError
+from tactfix.wording import did_you_mean
+
+_TYPES: Final = {
+    "locate": "json_types:LocateJson",
+    "fit": "json_types:FitJson",
+    "guide": "json_types:GuideJson",
+    "design-check": "json_types_of_design:DesignCheckJson",
+    "check": "json_types_of_tools:CheckJson",
+    "compare": "json_types_of_tools:CompareJson",
+    "plan": "json_types_of_tools:PlanJson",
+    "simulate": "json_types_of_tools:SimulateJson",
+    "qualify": "json_types_of_tools:QualifyJson",
+    "calibrate": "json_types_of_tools:CalibrateJson",
+    "batch": "json_types_of_tools:BatchJson",
+}
+"""The type of the JSON of each command that prints any, by module and name."""
+
+JSON_COMMANDS: Final = tuple(_TYPES)
+_PLAIN: Final[dict[object, str]] = {
+    str: "string",
+    bool: "boolean",
+    int: "integer",
+    float: "number",
+    types.NoneType: "null",
+}
+
+
+def schema_of(command: str) -> str:
+    """JSON Schema (draft 2020-12) of the JSON of a command, as text. Raises UsageError for a command without JSON."""
+    if command not in _TYPES:
+        raise UsageError(f"no JSON of {command!r}; {did_you_mean(command, _TYPES)}")
+    module, name = _TYPES[command].split(":")
+    definitions: dict[str, Any] = {}
+    root = _schema(getattr(import_module(f"tactfix.report.{module}"), name), definitions)
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"JSON of tactfix {command}",
+        **root,
+        "$defs": definitions,
+    }
+    return json.dumps(schema, indent=2) + "\n"
+
+
+def _schema(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a type; objects are put into definitions once and referred to."""
+    if kind in _PLAIN:
+        return {"type": _PLAIN[kind]}
+    if is_typeddict(kind):
+        if kind.__name__ not in definitions:
+            definitions[kind.__name__] = {}  # a type may hold itself
+            definitions[kind.__name__] = _object(kind, definitions)
+        return {"$ref": f"#/$defs/{kind.__name__}"}
+    return _composed(get_origin(kind), get_args(kind), definitions)
+
+
+def _composed(origin: Any, inner: tuple[Any, ...], definitions: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a type with others in brackets."""
+    if origin is Literal:
+        return {"const": inner[0]} if len(inner) == 1 else {"enum": list(inner)}
+    if origin in (Union, types.UnionType):
+        return {"anyOf": [_schema(one, definitions) for one in inner]}
+    part = _schema(inner[-1] if origin is dict else inner[0], definitions)
+    if origin is Annotated:
+        return {**part, "minItems": inner[1], "maxItems": inner[1]}
+    return {"type": "array", "items": part} if origin is list else {"type": "object", "additionalProperties": part}
+
+
+def _object(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
+    """An object with all its keys and no others."""
+    properties = {}
+    for name, of_key in get_type_hints(kind, include_extras=True).items():
+        wanted = get_args(of_key)[0] if get_origin(of_key) is NotRequired else of_key
+        properties[name] = _schema(wanted, definitions)
+    return {
+        "type": "object",
+        "description": kind.__doc__,
+        "properties": properties,
+        "required": [name for name in properties if name in kind.__required_keys__],
+        "additionalProperties": False,
+    }
