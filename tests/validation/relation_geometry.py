@@ -226,7 +226,7 @@ def three_bars(a):
     for one, other in (("one", "two"), ("one", "three"), ("two", "three")):
         u, v = things[one].along, things[other].along
         normal = np.cross(u, v)
-        gap = abs((things[other].at - things[one].at) @ normal) / np.linalg.norm(normal)
+        gap = abs((things[other].at - things[one].at) @ normal) / max(np.linalg.norm(normal), 1e-12)
         degrees = float(np.degrees(np.arccos(min(1.0, abs(u @ v)))))
         relations += [apart(one, other, gap)]
         relations += [a.between(one, other) if other == "two" else right(one, other, degrees)]
@@ -277,34 +277,51 @@ def four_balls(_):
 
 @dataclass(frozen=True)
 class Kind:
-    """make: the part for an angle; allows: which angles it can have, None where it has none."""
+    """make: the part for an angle; allows: which angles it can have, None where it has none.
+
+    fixes_shape: whether the relations of this angle, if exact, leave the features no motion but that of a rigid body.
+    """
 
     make: Callable[[Angle], Part]
     allows: Callable[[Angle], bool] | None
+    fixes_shape: Callable[[float], bool]
+
+
+def never(_: float) -> bool:
+    return False
+
+
+def always(_: float) -> bool:
+    return True
+
+
+def where_aligned(degrees: float) -> bool:
+    """Only of an axis along the normal it does not matter which way it leans."""
+    return degrees == 0
 
 
 KINDS = {
-    f.__name__.replace("_", " "): Kind(f, allows)
-    for f, allows in [
-        (bar_on_plate, with_axis),
-        (bar_on_plate_ball_at_height, with_axis),
-        (bar_beside_ball_on_plate, with_axis),
-        (crossed_bars, with_axis),
-        (crossed_bars_apart, askew),
-        (two_bars_on_plate, with_axis),
-        (two_pins_pair_by_pair, with_axis),
-        (pins_of_equal_lean, lambda a: a.said < 60),
-        (three_faces_and_ball, lambda a: True),
-        (three_faces_at_all_angles, lambda a: True),
-        (block, lambda a: True),
-        (square_block, lambda a: True),
-        (slab_with_hole, lambda a: a.said < 60),
-        (socket_and_bar, with_axis),
-        (three_bars, askew),
-        (three_bars_by_angles, with_axis),
-        (bar_and_ball, None),
-        (plate_and_two_balls, None),
-        (three_balls, None),
-        (four_balls, None),
+    f.__name__.replace("_", " "): Kind(f, allows, fixes_shape)
+    for f, allows, fixes_shape in [
+        (bar_on_plate, with_axis, never),
+        (bar_on_plate_ball_at_height, with_axis, never),
+        (bar_beside_ball_on_plate, with_axis, where_aligned),
+        (crossed_bars, with_axis, never),
+        (crossed_bars_apart, askew, never),
+        (two_bars_on_plate, with_axis, never),
+        (two_pins_pair_by_pair, with_axis, never),
+        (pins_of_equal_lean, lambda a: a.said < 60, where_aligned),
+        (three_faces_and_ball, lambda a: True, never),
+        (three_faces_at_all_angles, lambda a: True, never),
+        (block, lambda a: True, never),
+        (square_block, lambda a: True, never),
+        (slab_with_hole, lambda a: a.said < 60, never),
+        (socket_and_bar, with_axis, never),
+        (three_bars, askew, always),
+        (three_bars_by_angles, with_axis, never),
+        (bar_and_ball, None, always),
+        (plate_and_two_balls, None, always),
+        (three_balls, None, always),
+        (four_balls, None, always),
     ]
 }

@@ -66,7 +66,7 @@ def curved_spread(
 
     centre (3,): of the contacts. linear (6, u): motions of one sigma along each principal axis; steps (u, u'): the same
     as steps of the unknowns, a column each. bend tells by how many sigma (m,) the residuals after steps (u, m) differ
-    from linear ones; reach solves for the poses.
+    from linear ones; reach solves for the poses, and gives an infinite chi-square for those that it does not.
     """
     both = STEP * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
@@ -79,6 +79,8 @@ def curved_spread(
     if is_straight and bend(both).max(initial=0.0) < FLAT:
         return Spread(linear, nothing_free, trusted=True)
     poses, missing = reach(both)
+    if not np.isfinite(missing).all():
+        return Spread(linear, nothing_free, trusted=False)
     share = 1 / np.sqrt(2 * STEP**2)
     factor = share * motions_between(base_from_fixture, poses)
     # Whether there is a fold is asked at the contacts, where it does not matter how far away the origin is.

@@ -69,7 +69,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
         if is_exact:
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
         return _loosened(fixture, problem, with_misses)
-    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS])
+    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS], with_misses)
     if is_exact:
         searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
         if searched:
@@ -80,9 +80,11 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     return replace(solutions, complete=len(located.surfaces) <= MOST_COMBINATIONS, fallen=tuple(fallen))
 
 
-def _fits(problem: JointProblem, found: Sequence[Mapping[str, Surface]]) -> tuple[list[Start], list[JointFit]]:
+def _fits(
+    problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool
+) -> tuple[list[Start], list[JointFit]]:
     """The joint fits next to combinations of features in base, one for each branch, and where each started."""
-    starts = starts_from(problem, [_anchored(surfaces, problem.contacts) for surfaces in found])
+    starts = starts_from(problem, [_anchored(surfaces, problem.contacts) for surfaces in found], with_misses)
     return starts, [branch_fit(problem, start) for start in starts]
 
 
@@ -110,7 +112,7 @@ def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Sol
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
     if rigid.continuum or rigid.dof < 0:
         return rigid
-    _, fits = _fits(problem, [solution.surfaces for solution in rigid.found])
+    _, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     return replace(joint_solutions(fixture, problem, fits), complete=rigid.complete)
 
 

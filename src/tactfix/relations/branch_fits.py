@@ -18,7 +18,7 @@ from tactfix.relations.joint_problem import JointFit, JointProblem, contact_obse
 
 MOST_FITS = 96
 """Starts that are followed, those of the least cost."""
-MISSES = 3
+MISSES = 2
 """The same where none promises to explain the contacts: one of them is the nearest miss."""
 RESOLVED = 10.0
 """Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
@@ -38,15 +38,20 @@ class Start:
     cost: float
 
 
-def starts_from(problem: JointProblem, combinations: Sequence[Mapping[str, Surface]]) -> list[Start]:
-    """The branches of all combinations of surfaces that may explain the contacts, best first; else nearest misses."""
+def starts_from(
+    problem: JointProblem, combinations: Sequence[Mapping[str, Surface]], with_misses: bool = True
+) -> list[Start]:
+    """The branches of all combinations of surfaces that may explain the contacts, best first.
+
+    Where there are none, the nearest misses, unless without with_misses.
+    """
     found, missed = [], []
     for number, surfaces in enumerate(combinations):
         values, _ = contact_observations(problem.contacts, problem.sigmas, surfaces)
         own = float(values @ values)
         open_ones = branches(problem, surfaces)
         found += [Start(number, surfaces, equations, own + cost) for cost, equations in open_ones]
-        if not open_ones and not found:
+        if with_misses and not open_ones and not found:
             missed.append(nearest_start(problem, surfaces, number, own + least_cost(problem, surfaces)))
     if found:
         return sorted(found, key=lambda start: start.cost)[:MOST_FITS]

@@ -33,7 +33,11 @@ KEPT = 1e-12
 TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
 HOPELESS = 100.0
-"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit."""
+"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit, ..."""
+PATIENCE = 12
+"""Steps after which such a fit is given up in any case: those that explain contacts are near by then."""
+NEARLY_KEPT = 1e-5
+"""... once so little is missing to the constraints that restoring them changes nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,25 +57,28 @@ class Step:
         return float(np.abs(self.displacement).max(initial=0.0))
 
 
-def joint_fit(problem: JointProblem, surfaces: Mapping[str, Surface], equations: Sequence[Equation]) -> JointFit:
+def joint_fit(
+    problem: JointProblem, surfaces: Mapping[str, Surface], equations: Sequence[Equation], most_steps: int = MOST_STEPS
+) -> JointFit:
     """The least chi-square next to surfaces (in base) with all constraints kept, each relation on its branch."""
     fit = linearized(problem, surfaces, equations)
     damping = 0.0
-    for _ in range(MOST_STEPS):
+    for number in range(most_steps):
         step = _step(fit, 0.0)
         if fit.missing < KEPT and abs(fit.chi2 - step.promised) < CONVERGED * (1 + 1e-3 * fit.chi2):
             break
         new, damping = _improved(problem, fit, step, damping)
-        if new is None or _is_hopeless(fit, new):
+        if new is None or _is_hopeless(fit, new, late=number > PATIENCE):
             fit = new or fit
             break
         fit = new
     return _restored(problem, fit)
 
 
-def _is_hopeless(fit: JointFit, new: JointFit) -> bool:
-    gain = abs(fit.chi2 - new.chi2)
-    return new.missing < 1e-9 and gain < 0.01 * new.chi2 and new.chi2 > HOPELESS * chi_square_limit(new.dof)
+def _is_hopeless(fit: JointFit, new: JointFit, late: bool) -> bool:
+    """Whether a fit far above its limit has stopped improving, or should have by now."""
+    slow = late or abs(fit.chi2 - new.chi2) < 0.01 * new.chi2
+    return slow and new.missing < NEARLY_KEPT and new.chi2 > HOPELESS * chi_square_limit(new.dof)
 
 
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:
@@ -80,12 +87,12 @@ def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: flo
     least = LEAST_DAMPING * stiffness**2
     for _ in range(MOST_DAMPINGS):
         step = undamped if damping == 0 else _step(fit, damping)
-        shorter = min(1.0, 0.5 / max(step.size, TINY))
-        new = linearized(problem, moved_by(fit, step.displacement * shorter), fit.equations)
+        displacement = step.displacement * min(1.0, 0.5 / max(step.size, TINY))
+        new = linearized(problem, moved_by(fit, displacement), fit.equations)
         gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
         if gain > 0 or step.size < TRUSTED_STEP:
-            promised = fit.chi2 - step.promised + step.price * fit.missing + (stiffness * fit.missing) ** 2
-            is_firm = shorter == 1 and gain > FIRM * promised
+            ahead = fit.observed + fit.jacobian @ displacement
+            is_firm = gain > FIRM * (fit.chi2 - float(ahead @ ahead))
             return new, (damping / 10 if damping > least else 0.0) if is_firm else damping
         damping = max(10 * damping, least)
     return None, damping

@@ -8,10 +8,13 @@ import numpy as np
 from tactfix.fixture import FrameRecipe
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import Floats
-from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
+from tactfix.poses.sigma_points import FLAT, REACHED, Spread, curved_spread, most_bend
 from tactfix.relations.joint import fit_at, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem
 
+FEW_STEPS = 20
+"""Steps to a sigma point: where more would be needed it is too far off for a covariance to mean anything, and so are
+those after it, which are not asked for."""
 STILL = 1e-9
 """Share of the largest free motion below which a free displacement does not move the frame."""
 
@@ -60,7 +63,10 @@ class JointSpread:
             missing = np.full(steps.shape[1], np.inf)
             for number, step in enumerate(steps.T):
                 wanted = self.fit.observed + self.fit.jacobian @ step
-                there = joint_fit(replace(self.problem, wanted=wanted), self.fit.surfaces, self.fit.equations)
+                problem = replace(self.problem, wanted=wanted)
+                there = joint_fit(problem, self.fit.surfaces, self.fit.equations, FEW_STEPS)
+                if there.chi2 > REACHED:
+                    break
                 try:
                     poses = np.array(frames(self.recipe, there.surfaces))
                 except FrameError:

@@ -17,7 +17,7 @@ import numpy as np
 from tactfix.fixture import Feature, Fixture
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import TINY, unit
-from tactfix.geometry.charts import displaced, rigid_displacements
+from tactfix.geometry.charts import dimension, displaced, rigid_displacements
 from tactfix.geometry.nearest import foot, other_point
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.sameness import same_surface
@@ -29,6 +29,8 @@ TRIALS = 240
 SETTLED, PER_SHAPE = 8, 4
 """Trials in a row that bring nothing new, so many and for each pair of mirror images more, after which the list of
 shapes is complete: one of n pairs that turn up alike often is overlooked once in e^(8 / n + 4) times."""
+CONTRADICTORY = 40
+"""Trials from the first one on that do not arrive, after which the relations are taken to contradict each other."""
 NEWTON_STEPS = 40
 RANK = 1e-7
 HOLDS = 1e-9
@@ -51,13 +53,16 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
     """The rigid bodies that a fixture by relations can be, each in every frame that its recipe allows."""
     rng = Random(20261122)
     scale = fixture_scale(fixture)
+    if not _are_enough(fixture, _random_surfaces(fixture, scale, rng), scale):
+        return ()
     found: list[tuple[Mapping[str, Surface], ...]] = []
-    idle = 0
+    idle = failed = 0
     for _ in range(TRIALS):
-        if idle >= SETTLED + PER_SHAPE * len(found) / 2:
+        if idle >= SETTLED + PER_SHAPE * len(found) / 2 or failed >= CONTRADICTORY:
             break
-        surfaces = _relaxed(fixture, {n: random_surface(f, scale, rng) for n, f in fixture.features.items()}, scale)
+        surfaces = _relaxed(fixture, _random_surfaces(fixture, scale, rng), scale)
         if surfaces is None:
+            failed += not found
             continue
         if not is_rigid(fixture, surfaces, scale):
             return ()
@@ -122,6 +127,10 @@ def random_surface(feature: Feature, scale: float, rng: Random) -> Surface:
     return Cylinder(point, direction, radius, feature.side)
 
 
+def _random_surfaces(fixture: Fixture, scale: float, rng: Random) -> dict[str, Surface]:
+    return {name: random_surface(feature, scale, rng) for name, feature in fixture.features.items()}
+
+
 def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> Mapping[str, Surface] | None:
     """The surfaces moved as little as the relations ask for, by Newton's method; None where it does not arrive."""
     equations = nearest_branch(fixture.relations, surfaces)
@@ -141,12 +150,24 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
     """Whether the relations leave the surfaces no motion but those of one rigid body."""
     _, jacobian = stacked(nearest_branch(fixture.relations, surfaces), surfaces, scale)
+    free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
+    return bool(free == _rigid_motions(surfaces, scale))
+
+
+def _are_enough(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
+    """Whether the relations hold as many numbers as a shape has; surfaces in general position, which has the fewest."""
+    equations = nearest_branch(fixture.relations, surfaces)
+    width = sum(dimension(surface) for surface in surfaces.values())
+    return bool(sum(e.components for e in equations) >= width - _rigid_motions(surfaces, scale))
+
+
+def _rigid_motions(surfaces: Mapping[str, Surface], scale: float) -> int:
+    """How many motions of one rigid body move any of the surfaces."""
     centre = np.mean([other_point(surface) for surface in surfaces.values()], axis=0)
     together = np.vstack([rigid_displacements(surface, centre) for surface in surfaces.values()])
     together[:, 3:] *= scale
     together /= chart_lengths(surfaces, scale)[:, None]
-    free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
-    return bool(free == np.linalg.matrix_rank(together, tol=RANK))
+    return int(np.linalg.matrix_rank(together, tol=RANK))
 
 
 def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list[Mapping[str, Surface]]:

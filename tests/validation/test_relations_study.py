@@ -1,0 +1,31 @@
+"""A small part of the study of fixtures by relations: every kind, at angles where an unsigned value folds."""
+
+import pytest
+
+from tests.validation.relation_geometry import KINDS
+from tests.validation.relations_study import RIGHT, Cell, cells, problem
+
+NOMINAL, NOISY = {(0.0, 0.0)}, {(0.02, 0.02), (89.9, 0.0), (179.99, 0.0)}
+"""Pairs of angle and sigma: of nominal contacts along the axes, and of noisy ones in a turned base."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_right_answer_is_refused_and_none_is_wrong(kind, tmp_path):
+    chosen = [c for c in cells([kind]) if c.noisy == c.turned and (c.angle, c.sigma) in (NOISY if c.noisy else NOMINAL)]
+    assert chosen
+    for cell in chosen:
+        tally = problem(cell, 7, tmp_path)
+        complaints = {name: n for name, n in tally.items() if n and name not in (*RIGHT, "slow")}
+        assert not complaints, (cell, complaints)
+
+
+def test_the_study_varies_what_it_says():
+    """Twenty kinds, ten angles, four sigmas, the base along the axes and turned, contacts nominal and noisy."""
+    every = list(cells(list(KINDS)))
+    assert len(KINDS) == 20
+    assert len({cell.angle for cell in every}) == 10
+    assert len({cell.sigma for cell in every}) == 4
+    assert {(cell.turned, cell.noisy) for cell in every if cell.kind == "block"} == {
+        (t, n) for t in (False, True) for n in (False, True)
+    }
+    assert Cell("block", 180.0, 0.02, True, True) in every
