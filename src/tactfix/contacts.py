@@ -1,7 +1,7 @@
 """Contacts: the touches that a probe reports, as arrays in base coordinates and in the fixture's units."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tactfix.errors import MissingExtraError, UsageError
-from tactfix.geometry.arrays import Bools, Floats, Ints, frozen
+from tactfix.geometry.arrays import Bools, Floats, Frozen, Ints, frozen
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -22,7 +23,7 @@ _NOT_A_ROTATION = 1e-3
 """Entry by which a matrix times its transpose may differ from the identity: matrices are typed with few digits."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Contacts:
     """n touches. Lengths are in the fixture's units, coordinates in base.
 
@@ -36,19 +37,14 @@ class Contacts:
     """
 
     features: tuple[str, ...]
-    points: Floats
-    approaches: Floats
-    sigmas: Floats
+    points: Frozen
+    approaches: Frozen
+    sigmas: Frozen
     tip_radius: float
     rows: tuple[int, ...]
     ids: tuple[str | None, ...]
-    flange_rotations: Floats | None = None
-    tip_offset: Floats | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("points", "approaches", "sigmas", "flange_rotations", "tip_offset"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
+    flange_rotations: Frozen | None = None
+    tip_offset: Frozen | None = None
 
     def __len__(self) -> int:
         return len(self.features)

@@ -6,15 +6,16 @@ knows exit codes; nothing else catches more than these.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
+
+from tactfix.values import frozen_value
 
 
 class TactfixError(Exception):
     """Base of every error that tactfix raises on purpose."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Problem:
     """One thing wrong in a file: where, what, and what to do instead.
 

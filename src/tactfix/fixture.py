@@ -4,16 +4,16 @@
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, get_args
+from dataclasses import replace
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tactfix.errors import UsageError
-from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.arrays import Bools, Floats, Frozen, frozen
 from tactfix.geometry.surfaces import Cylinder, FeatureType, Plane, Point, Side, Sphere, Surface
+from tactfix.values import ReadOnly, frozen_value
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Direction: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -24,7 +24,7 @@ SINGULAR = 1e-12
 """Smallest eigenvalue of a correlation matrix below which the covariance holds a direction."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Feature:
     """One thing to touch. radius is None for a plane and a point; surface is its place in the fixture frame, or None.
 
@@ -117,7 +117,7 @@ def _checked(feature: Feature) -> Feature:
     return feature
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Relation:
     """A known distance (length, fixture units) or angle (rad) between two features, with one standard deviation."""
 
@@ -127,7 +127,7 @@ class Relation:
     sigma: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class OriginRule:
     """Where the fixture's origin is.
 
@@ -139,7 +139,7 @@ class OriginRule:
     features: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class AxisRule:
     """A direction: along: (cylinder or plane,); from_to: (A, B). opposite turns it round."""
 
@@ -148,7 +148,7 @@ class AxisRule:
     opposite: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class FrameRecipe:
     """How the fixture frame is built: the first axis holds exactly, the second is made square to it."""
 
@@ -157,19 +157,15 @@ class FrameRecipe:
     second: tuple[Axis, AxisRule]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TouchBox:
     """Where a surface may be touched: low (3,) <= x_fixture <= high (3,), infinite where open."""
 
-    low: Floats
-    high: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "low", frozen(self.low))
-        object.__setattr__(self, "high", frozen(self.high))
+    low: Frozen
+    high: Frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Probe:
     """What the fixture file says of the probe, None where it says nothing.
 
@@ -184,7 +180,11 @@ class Probe:
     tip_within: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+def _frozen_if_array(sigma: tuple[float, float] | Floats) -> tuple[float, float] | Floats:
+    return frozen(sigma) if isinstance(sigma, np.ndarray) else sigma
+
+
+@frozen_value
 class Placement:
     """What is known of where the fixture stands before it is touched.
 
@@ -195,15 +195,12 @@ class Placement:
     None: all. Raises UsageError for what cannot be meant.
     """
 
-    near: Floats
+    near: Frozen
     within: tuple[float, float] | None = None
-    sigma: tuple[float, float] | Floats | None = None
+    sigma: Annotated[tuple[float, float] | Floats, _frozen_if_array] | None = None
     free: frozenset[Direction] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "near", frozen(self.near))
-        if isinstance(self.sigma, np.ndarray):
-            object.__setattr__(self, "sigma", frozen(self.sigma))
         if self.within is not None and self.sigma is not None:
             raise UsageError("the pose known beforehand has limits or a sigma, not both")
         if self.within is not None and not min(self.within) >= 0:
@@ -258,7 +255,7 @@ def _is_positive_definite(covariance: Floats) -> bool:
     return bool(np.allclose(scaled, scaled.T) and np.linalg.eigvalsh(scaled)[0] > SINGULAR)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Fixture:
     """A fixture: features by name in file order, what is known between them, its frame, and where it may be touched.
 
@@ -268,15 +265,11 @@ class Fixture:
     name: str
     units: str
     probe: Probe
-    features: Mapping[str, Feature]
+    features: ReadOnly[str, Feature]
     relations: tuple[Relation, ...]
     frame: FrameRecipe | None
-    touch: Mapping[str, TouchBox]
+    touch: ReadOnly[str, TouchBox]
     placement: Placement | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "features", MappingProxyType(dict(self.features)))
-        object.__setattr__(self, "touch", MappingProxyType(dict(self.touch)))
 
     @classmethod
     def from_features(
@@ -330,11 +323,6 @@ class Fixture:
         from tactfix.files.fixture_file import fixture_text
 
         return fixture_text(self)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        """Read-only views do not travel to other processes: there the fixture is built again."""
-        rest = (self.relations, self.frame, dict(self.touch), self.placement)
-        return Fixture, (self.name, self.units, self.probe, dict(self.features), *rest)
 
     def equations(self, features: Iterable[str]) -> int:
         """How many equations contacts on these features, one named for each contact, give in all."""

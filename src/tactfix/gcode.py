@@ -2,16 +2,16 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from tactfix.lexer import Lexer
+from tactfix.values import frozen_value
 
 _COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
 _REMEDY: Final = "write each word as a letter and a number, such as X-12.5"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Block:
     """The words of a block in order, letters in capitals."""
 

@@ -4,15 +4,15 @@ The report layer turns these into text and JSON; the names here are the names th
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tactfix.errors import NotLocatedError
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.surfaces import Surface
+from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
@@ -37,7 +37,7 @@ DiagnosisCode: TypeAlias = Literal[
 ]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Reason:
     """Why a candidate fell: which test, at which feature and which contact (row counts data rows from 1)."""
 
@@ -47,18 +47,15 @@ class Reason:
     message: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Candidate:
     """A pose that explains the contacts, or did until one of reasons; surfaces are the features in base."""
 
-    base_from_fixture: Floats
+    base_from_fixture: Frozen
     surfaces: Mapping[str, Surface]
     chi2: float
     rms: float
     reasons: tuple[Reason, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
 
     @property
     def accepted(self) -> bool:
@@ -66,20 +63,16 @@ class Candidate:
         return not self.reasons
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class FreeMotion:
     """A motion that the contacts do not see: twist at the origin of its frame, rotation (3,) rad, translation (3,)."""
 
-    rotation: Floats
-    translation: Floats
+    rotation: Frozen
+    translation: Frozen
     message: str
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", frozen(self.rotation))
-        object.__setattr__(self, "translation", frozen(self.translation))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class NextContact:
     """The contact to make next: it tells the remaining poses apart best, or takes away a free motion.
 
@@ -88,20 +81,15 @@ class NextContact:
     """
 
     feature: str
-    point: Floats | None
-    approach: Floats | None
+    point: Frozen | None
+    approach: Frozen | None
     message: str
-    point_in_fixture: Floats | None = None
-    approach_in_fixture: Floats | None = None
+    point_in_fixture: Frozen | None = None
+    approach_in_fixture: Frozen | None = None
     further: tuple["NextContact", ...] = ()
 
-    def __post_init__(self) -> None:
-        for name in ("point", "approach", "point_in_fixture", "approach_in_fixture"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, None if value is None else frozen(value))
 
-
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Diagnosis:
     """A mistake that explains why the contacts do not agree.
 
@@ -121,7 +109,7 @@ class Diagnosis:
     causes: tuple["Diagnosis", ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ContactResidual:
     """How one contact fits: residual along the outward normal, positive out of the material (fixture units).
 
@@ -139,7 +127,7 @@ POSE_UNKNOWNS: Final = ("rx", "ry", "rz", "tx", "ty", "tz")
 """The names of what a pose is found for, in the order of its covariance."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TipEstimate:
     """The tip as the contacts have it: its centre (3,) in the flange frame, None where nothing says it, and its radius.
 
@@ -152,7 +140,7 @@ class TipEstimate:
     message: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class WithoutPrior:
     """What the contacts alone would leave, without what is known beforehand.
 
@@ -163,7 +151,7 @@ class WithoutPrior:
     poses: int | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class LocateResult:
     """The answer of locate; see the contract of each field in samples/README.md ("JSON of locate").
 

@@ -15,6 +15,7 @@ import yaml
 
 from tactfix.decimal_text import MOST_CHARACTERS
 from tactfix.errors import Problem
+from tactfix.values import frozen_value
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and indices from the root to a value."""
@@ -31,7 +32,7 @@ _WORDS: Final[dict[str, bool | None]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Mark:
     """A place in the file; line and column count from 1."""
 

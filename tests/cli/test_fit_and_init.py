@@ -30,7 +30,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
     def fit(kind: str, contacts: Contacts, radius: float | None, side: str) -> FitResult:
         calls.append((kind, len(contacts), radius, side))
         plane = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
-        return FitResult("plane", "located", plane, (), 0, 0.0, 3.8, 0.0, warnings=("mind the step",))
+        return FitResult("plane", "located", 0, plane, chi2=0.0, chi2_limit=3.8, rms=0.0, warnings=("mind the step",))
 
     monkeypatch.setattr(import_module("tactfix.fitting.fit"), "fit", fit)
     return calls

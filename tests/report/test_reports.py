@@ -88,17 +88,17 @@ def fitted(status: Status) -> FitResult:
     ball = Sphere(np.array([1.0, -0.0, 1 / 3]), 2.0)
     located = status == "located"
     return FitResult(
-        "sphere",
-        status,
-        ball if located else None,
-        (FitCandidate(ball, 0.1, 0.01, False),),
-        0,
-        0.1 if located else None,
-        3.84,
-        0.01 if located else None,
-        np.array([0.01, -0.01]) if located else np.zeros(0),
-        {"center": np.array([0.1, 0.2, np.nan]), "radius": np.array([0.3])} if located else {},
-        ("few contacts",),
+        kind="sphere",
+        status=status,
+        dof=0,
+        surface=ball if located else None,
+        candidates=(FitCandidate(ball, 0.1, 0.01, False),),
+        chi2=0.1 if located else None,
+        chi2_limit=3.84,
+        rms=0.01 if located else None,
+        residuals=np.array([0.01, -0.01]) if located else np.zeros(0),
+        sigma={"center": np.array([0.1, 0.2, np.nan]), "radius": np.array([0.3])} if located else {},
+        warnings=("few contacts",),
     )
 
 

@@ -5,16 +5,16 @@ the fixture frame.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tactfix.accessibility.approach_path import path_blocked
 from tactfix.accessibility.touchable import closed_box, extreme_points, sample_touches
 from tactfix.fixture import Fixture, TouchBox
-from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.arrays import Bools, Floats, Frozen
 from tactfix.geometry.surfaces import Cylinder, Point, Sphere, Surface, offset_radius
 from tactfix.units import factor
+from tactfix.values import frozen_value
 
 # A chosen touch keeps this share of the fixture's radius away from other features and from the edge of its box: a plan
 # is made before anyone knows exactly where the fixture stands.
@@ -25,7 +25,7 @@ _EDGE_SHARE = 0.15
 _LEAST = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Access:
     """A fixture as the probe sees it.
 
@@ -38,10 +38,7 @@ class Access:
     limits: Mapping[str, TouchBox | None]
     tip_radius: float
     approach_distance: float | None
-    corners: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "corners", frozen(self.corners))
+    corners: Frozen
 
     @property
     def centre(self) -> Floats:

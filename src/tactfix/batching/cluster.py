@@ -8,10 +8,10 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 from tactfix.errors import MissingExtraError, TactfixError
+from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
 # How long to wait for the scheduler, and for its first worker (s).
@@ -29,7 +29,7 @@ class ClusterError(TactfixError):
         super().__init__(f"{address}: {what}; {remedy}")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class DaskCluster:
     """The workers of the Dask scheduler at address, such as tcp://10.0.0.5:8786.
 

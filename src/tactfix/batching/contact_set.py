@@ -1,10 +1,11 @@
 """One of many contact sets, as it is sent to whoever locates it."""
 
-from dataclasses import dataclass
 from hashlib import sha256
 
+from tactfix.values import frozen_value
 
-@dataclass(frozen=True, slots=True)
+
+@frozen_value(eq=True)
 class ContactSet:
     """The contacts of one set as the bytes of a file, so that the worker needs neither the file nor its disk.
 

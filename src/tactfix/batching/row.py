@@ -2,17 +2,17 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from tactfix.results import LocateResult, Status
+from tactfix.values import frozen_value
 
 RowStatus: TypeAlias = Literal[Status, "error"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class BatchRow:
     """The answer for one set, in the fixture's units.
 

@@ -1,7 +1,6 @@
 """What is to be done with each set of a batch, and doing it: no set, whatever is in it, stops the others."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import TypeAlias
 
@@ -15,6 +14,7 @@ from tactfix.errors import FileError, TactfixError
 from tactfix.fixture import Fixture
 from tactfix.localization.locate import locate
 from tactfix.results import LocateResult
+from tactfix.values import frozen_value
 
 Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]
 """Makes the contacts of a set, and notes on what was left out; raises TactfixError where it cannot."""
@@ -24,7 +24,7 @@ Numbered: TypeAlias = tuple[int, ContactSet]
 NumberedRow: TypeAlias = tuple[int, BatchRow]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class BatchTask:
     """What holds for all sets of a batch; it is sent to every worker.
 
@@ -41,7 +41,7 @@ class BatchTask:
     point_fixture: tuple[float, float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ChunkDone:
     """The rows of a few sets that were sent together, and how long they took (s)."""
 

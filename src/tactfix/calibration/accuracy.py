@@ -12,7 +12,6 @@ Observability indices of the singular values of A P^1/2, as in theory (O1 Menq a
 Nahvi and Hollerbach, O5 Sun and Hollerbach).
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,6 +20,7 @@ from tactfix.calibration.cell import Cell, Touches
 from tactfix.calibration.estimation import Eliminated
 from tactfix.calibration.independence import base_motions, joint_ranges, random_configurations
 from tactfix.geometry.arrays import Bools, Floats
+from tactfix.values import frozen_value
 
 IDENTIFIED: Final = 0.5
 """Of the prior's sigma, below which a parameter's sigma must be for the touches to have told it."""
@@ -29,7 +29,7 @@ _NOTABLE: Final = 0.3
 """Component of a direction from which on its parameter is named."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Certainty:
     """covariance (f, f) of the free parameters, and which of them (f,) the touches have told; what they have not."""
 

@@ -5,7 +5,7 @@ outliers, covariance, prediction, and a status that says whether this robot may 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -28,13 +28,14 @@ from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import skew
 from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 BEYOND: Final = 50.0
 """Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Fit:
     """The work so far: free parameters, groups, the nominal robot, the estimate, and how noisy it is."""
 

@@ -1,21 +1,21 @@
 """What a calibration starts from: robot, places, what is unknown, and touches. Lengths in the cell's units."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, Ints, frozen
+from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.kinematics.chain import Chain, Parameter
+from tactfix.values import ReadOnly, frozen_value
 
 TIP_RADIUS: Final = Parameter("tip_radius", "tip", False, "the effective radius of the tip")
 """The one unknown that is not of the chain: it stands behind the chain's parameters in every vector of values."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Prior:
     """One sigma of what the nominal robot may be off by: rad, lengths."""
 
@@ -29,7 +29,7 @@ class Prior:
         return float(getattr(self, parameter.kind))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Place:
     """A fixture somewhere in the cell.
 
@@ -46,7 +46,7 @@ class Place:
     of_from_place: Floats | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Cell:
     """The robot's chain, the tip's radius, the fixtures at their places, and what is unknown.
 
@@ -59,11 +59,8 @@ class Cell:
     tip_radius: float
     unknown: tuple[str, ...]
     prior: Prior
-    places: Mapping[str, Place]
+    places: ReadOnly[str, Place]
     joint_ranges: Floats | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "places", MappingProxyType(dict(self.places)))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -80,7 +77,7 @@ class Cell:
         return place.name, root_from_place
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Touches:
     """n touches: at which place and feature, with the joints where, and how surely.
 
@@ -90,15 +87,11 @@ class Touches:
 
     places: tuple[str, ...]
     features: tuple[str, ...]
-    joints: Floats
-    approaches: Floats
+    joints: Frozen
+    approaches: Frozen
     in_flange: bool
-    sigmas: Floats
+    sigmas: Frozen
     rows: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("joints", "approaches", "sigmas"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __len__(self) -> int:
         return len(self.places)

@@ -10,7 +10,6 @@ for a motion of the fixture by a rotation w about the touches' centre c and a tr
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,9 +19,10 @@ from tactfix.geometry.charts import equations
 from tactfix.geometry.rigid import axial, homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.kinematics.chain import TipMotion
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Patch:
     """Touches (indices from 0) on one feature: surface in the frame of its group's root."""
 
@@ -31,7 +31,7 @@ class Patch:
     index: Ints
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Group:
     """All touches on fixtures that stand rigidly to each other: one unknown pose, base_from_root.
 
@@ -46,7 +46,7 @@ class Group:
     near_covariance: Floats | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Block:
     """The linearised equations of a group: residuals (r,) and their derivatives by robot (r, m) and place (r, 6).
 

@@ -12,7 +12,6 @@ J. M. Hollerbach, C. W. Wampler: The calibration index and taxonomy for robot ki
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -20,6 +19,7 @@ import numpy as np
 from tactfix.calibration.cell import Cell
 from tactfix.calibration.equations import Block, Group, block, moved_place, residuals, tip_places
 from tactfix.geometry.arrays import TINY, Bools, Floats, frozen
+from tactfix.values import frozen_value
 
 _RANK: Final = 1e-9
 """Singular values of a place's block below this share of the largest are motions that its touches leave free."""
@@ -27,7 +27,7 @@ _MOST_STEPS: Final = 40
 _DAMPINGS: Final = 10
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class State:
     """Values (m,) of the parameters and the pose base_from_root (4, 4) of each group."""
 
@@ -35,7 +35,7 @@ class State:
     poses: Mapping[str, Floats]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Eliminated:
     """A block without its place: rows and robot as there, and what gives the place's step back (basis, its factor)."""
 

@@ -12,7 +12,6 @@ L. J. Everett, T. W. Hsu: The theory of kinematic parameter identification for i
 M. A. Meggiolaro, S. Dubowsky: An analytical method to eliminate the redundant parameters in robot calibration, 2000.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -20,6 +19,7 @@ import numpy as np
 from tactfix.calibration.cell import Cell, Touches
 from tactfix.geometry.arrays import Bools, Floats, cross
 from tactfix.kinematics.chain import Parameter
+from tactfix.values import frozen_value
 
 CONFIGURATIONS: Final = 80
 _LEFT: Final = 1e-7
@@ -29,7 +29,7 @@ _PARTNER: Final = 0.05
 """Of a held column, from which on another parameter counts among those that it trades with."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Held:
     """A parameter (index) that is held at nominal because it trades off exactly with others, in words."""
 

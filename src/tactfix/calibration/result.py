@@ -1,15 +1,15 @@
 """What calibrate answers; the names here are those of its JSON."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from tactfix.geometry.arrays import Floats
+from tactfix.values import frozen_value
 
 CalibrationStatus: TypeAlias = Literal["calibrated", "underdetermined", "inconsistent"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ParameterResult:
     """One parameter that was asked for: nominal and calibrated error, and its sigma, in deg or the cell's units.
 
@@ -25,7 +25,7 @@ class ParameterResult:
     identified: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PlaceResult:
     """base_from_fixture (4, 4), its covariance (6, 6) or None where a motion is free, and the rms residuals."""
 
@@ -36,7 +36,7 @@ class PlaceResult:
     rms_after: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class LeftOut:
     """A place that the robot was not fitted to: its rms residual with the nominal and with the calibrated robot."""
 
@@ -46,7 +46,7 @@ class LeftOut:
     held_out: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class TouchResidual:
     """The distance of the tip from its feature at one touch, before and after."""
 
@@ -57,7 +57,7 @@ class TouchResidual:
     after: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Calibration:
     """The answer: status, parameters, places, what checks them, and what they are good for.
 

@@ -13,7 +13,6 @@ prior;
   L. Breiman and others, 1984; within half of what is gained, and within ALIKE of the score) the smallest is taken.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,6 +22,7 @@ from tactfix.calibration.equations import Group, groups_of, residuals
 from tactfix.calibration.estimation import State, estimated, located, reduced
 from tactfix.calibration.robust_start import tips
 from tactfix.geometry.arrays import Bools, Floats
+from tactfix.values import frozen_value
 
 FACTORS: Final = (
     1.0,
@@ -50,7 +50,7 @@ _LEAST_GAIN: Final = 0.002
 """Of the nominal robot's score, by which the best one must be smaller."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Choice:
     """The factor, and the rms residual at each place left out, before and after (lengths)."""
 

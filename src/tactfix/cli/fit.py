@@ -91,7 +91,7 @@ def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> 
     try:
         return fit(kind.value, contacts, radius, side.value)
     except DegenerateContactsError as error:
-        return FitResult(kind.value, "underdetermined", None, (), 0, None, None, None, warnings=(str(error),))
+        return FitResult(kind.value, "underdetermined", dof=0, warnings=(str(error),))
 
 
 def _one_feature(contacts: "Contacts", feature: str | None) -> "Contacts":

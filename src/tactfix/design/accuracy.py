@@ -4,14 +4,13 @@ Everything is in the fixture frame with the fixture standing at its origin, the 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
-from tactfix.geometry.arrays import Floats, Ints, frozen
+from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.free_motions import tidied
@@ -19,24 +18,21 @@ from tactfix.localization.motion_words import twist_in_words
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
+from tactfix.values import frozen_value
 
 _HERE = np.eye(4)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PointSigma:
     """A point (3,) of the fixture: one standard deviation (units) along the direction (3,) that is known worst."""
 
-    point: Floats
+    point: Frozen
     sigma: float
-    direction: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "direction", frozen(self.direction))
+    direction: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Observability:
     """The indices of robot calibration, from the singular values (6,) of the rows [n, (x - c) x n / length], one each.
 
@@ -45,12 +41,9 @@ class Observability:
     Sources: Menq and Borm (O1), Driels (O2), Nahvi (O3, O4), Sun and Hollerbach 2008 (O5 and the names).
     """
 
-    singular_values: Floats
+    singular_values: Frozen
     length: float
     contacts: int
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "singular_values", frozen(self.singular_values))
 
     @property
     def indices(self) -> dict[str, float]:
@@ -67,7 +60,7 @@ class Observability:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Influence:
     """A contact at point (3,) of the fixture frame, and the worst sigma of an extreme point without it.
 
@@ -80,7 +73,7 @@ class Influence:
     sigma_without: float | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Certainty:
     """What the contacts promise. covariance (6, 6): d_rot (rad), d_t (units) about the fixture's origin.
 
@@ -90,7 +83,7 @@ class Certainty:
 
     source: Source
     contacts: int
-    covariance: Floats
+    covariance: Frozen
     observability: Observability
     worst: PointSigma
     extreme: tuple[PointSigma, ...]
@@ -98,9 +91,6 @@ class Certainty:
     weakest: FreeMotion
     most: Influence
     least: Influence
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "covariance", frozen(self.covariance))
 
     @property
     def turn_sigma(self) -> float:

@@ -10,7 +10,7 @@ it is the residuals alone, as they would be for contacts in the middle of a face
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -28,6 +28,7 @@ from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import PoseFit, refine
 from tactfix.simulation.faults import Fault, growth, mistaken
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 Mistake: TypeAlias = Literal[
@@ -53,7 +54,7 @@ SIGMAS_OFF: Final = 10.0
 _UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Alternatives:
     """What the fixture can be mistaken for.
 
@@ -65,7 +66,7 @@ class Alternatives:
     misplaced: tuple[Misplaced, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class BlindSpot:
     """One mistake: pose_shift (units) is how far the worst extreme point is off, None where no pose comes out.
 

@@ -1,7 +1,7 @@
 """Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -33,6 +33,7 @@ from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import WORTHLESS_ANGLE
 from tactfix.probe import residual_sigmas
 from tactfix.units import factor
+from tactfix.values import frozen_value
 
 # The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003
@@ -42,7 +43,7 @@ _LOOSE: Final = 0.02
 _LOOSEST: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class ContactCheck:
     """The verdict on contacts. certainty is None where they leave a motion free, margins also where one is hardly held.
 

@@ -7,7 +7,6 @@ on a point holds all that the point can hold: with points touched, the condition
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, islice
 from types import MappingProxyType
@@ -17,6 +16,7 @@ from tactfix.fixture import Feature, Relation
 from tactfix.geometry.motions import common_motions, dimension
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import FeatureType, Point, Surface
+from tactfix.values import frozen_value
 
 # Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.
 ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 4, "point": 1})
@@ -31,7 +31,7 @@ MOST_SETS: Final = 500
 """Minimal sets listed at most; a fixture of many features has millions."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class FeatureCounts:
     """Contacts by feature: alone, the fewest that leave finitely many surfaces; paper, the counts of its localizers.
 
@@ -46,7 +46,7 @@ class FeatureCounts:
     beside: Mapping[str, int]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ContactCounts:
     """What design-check says of numbers of contacts.
 

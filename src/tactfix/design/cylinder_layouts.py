@@ -6,7 +6,7 @@ At some lengths they even have one radius. Nothing is taken for tidy by its look
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Surface, offset_radius, outward_normals
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.cylinder_search import CONTACTS_FREE_RADIUS, CONTACTS_KNOWN_RADIUS
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class CylinderLayout:
     """The cylinders on which the contacts of one feature lie within noise, seen from the side that was touched.
 

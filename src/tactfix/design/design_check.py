@@ -5,7 +5,7 @@ well spread ones: how sure the pose is, how far the nearest wrong pose lies, and
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -42,9 +42,10 @@ from tactfix.geometry.surfaces import Surface
 from tactfix.localization.locate import locate
 from tactfix.relations.realization import realize
 from tactfix.results import FreeMotion
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Wishes:
     """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
 
@@ -61,7 +62,7 @@ class Wishes:
     seed: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class DesignReport:
     """What design-check found, in the fixture frame and units; the names are those of the JSON.
 
@@ -218,7 +219,20 @@ def _separate(fixture: Fixture) -> DesignReport:
     """The report on features that no relations hold together."""
     counts = separate_counts(fixture.features, fixture.relations)
     findings = tuple(count_findings(counts, is_rigid=False))
-    return DesignReport(fixture, False, (), (), counts, (None,), None, None, (), (), LayoutStudy(), findings)
+    return DesignReport(
+        fixture=fixture,
+        is_rigid=False,
+        free_motions=(),
+        symmetries=(),
+        counts=counts,
+        pose_counts=(None,),
+        certainty=None,
+        margins=None,
+        blind_spots=(),
+        layouts=(),
+        study=LayoutStudy(),
+        findings=findings,
+    )
 
 
 def _probe(fixture: Fixture, contacts: Contacts | None, wishes: Wishes) -> tuple[float | None, float]:

@@ -1,7 +1,6 @@
 """The fixture with one of its distances wrong: every way in which the file can be wrong by that much."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
@@ -11,9 +10,10 @@ from tactfix.geometry.nearest import other_point
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.scale import EXACT, anchor_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Misplaced:
     """The surfaces as the wrong file has them, and what is wrong."""
 

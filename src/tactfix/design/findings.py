@@ -1,7 +1,6 @@
 """What design-check has to say of a fixture's geometry: findings with a code, a severity, and what to do."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -13,12 +12,13 @@ from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import Surface
 from tactfix.results import FreeMotion
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 Severity: TypeAlias = Literal["ok", "warning", "error"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Finding:
     """One thing found. code: what `--explain` knows it by; hint: what to do about it, empty where nothing is to do."""
 

@@ -1,7 +1,6 @@
 """The fixture's geometry judged exactly: motions, symmetries, fewest contacts, positions that are nearly special."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
 
@@ -24,6 +23,7 @@ from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.motion_words import free_motions
 from tactfix.results import FreeMotion
+from tactfix.values import frozen_value
 
 # A position that is special to within this many sigma is as weak as one that is exactly so.
 _NEAR_SIGMAS: Final = 10.0
@@ -31,7 +31,7 @@ _NEAR_SIGMAS: Final = 10.0
 _NEAREST: Final = 0.05
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class GeometryCheck:
     """The verdict on unbounded surfaces and their touch boxes.
 

@@ -5,17 +5,18 @@ unless approach and touch boxes exclude it by the true sigmas.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.nominal_contacts import Locator, Touched, most_telling, shift_of
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import inverse, rotation_angle
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.results import Candidate
+from tactfix.values import frozen_value
 
 Loss: TypeAlias = Literal["free", "ambiguous"]
 
@@ -30,16 +31,13 @@ _NOTHING: Final = 1e-3
 _SAME: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Rival:
     """A wrong pose that the plan does not rule out: how many sigma behind the right one (root of chi-square)."""
 
-    image_from_fixture: Floats
+    image_from_fixture: Frozen
     sigmas_behind: float
     shift: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "image_from_fixture", frozen(self.image_from_fixture))
 
     @property
     def words(self) -> str:
@@ -47,7 +45,7 @@ class Rival:
         return f"{self.sigmas_behind if self.sigmas_behind > _NOTHING else 0.0:.2g} sigma behind"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Fragile:
     """A contact (as messages call it) whose loss leaves a motion free or the pose ambiguous."""
 
@@ -56,7 +54,7 @@ class Fragile:
     outcome: Loss
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Margins:
     """What lies near the right pose.
 

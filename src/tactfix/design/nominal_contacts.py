@@ -1,7 +1,6 @@
 """Nominal contacts on a fixture that stands at the origin: what margins and blind spots are judged by."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -11,11 +10,12 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Point, Surface, outward_normals
 from tactfix.results import LocateResult
+from tactfix.values import frozen_value
 
 Locator: TypeAlias = Callable[[Contacts], LocateResult]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Touched:
     """Nominal contacts on a fixture that stands at the origin: the true pose is the identity.
 

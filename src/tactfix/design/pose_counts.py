@@ -7,19 +7,19 @@ each with where it comes from.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Final, Literal, TypeAlias
 
 from tactfix.geometry.surfaces import FeatureType
+from tactfix.values import frozen_value
 
 Source: TypeAlias = Literal["reference", "reasoned", "tracked"]
 
 _KINDS: Final[tuple[FeatureType, ...]] = ("plane", "sphere", "cylinder", "point")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class PoseCount:
     """The poses of six contacts of one kind, copies by symmetry included.
 

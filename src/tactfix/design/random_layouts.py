@@ -6,7 +6,7 @@ those can only agree with it, so a layout that is located is not located again.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from statistics import median
 from typing import Final, TypeAlias
@@ -18,6 +18,7 @@ from tactfix.design.nominal_contacts import Locator
 from tactfix.fixture import Fixture
 from tactfix.results import Status
 from tactfix.simulation.simulate import simulate, streams
+from tactfix.values import frozen_value
 
 DEFAULT_LAYOUTS: Final = 8
 """Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""
@@ -39,7 +40,7 @@ Over: TypeAlias = Callable[[Callable[[Contacts], Outcome], Iterable[Contacts]], 
 """Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Study:
     """A study of layouts random layouts with this probe (fixture units); one seed gives one study."""
 
@@ -49,7 +50,7 @@ class Study:
     tip_radius: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class UniqueShare:
     """Of layouts random layouts of this many contacts: the share that leave more than one pose, or a motion free."""
 
@@ -59,7 +60,7 @@ class UniqueShare:
     underdetermined: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class RealPoses:
     """How many real poses layouts random minimal sets had, before approach and touch boxes were asked.
 
@@ -72,7 +73,7 @@ class RealPoses:
     most_seen: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class LayoutStudy:
     """shares: by number of contacts, up to the first at which every layout is located or to the last that was tried.
 
@@ -83,7 +84,7 @@ class LayoutStudy:
     real_poses: Mapping[str, RealPoses] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Layout:
     """Contacts in the order in which they are taken, and the kind of the minimal set that they begin with."""
 

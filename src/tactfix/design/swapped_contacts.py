@@ -1,7 +1,7 @@
 """Two contacts of different features with their labels exchanged: the pairs that the residuals show least."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Final
 
@@ -11,12 +11,13 @@ from tactfix.contacts import Contacts
 from tactfix.design.nominal_contacts import Touched, moments, most_telling, normals_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import outward_normals, residuals
+from tactfix.values import frozen_value
 
 # Pairs that are fitted exactly; the others leave more to first order already.
 _FOLLOWED: Final = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Swap:
     """The contacts with two labels exchanged, and which two, in words."""
 

@@ -7,19 +7,19 @@ surfaces carry with them. Every pair of like arrows is tried, and every surface 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from tactfix.design.touch_regions import reach_of, regions_meet
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Bools, Floats, frozen
+from tactfix.geometry.arrays import Bools, Floats, Frozen
 from tactfix.geometry.motions import Fixed, Line, are_parallel, common_motions
 from tactfix.geometry.rigid import homogeneous, rotation_angle
 from tactfix.geometry.scale import Tolerance, anchored, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.localization.motion_words import line_in_words
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
@@ -29,7 +29,7 @@ LAID_ON = 4e-6
 _SQUARED_COSINE = 1e-12
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Symmetry:
     """A motion other than the identity that lays the surfaces on themselves, in the fixture frame.
 
@@ -39,15 +39,12 @@ class Symmetry:
     this would pass every test (sides, outward normals and touch boxes agree).
     """
 
-    image_from_fixture: Floats
+    image_from_fixture: Frozen
     images: Mapping[str, str]
     broken_by: BrokenBy | None
     partly: tuple[str, ...]
     confusable: bool
     message: str
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "image_from_fixture", frozen(self.image_from_fixture))
 
 
 def symmetries(
@@ -79,7 +76,7 @@ def _about(surface: Surface, middle: Floats) -> Surface:
     return moved(homogeneous(np.eye(3), -middle), surface)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Arrows:
     """Directions (n, 3) that surfaces carry about the middle; of the same kind and length (n,) they may be images."""
 

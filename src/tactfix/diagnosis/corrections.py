@@ -6,7 +6,7 @@ size, lengths in another unit, and one or a few numbers free to be fitted (a tip
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Literal, TypeAlias
 
@@ -17,11 +17,12 @@ from tactfix.geometry.arrays import Floats, perpendicular
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.poses.points_as_planes import Equations, one_equation_each
 from tactfix.results import DiagnosisCode
+from tactfix.values import frozen_value
 
 Free: TypeAlias = Literal["tip", "radius", "place"]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Problem:
     """A rigid fixture and contacts on it: surfaces in the fixture frame, sigmas (n,) of the residuals."""
 
@@ -40,7 +41,7 @@ class Problem:
         return len(self.single.contacts) - 6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Hypothesis:
     """One mistake, by what undoes it.
 

@@ -6,7 +6,6 @@ columns of S in the projection on the columns of J: no search is needed to tell 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +16,7 @@ from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import chi_square_limit
 from tactfix.poses.pose_fit import SMALLEST_RATIO, sensitivity, with_known
 from tactfix.poses.solution import Solution
+from tactfix.values import frozen_value
 
 SEEN = 1e-3
 """Share of a residual that no motion of the fixture makes up for, below which leaving the contact out gains nothing."""
@@ -26,7 +26,7 @@ ROUGHLY = 4.0
 """Times its limit that chi-square may be without some contacts, while the pose is still where they have pulled it."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Doubts:
     """scaled (n,): residuals over sigma at the best pose; span (n, k): what motions of the fixture do to them.
 

@@ -1,18 +1,18 @@
 """What may be wrong with contacts that no pose explains, in words, and the contacts without that mistake."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from tactfix.contacts import Contacts
 from tactfix.poses.solution import Solutions
 from tactfix.results import Diagnosis, DiagnosisCode
+from tactfix.values import frozen_value
 
 MOST_CONTACTS = 12
 """Contacts that are doubted one by one, those that gain most by it first."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Hypothesis:
     """A mistake in words, and the contacts as they would be without it; rows, features and value as in Diagnosis."""
 

@@ -12,12 +12,13 @@ so that numpy and LAPACK work on all of them in one call.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
+from tactfix.values import frozen_value
 
 FIRST_DAMPING = 1e-4
 LEAST_DAMPING = 1e-9
@@ -27,7 +28,7 @@ SETTLED = 1e-6
 """Share of chi-square (and of one) that a last step gains."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SurfaceTable:
     """Surfaces (m) as rows: anchors (m, 3), projectors (m, 3, 3), normals (m, 3), signs (m,), radii (m,)."""
 
@@ -54,7 +55,7 @@ def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, 
     return (surface.point - origin) / length, across, np.zeros(3), sign, surface.radius / length
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Trials:
     """points (n, 3) in base; for each of T trials weights (T, n), surfaces (T, n) by their row, tips (T,), columns (T,
     n, k): c, shifts (T, n, 3, k): D, and where it stands: rotations (T, 3, 3), offsets (T, 3), numbers (T, k).
@@ -76,7 +77,7 @@ class Trials:
         return replace(self, **{name: getattr(self, name)[index] for name in names})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Fits:
     """Where trials have come to: residuals (T, n) over sigma, jacobians (T, n, 6 + k), chi2 (T,)."""
 

@@ -6,7 +6,7 @@ changes everything (a unit, features taken for each other) is searched for anew.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
 
@@ -23,6 +23,7 @@ from tactfix.geometry.rigid import homogeneous, inverse
 from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.search_frame import SearchFrame
+from tactfix.values import frozen_value
 
 POSES = 8
 """Poses that trials start from, beside those known."""
@@ -42,7 +43,7 @@ SETS = 12
 CORRELATED = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Explanation:
     """A hypothesis, values (k,) that were fitted (changes in fixture units), the pose (4, 4), what is left of chi2.
 

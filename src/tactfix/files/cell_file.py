@@ -1,7 +1,7 @@
 """Cell files: YAML in, the cell and its robot out, or every problem of the file at once with its line and column."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from tactfix.kinematics.denavit_hartenberg import Convention, Row, chain_of_rows
 from tactfix.kinematics.urdf import UrdfRobot, urdf_robot
 from tactfix.kinematics.urdf_syntax import UrdfError
 from tactfix.units import factor
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 from tactfix.yaml_tree import read_tree
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class DhRobot:
     """Denavit-Hartenberg rows, lengths in the cell's units, and their chain."""
 
@@ -41,7 +42,7 @@ class DhRobot:
     chain: Chain
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CellFile:
     """A cell, its robot as its file describes it, the tip's nominal offset, and the sigma of touches that say none."""
 

@@ -1,7 +1,7 @@
 """Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _SIGMAS: Final = (
@@ -27,7 +28,7 @@ SURFACE: Final = "surface"
 """What the one feature is called where no fixture names it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class ContactFile:
     """What a contact file says: its name for messages, its contacts, the units they are in, and the target of each."""
 

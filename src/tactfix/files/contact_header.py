@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_settings import SettingLines
+from tactfix.values import frozen_value
 
 APPROACHES: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
 """The approach in base, the outward normal in base, the approach in the flange frame."""
@@ -19,7 +19,7 @@ _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Header:
     """The settings of the file, the column names as tactfix calls them, the separator, and where the rows begin.
 

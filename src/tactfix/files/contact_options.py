@@ -1,17 +1,17 @@
 """What a caller says about a contact file, and what is settled once options, file and fixture have been heard."""
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from tactfix.contacts import Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Probe
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, factor, which_unit
+from tactfix.values import frozen_value
 
 Vector: TypeAlias = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ContactOptions:
     """What is said from outside about a contact file; it beats the file, which beats the fixture's probe block.
 
@@ -39,7 +39,7 @@ class ContactOptions:
             raise UsageError(f"sigma {self.sigma:g} is no length; write what the probe is good for, like 0.005")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Settings:
     """What holds for a contact file: its own units; tip radius, sigma and tip offset in the units of the result."""
 

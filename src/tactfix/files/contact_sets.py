@@ -3,7 +3,7 @@
 import io
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -16,6 +16,7 @@ from tactfix.files.log_options import LogOptions
 from tactfix.files.reading import decode, read_bytes, read_source
 from tactfix.files.table_file import csv_table, is_table, parquet_table
 from tactfix.fixture import Fixture
+from tactfix.values import frozen_value
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt")
 """What contact files in a directory end with."""
@@ -33,7 +34,7 @@ class Part(Protocol):
         """The sets."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class ContactSets:
     """All sets of a batch, in order."""
 
@@ -47,7 +48,7 @@ class ContactSets:
             yield from part
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class FileSets:
     """One set a file, named by its path; a file that cannot be read is a set that says so."""
 
@@ -66,7 +67,7 @@ class FileSets:
                 yield ContactSet(name, unreadable="; ".join(error.lines))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class SetReader:
     """How the contacts of each set are read: as a contact file, or as the log of a machine."""
 

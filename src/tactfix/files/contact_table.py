@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from tactfix.decimal_text import MOST_CHARACTERS, NUMBER
 from tactfix.errors import Problem
 from tactfix.geometry.arrays import Floats
+from tactfix.values import frozen_value
 
 # What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
@@ -18,7 +18,7 @@ _PLAIN: Final = re.compile(r"[0-9eE+\-. \n]*")
 _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Table:
     """Cells, stripped, by column name; row and line of each in the file; the separator, and the mark of decimals."""
 

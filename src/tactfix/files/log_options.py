@@ -1,7 +1,7 @@
 """What a caller says about a machine log that the log itself cannot say."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
@@ -10,6 +10,7 @@ from tactfix.errors import UsageError
 from tactfix.files.contact_options import Vector
 from tactfix.files.reading import composed
 from tactfix.lexer import Lexer, TextError
+from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
@@ -21,7 +22,7 @@ _REMEDY: Final = "write X,Y,Z such as 0,0,-1, or feature:X,Y,Z;feature:X,Y,Z"
 Repeats: TypeAlias = Literal["all", "last"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class FeatureRun:
     """count contacts in a row on one feature."""
 
@@ -29,7 +30,7 @@ class FeatureRun:
     count: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class WorkOffset:
     """The frame that the machine reported in, in the frame that the results shall stand in.
 
@@ -46,7 +47,7 @@ class WorkOffset:
         return Pose(np.array(self.rows), self.units or units).in_units(units)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class LogOptions:
     """features: which contacts are on which, in order. tip_offset: the tip's centre in the frame of the poses, in the
     log's unit. approaches: by feature, or one under EVERY, for contacts whose approach the log does not tell, in the

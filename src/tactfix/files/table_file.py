@@ -10,7 +10,6 @@ import math
 from array import array
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +21,7 @@ from tactfix.files.contact_header import read_header
 from tactfix.files.contact_settings import KEYS, key_of
 from tactfix.files.reading import read_bytes
 from tactfix.geometry.arrays import Ints
+from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -31,7 +31,7 @@ _SEPARATORS: Final = ("\t", ";", ",")
 _NO_NAME: Final = "the set column is empty; name the set of each contact"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class CsvTable:
     """Numbers of a table's lines by set, in the order in which the sets appear; lines count from 1.
 
@@ -116,7 +116,7 @@ def _without(line: str, separator: str, column: int) -> tuple[str, str]:
     return name, out.getvalue()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class ParquetTable:
     """Columns of a table; the rows of set k are rows[starts[k]:starts[k + 1]], in their order in the table."""
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from tactfix.files.reading import Source, read_source
 from tactfix.geometry.arrays import Floats
 from tactfix.kinematics.chain import Joint
 from tactfix.units import factor
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
 _APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
@@ -27,7 +28,7 @@ _TIMES: Final = 2 * np.pi
 _SETTING: Final = re.compile(r"#\s*(joints|sigma|units)\s*[:=]\s*(.*?)[\s,;]*", re.IGNORECASE)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class _Said:
     """What stands above the header: the unit of angles, of lengths, and sigma as text."""
 

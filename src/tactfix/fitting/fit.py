@@ -62,7 +62,7 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
 
 
 def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
-    return FitResult(kind, "underdetermined", None, (), dof, None, None, None, warnings=(why,))
+    return FitResult(kind, "underdetermined", dof, warnings=(why,))
 
 
 def _localize(kind: SidedType, contacts: Contacts, offset: float | None) -> tuple[SurfaceCandidate, ...]:
@@ -132,7 +132,7 @@ def _verdict(
     limit = chi_square_limit(dof)
     left = [candidate for candidate in candidates if candidate.accepted]
     warnings = tuple(dict.fromkeys(doubt for candidate in left for doubt in candidate.doubts))
-    empty = FitResult(kind, "inconsistent", None, tuple(candidates), dof, None, limit, None, warnings=warnings)
+    empty = FitResult(kind, "inconsistent", dof, candidates=tuple(candidates), chi2_limit=limit, warnings=warnings)
     if not left:
         return empty if candidates else replace(empty, warnings=(f"no {kind} explains the contacts",))
     if len(left) > 1:

@@ -1,17 +1,18 @@
 """What fit answers: plain frozen values in base coordinates and the contacts' unit."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import field
+from typing import Annotated
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen, frozen
 from tactfix.geometry.surfaces import SidedSurface, SidedType
 from tactfix.results import Reason, Status
+from tactfix.values import frozen_value, read_only
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class FitCandidate:
     """A surface through the contacts (true radius, base coordinates), and why it fell if it did.
 
@@ -31,7 +32,11 @@ class FitCandidate:
         return not self.reasons
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+def _frozen_arrays(arrays: Mapping[str, Floats]) -> Mapping[str, Floats]:
+    return read_only({name: frozen(array) for name, array in arrays.items()})
+
+
+@frozen_value
 class FitResult:
     """The answer of fit; see "JSON of fit" in samples/README.md.
 
@@ -43,16 +48,12 @@ class FitResult:
 
     kind: SidedType
     status: Status
-    surface: SidedSurface | None
-    candidates: tuple[FitCandidate, ...]
     dof: int
-    chi2: float | None
-    chi2_limit: float | None
-    rms: float | None
-    residuals: Floats = field(default_factory=lambda: np.zeros(0))
-    sigma: Mapping[str, Floats] = field(default_factory=dict)
+    surface: SidedSurface | None = None
+    candidates: tuple[FitCandidate, ...] = ()
+    chi2: float | None = None
+    chi2_limit: float | None = None
+    rms: float | None = None
+    residuals: Frozen = field(default_factory=lambda: np.zeros(0))
+    sigma: Annotated[Mapping[str, Floats], _frozen_arrays] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "residuals", frozen(self.residuals))
-        object.__setattr__(self, "sigma", MappingProxyType({k: frozen(v) for k, v in self.sigma.items()}))

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from tactfix.fixture_format.json_schema import is_entry, is_section
 from tactfix.fixture_format.problems import Finding, Path
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 Entry: TypeAlias = Mapping[str, Any]
 """A feature, relation, box, probe, frame or placement that keeps to its model in `tactfix.fixture_format.schema`."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Entries:
     """The well formed entries of a file; a malformed one is in none of them, and is told of by its form alone.
 

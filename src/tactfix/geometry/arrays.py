@@ -1,6 +1,6 @@
 """Read-only arrays for frozen values, and the type names that say what is in them."""
 
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +32,18 @@ def unit(vectors: ArrayLike) -> Floats:
     """vectors (..., 3) divided by their lengths."""
     array = np.asarray(vectors, dtype=np.float64)
     return np.asarray(array / lengths(array)[..., None])
+
+
+Frozen: TypeAlias = Annotated[Floats, frozen]
+"""An array in a value (`values.frozen_value`), which keeps a read-only copy."""
+
+
+def _frozen_unit(vectors: ArrayLike) -> Floats:
+    return frozen(unit(vectors))
+
+
+UnitVector: TypeAlias = Annotated[Floats, _frozen_unit]
+"""A vector (3,) in a value, which keeps it scaled to length one."""
 
 
 def dot(a: Floats, b: Floats) -> Floats:

@@ -8,75 +8,62 @@ Source: the enumeration idea is that of Nederbragt and Ravani (1996, 1997); the 
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, basis_across, frozen
+from tactfix.geometry.arrays import Floats, Frozen, basis_across
 from tactfix.geometry.scale import Tolerance, anchored, middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Fixed:
     """Nothing but the identity."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Prismatic:
     """Translations along direction (3,)."""
 
-    direction: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "direction", frozen(self.direction))
+    direction: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Line:
     """A line: point (3,), direction (3,) unit, its sign open."""
 
-    point: Floats
-    direction: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "direction", frozen(self.direction))
+    point: Frozen
+    direction: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Revolute:
     """Rotations about a line."""
 
     line: Line
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Cylindrical:
     """Rotations about a line and translations along it."""
 
     line: Line
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Spherical:
     """All rotations about center (3,)."""
 
-    center: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center))
+    center: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Planar:
     """Translations square to normal (3,) and rotations about every line along it."""
 
-    normal: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", frozen(self.normal))
+    normal: Frozen
 
 
 Motions: TypeAlias = Fixed | Prismatic | Revolute | Cylindrical | Spherical | Planar

@@ -5,12 +5,13 @@ against the fixture's own size. The verdict is the same in m, mm and um, and how
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
+from tactfix.values import frozen_value
 
 EXACT = 1e-6
 """Ratio below which a position counts as special: fixture files are typed with six decimals or more."""
@@ -19,7 +20,7 @@ EXACT = 1e-6
 _FLATTEST = 1e-2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Tolerance:
     """What counts as zero: angles in rad (sines, to be exact), lengths in fixture units."""
 

@@ -6,68 +6,55 @@ outward normal, so its centre lies on an offset surface: r + t outside, r - t in
 never moved along its approach: that would cost 46 um for a 3 mm tip at 10 degrees off the normal.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, TypeAlias, overload
 
 import numpy as np
 
 from tactfix.errors import TipDoesNotFitError
-from tactfix.geometry.arrays import Floats, basis_across, frozen, lengths, unit
+from tactfix.geometry.arrays import Floats, Frozen, UnitVector, basis_across, lengths
+from tactfix.values import frozen_value
 
 Side: TypeAlias = Literal["outer", "inner"]
 SidedType: TypeAlias = Literal["plane", "sphere", "cylinder"]
 FeatureType: TypeAlias = SidedType | Literal["point"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Plane:
     """All points x with (x - point) . normal = 0; normal (3,) is unit and points out of the material."""
 
-    point: Floats
-    normal: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "normal", frozen(unit(self.normal)))
+    point: Frozen
+    normal: UnitVector
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Sphere:
     """All points x with |x - center| = radius."""
 
-    center: Floats
+    center: Frozen
     radius: float
     side: Side = "outer"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Cylinder:
     """All points x at distance radius from the axis point + s direction; direction (3,) is unit, its sign is open."""
 
-    point: Floats
-    direction: Floats
+    point: Frozen
+    direction: UnitVector
     radius: float
     side: Side = "outer"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "direction", frozen(unit(self.direction)))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Point:
     """The place point (3,) where a seat, cone, nest or mark holds the centre of the tip, whatever its radius.
 
     A surface of no extent: a contact on it tells all three coordinates, and it has no side to be approached from.
     """
 
-    point: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
+    point: Frozen
 
 
 SidedSurface: TypeAlias = Plane | Sphere | Cylinder

@@ -10,18 +10,19 @@ at every value of the parameters, not only where all are zero.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, cross, frozen
+from tactfix.geometry.arrays import Floats, Frozen, cross
 from tactfix.geometry.rigid import homogeneous, skew
+from tactfix.values import frozen_value
 
 ParameterKind: TypeAlias = Literal["joint_offset", "length", "angle", "tip"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Parameter:
     """What the robot may be off by: value 0 is the nominal robot.
 
@@ -34,7 +35,7 @@ class Parameter:
     meaning: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Joint:
     """A joint that moves: its name in its file, and its limits (rad or length), infinite where it has none."""
 
@@ -44,17 +45,14 @@ class Joint:
     high: float = np.inf
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class FixedMotion:
     """A rigid motion (4, 4) that is always the same."""
 
-    matrix: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", frozen(self.matrix))
+    matrix: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class ElementaryMotion:
     """A rotation about, or translation along, the unit axis (3,) through the origin of its frame.
 
@@ -62,14 +60,14 @@ class ElementaryMotion:
     """
 
     rotates: bool
-    axis: Floats
+    axis: Frozen
     joint: int | None = None
     parameter: int | None = None
-    generators: tuple[Floats, Floats] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", frozen(self.axis))
-        object.__setattr__(self, "generators", (skew(self.axis), skew(self.axis) @ skew(self.axis)))
+    @cached_property
+    def generators(self) -> tuple[Floats, Floats]:
+        """The cross product with the axis, (3, 3), and its square."""
+        return skew(self.axis), skew(self.axis) @ skew(self.axis)
 
     def turn(self, amount: Floats) -> Floats:
         """The rotations (..., 3, 3) about the axis by amount (...) in rad (Rodrigues)."""
@@ -81,7 +79,7 @@ class ElementaryMotion:
 Motion: TypeAlias = FixedMotion | ElementaryMotion
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TipMotion:
     """n places of the tip (n, 3) in base and their Jacobian (n, 3, m) by the chain's m parameters."""
 
@@ -89,7 +87,7 @@ class TipMotion:
     jacobian: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Chain:
     """A serial chain from the robot's base to the tip: its motions in order, its joints and its parameters."""
 

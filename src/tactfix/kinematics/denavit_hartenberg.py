@@ -12,7 +12,7 @@ robotics, 1986. S. A. Hayati: Robot arm geometric link parameter estimation, 198
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -21,6 +21,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, rotation_from_vector
 from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter, ParameterKind
 from tactfix.kinematics.link import tip_errors
+from tactfix.values import frozen_value
 
 Convention: TypeAlias = Literal["standard", "modified"]
 _X, _Y, _Z = np.eye(3)
@@ -28,7 +29,7 @@ _PARALLEL: Final = 1e-6
 """Sine of alpha below which neighbouring axes count as parallel: what digits of a right angle in rad leave."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Row:
     """a and d (lengths), alpha, theta and beta (rad), and the joint, None for a row that does not move."""
 

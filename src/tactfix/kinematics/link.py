@@ -7,28 +7,24 @@ robot is the nominal one with other origins. Which of them are independent is le
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, basis_across, cross, frozen, unit
+from tactfix.geometry.arrays import Floats, Frozen, UnitVector, basis_across, cross
 from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter, ParameterKind
+from tactfix.values import frozen_value
 
 _LENGTHS = ("x", "y", "z")
 _ANGLES = ("rx", "ry", "rz")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Link:
     """A nominal origin (4, 4) in the frame before, and the joint that moves about or along axis (3,) there."""
 
-    origin: Floats
-    axis: Floats
+    origin: Frozen
+    axis: UnitVector
     joint: Joint
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", frozen(self.origin))
-        object.__setattr__(self, "axis", frozen(unit(self.axis)))
 
 
 def chain_of_links(links: Sequence[Link], flange_from_tip: Floats) -> Chain:

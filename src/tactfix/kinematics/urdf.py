@@ -5,7 +5,6 @@ The chain's lengths are in the cell's units.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -15,12 +14,13 @@ from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_v
 from tactfix.kinematics.chain import Chain, FixedMotion, Joint, Motion, motions_of
 from tactfix.kinematics.link import Link, chain_of_links
 from tactfix.kinematics.urdf_syntax import UrdfError, UrdfJoint, read_urdf
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _MOVING: Final = ("revolute", "continuous", "prismatic")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class UrdfRobot:
     """A URDF text, the joints of its chain in order, and the chain with lengths in units (units_per_metre)."""
 

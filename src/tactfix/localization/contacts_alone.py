@@ -1,7 +1,7 @@
 """What the contacts alone would leave, without what is known of the pose beforehand, and where they contradict it."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Final, TypeAlias
 
@@ -14,6 +14,7 @@ from tactfix.localization.outcome import Outcome, outcome_of, status_of
 from tactfix.localization.prior import Contradiction, component, contradiction, deviation
 from tactfix.poses.solution import Solution
 from tactfix.results import Candidate, Reason, Status, WithoutPrior
+from tactfix.values import frozen_value
 
 ALIKE = 1e-6
 """Rad, and distances from the contacts, by which two searches may differ in one pose."""
@@ -21,7 +22,7 @@ COMPONENTS: Final[tuple[Direction, ...]] = ("rx", "ry", "rz", "x", "y", "z")
 """Of a motion, in the order of a covariance."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class ContactsAlone:
     """What is found without what is known beforehand.
 

@@ -7,7 +7,6 @@ as doubtful.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,12 +20,13 @@ from tactfix.localization.prior import contradiction
 from tactfix.noise import SURE
 from tactfix.poses.solution import Solution
 from tactfix.results import Reason, ReasonCode
+from tactfix.values import frozen_value
 
 GRAZING = 0.5
 """Sine of the angle to the surface beyond which an approach into the material is not called doubtful."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Verdict:
     """reasons: what speaks against the pose. doubts: what is too close to tell, in words."""
 

@@ -1,7 +1,7 @@
 """What the contacts leave of a fixture's poses: every solution, what speaks against each, and the status."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
@@ -11,9 +11,10 @@ from tactfix.localization.fit_test import misfit_of
 from tactfix.localization.free_motions import is_worthless
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.results import Status
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Outcome:
     """solutions, the verdict on each, those that are left, and the status."""
 

@@ -7,8 +7,6 @@ that are held, where d is more than chance explains:
     d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in the directions that are held.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.fixture import Placement
@@ -16,9 +14,10 @@ from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Contradiction:
     """A pose that what is known beforehand speaks against: in words, and by how many times what would be allowed."""
 

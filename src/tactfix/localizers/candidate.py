@@ -1,11 +1,10 @@
 """What a localizer answers: one surface that passes through the contacts, with what is known of its quality."""
 
-from dataclasses import dataclass
-
 from tactfix.geometry.surfaces import SidedSurface
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SurfaceCandidate:
     """One surface that explains the contacts; radius is the offset radius that went in or was found.
 

@@ -7,13 +7,12 @@ Two spheres share their radical plane, so that one sphere is left at most, with 
     sphere, cylinder, cylinder  8
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Floats, basis_across, frozen, unit
+from tactfix.geometry.arrays import Floats, Frozen, basis_across, unit
 from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, quadratic
+from tactfix.values import frozen_value
 
 _PARALLEL = 1e-7
 """Planes or loci closer to each other than this meet nowhere, or everywhere, as far as doubles can tell."""
@@ -23,39 +22,29 @@ _GAP, _NUDGE = 1e-4, 1e-5
 _REMEDY = "touch somewhere else, or use another distance"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SphereLocus:
     """|c - center| = distance."""
 
-    center: Floats
+    center: Frozen
     distance: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PlaneLocus:
     """normal . c = offset; normal is unit."""
 
-    normal: Floats
+    normal: Frozen
     offset: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", frozen(self.normal))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CylinderLocus:
     """|(c - point) x direction| = distance; direction is unit."""
 
-    point: Floats
-    direction: Floats
+    point: Frozen
+    direction: Frozen
     distance: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "direction", frozen(self.direction))
 
 
 Locus = SphereLocus | PlaneLocus | CylinderLocus

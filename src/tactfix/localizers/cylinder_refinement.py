@@ -5,12 +5,13 @@ near the contacts' mean. Parameters: two shifts of the foot and two tilts in a b
 unless it is known.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
 from tactfix.localizers.least_squares import polished, refined
+from tactfix.values import frozen_value
 
 PARAMETERS = 5
 
@@ -18,7 +19,7 @@ _FIRST_LOOK, _IN_SIGHT = 8, 1e-3
 """After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CylinderProblem:
     """Contacts (n, 3), or (B, n, 3) with one set per state, with weights (n,) or (B, n); is the radius known?
 

@@ -1,7 +1,5 @@
 """A plane from three contacts or more (eqs. 1-2)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
@@ -9,6 +7,7 @@ from tactfix.geometry.surfaces import Plane
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear
 from tactfix.localizers.scaling import unit_contacts
+from tactfix.values import frozen_value
 
 CONTACTS = 3
 
@@ -44,7 +43,7 @@ def localize_plane(
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PlaneProblem:
     """Contacts (n, 3) of unit size and weights (n,); a state is (point (3,), normal (3,)).
 

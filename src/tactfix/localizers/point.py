@@ -1,15 +1,14 @@
 """The place where a seat, cone, nest or mark holds the tip's centre: the mean of the contacts on it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Point
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PointCandidate:
     """The one place that contacts on a point allow; fields as of a `candidate.SurfaceCandidate`."""
 

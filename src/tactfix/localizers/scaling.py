@@ -1,14 +1,13 @@
 """Contacts brought to unit size about their mean, so that one set of tolerances holds in m, mm and um, near and far."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.localizers.rounding import ROUNDING, effective_sigmas
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class UnitContacts:
     """points (n, 3) = (contacts - origin) / scale, of unit rms size about their mean.
 
@@ -16,16 +15,12 @@ class UnitContacts:
     units of scale. rounding: what rounding of the coordinates makes of a residual, in units of scale.
     """
 
-    points: Floats
-    weights: Floats
+    points: Frozen
+    weights: Frozen
     sigma: float
-    origin: Floats
+    origin: Frozen
     scale: float
     rounding: float
-
-    def __post_init__(self) -> None:
-        for name in ("points", "weights", "origin"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def unit_contacts(points: Floats, sigmas: Floats | float | None) -> UnitContacts:

@@ -1,7 +1,5 @@
 """Spheres through contacts: three with a known radius (eqs. 3-10), four without, or any number more."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, lengths
@@ -12,6 +10,7 @@ from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
+from tactfix.values import frozen_value
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 3, 4
 
@@ -65,7 +64,7 @@ def _worth_following(problem: "SphereProblem", sigma: float, states: Floats) -> 
     return np.asarray(states[worth])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SphereProblem:
     """Contacts (n, 3) of unit size and weights (n,); a state is (centre (3,), radius)."""
 

@@ -1,14 +1,14 @@
 """Spheres from fewer contacts than they need, and known distances of the centre from what is located already."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, islice
 from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, basis_across, frozen, lengths, unit
+from tactfix.geometry.arrays import TINY, Bools, Floats, Frozen, Ints, UnitVector, basis_across, lengths
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
@@ -16,6 +16,7 @@ from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.rounding import ROUNDING, effective_sigmas
 from tactfix.noise import chi_square_limit
+from tactfix.values import frozen_value
 
 _SAME = 1e-6
 _UNKNOWNS = 3
@@ -33,44 +34,33 @@ _ON_AXIS = 3.0
 """A centre nearer to an axis than so many sigma is taken to lie on it: its distance has no direction there."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CenterDistance:
     """The centre is at a distance from a located point, such as the centre of another sphere."""
 
-    center: Floats
+    center: Frozen
     distance: float
     sigma: float = 0.0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class AxisDistance:
     """The centre is at a distance >= 0 from the axis through point along direction."""
 
-    point: Floats
-    direction: Floats
+    point: Frozen
+    direction: UnitVector
     distance: float
     sigma: float = 0.0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "direction", frozen(unit(self.direction)))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PlaneDistance:
     """The centre is at a signed distance from the plane through point, positive on the side of normal."""
 
-    point: Floats
-    normal: Floats
+    point: Frozen
+    normal: UnitVector
     distance: float
     sigma: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "normal", frozen(unit(self.normal)))
 
 
 Distance: TypeAlias = CenterDistance | AxisDistance | PlaneDistance
@@ -169,7 +159,7 @@ def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) 
     return np.asarray(states[misses <= max(_IN_SIGHT, 30 * slack)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CenterProblem:
     """m loci as arrays, and their weights (m,); a state is the centre (3,).
 

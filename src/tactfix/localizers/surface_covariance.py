@@ -1,15 +1,14 @@
 """How sure the numbers of a located surface are, near a double root too."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.localizers.cylinder_refinement import CylinderProblem
 from tactfix.localizers.plane import PlaneProblem
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.localizers.sphere import SphereProblem
+from tactfix.values import frozen_value
 
 _DIFFERENCE = 1e-5
 """Step of the differences that turn parameters into the numbers of a surface, in problems of unit size."""
@@ -17,7 +16,7 @@ _DIFFERENCE = 1e-5
 _SECOND_DIFFERENCE = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SurfaceCovariance:
     """Covariance (q, q) of the numbers of a surface, and the parts of it that a user asks for.
 
@@ -26,13 +25,9 @@ class SurfaceCovariance:
     weakest: one standard deviation of the least known parameter, in units of the contacts' extent or rad.
     """
 
-    numbers: Floats
-    covariance: Floats
+    numbers: Frozen
+    covariance: Frozen
     weakest: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "numbers", frozen(self.numbers))
-        object.__setattr__(self, "covariance", frozen(self.covariance))
 
 
 def surface_covariance(

@@ -1,7 +1,7 @@
 """The daily check: does the fixture still stand where it was located, and what is the most it can have moved?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Final
 
@@ -12,7 +12,7 @@ from tactfix.accessibility.touchable import extreme_points
 from tactfix.contacts import Contacts
 from tactfix.errors import OtherFixtureError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Frozen
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import moved
 from tactfix.localization.locate import locate
@@ -21,6 +21,7 @@ from tactfix.pose_formats.comparison import Limits, Movement, compare, exceeded
 from tactfix.pose_formats.pose import Pose
 from tactfix.results import LocateResult
 from tactfix.units import factor
+from tactfix.values import frozen_value
 
 ONE_SIDED_95: Final = 1.6449
 """The standard normal number that 95 of 100 stay below."""
@@ -29,22 +30,19 @@ _LEAST: Final = 1e-3
 EXACT: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class WorstPoint:
     """The point (3,) of the fixture frame, a corner of the box around all that can be touched, that moved farthest.
 
     displacement and its sigma along the way moved, in units.
     """
 
-    point: Floats
+    point: Frozen
     displacement: float
     sigma: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CheckResult:
     """What a check finds. All but result, reference and limits is None where the fixture is not located.
 

@@ -11,13 +11,13 @@ Statistics 33 (1984) 145-151, for why the charts of single checks and of means a
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Frozen
 from tactfix.pose_formats.comparison import chance_of
+from tactfix.values import frozen_value
 
 WINDOW: Final = 30
 """The checks that are looked back upon: a drift that begins after a year of rest is not to be diluted by that year."""
@@ -27,7 +27,7 @@ CHANCE: Final = 1e-3
 """A drift is told when a fixture that stands still would look like this less often."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CheckRecord:
     """What one check found, for the history. Lengths in units; motions (rad, units) in base axes, about the origin.
 
@@ -39,17 +39,13 @@ class CheckRecord:
     time: str
     fixture: str
     units: str
-    reference: Floats
-    motion: Floats
-    covariance: Floats
-    reference_covariance: Floats
-
-    def __post_init__(self) -> None:
-        for name in ("reference", "motion", "covariance", "reference_covariance"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+    reference: Frozen
+    motion: Frozen
+    covariance: Frozen
+    reference_covariance: Frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Drift:
     """The steady part of the motion over the last checks.
 
@@ -59,13 +55,9 @@ class Drift:
     """
 
     checks: int
-    per_check: Floats
-    covariance: Floats
+    per_check: Frozen
+    covariance: Frozen
     chance: float | None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "per_check", frozen(self.per_check))
-        object.__setattr__(self, "covariance", frozen(self.covariance))
 
     @property
     def detected(self) -> bool:

@@ -1,6 +1,5 @@
 """Guidance while a fixture is touched: what the touches so far leave open, and where to touch next."""
 
-from dataclasses import dataclass
 from typing import Final
 
 from tactfix.acceptance import exceeded_gates, shown_sigma
@@ -9,12 +8,13 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.locate import locate
 from tactfix.results import LocateResult
+from tactfix.values import frozen_value
 
 MOST_MOTIONS: Final = 2
 """Free motions that a line names; of more it tells the number."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class GuideStep:
     """What so many touches tell.
 

@@ -1,13 +1,12 @@
 """Finding the best set: exchanging single contacts (Fedorov 1972) from many starts, then moving each one smoothly."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints, perpendicular
 from tactfix.geometry.surfaces import feet, outward_normals
 from tactfix.planning.information import Objective
 from tactfix.planning.pool import Pool, Touches, joined
+from tactfix.values import frozen_value
 
 # A step must pay by more than rounding, or the exchange could run in circles.
 _PAYS = 1e-6
@@ -17,7 +16,7 @@ _DIRECTIONS = 12
 _STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Choice:
     """A set of chosen touches and its score, smaller is better."""
 
@@ -25,7 +24,7 @@ class Choice:
     score: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Search:
     """What a search is over: objective, pool, and touches already made, which count and stay."""
 

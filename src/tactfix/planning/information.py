@@ -6,13 +6,13 @@ pose. Points are taken from the middle of the fixture in units of its radius: th
 criteria do not change with the unit of length, and w times the radius is a length like v.
 """
 
-from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from tactfix.geometry.arrays import TINY, Floats, frozen
+from tactfix.geometry.arrays import TINY, Floats, Frozen
 from tactfix.geometry.rigid import skew
+from tactfix.values import frozen_value
 
 Criterion: TypeAlias = Literal["worst", "d", "e"]
 CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
@@ -29,7 +29,7 @@ def rows_of(points: Floats, normals: Floats, sigmas: Floats, centre: Floats, rad
     return np.asarray(np.hstack([np.cross(arms, normals), normals]) / sigmas[:, None])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Objective:
     """The number to make small. corners (k, 3): scaled points of the fixture at which worst looks.
 
@@ -38,11 +38,8 @@ class Objective:
     """
 
     criterion: Criterion
-    corners: Floats
+    corners: Frozen
     sigma: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "corners", frozen(self.corners))
 
     def scores(self, information: Floats, rows: Floats) -> Floats:
         """The score (m,) of the information (6, 6) with each of the rows (m, 6) added to it."""

@@ -1,7 +1,6 @@
 """What there is to choose from: touches that the probe can make, spread over all features of the fixture."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from tactfix.accessibility.access import Access
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.planning.information import rows_of
+from tactfix.values import frozen_value
 
 # Candidates in all, and least and most on one feature: after the polish more of them gain less than other starts do.
 _TOTAL, _FEWEST, _MOST = 600, 40, 200
@@ -17,7 +17,7 @@ _TOTAL, _FEWEST, _MOST = 600, 40, 200
 _APART = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Touches:
     """m touches in the fixture frame: index of the feature (m,), points and outward normals (m, 3), rows (m, 6)."""
 
@@ -44,7 +44,7 @@ def joined(first: Touches, second: Touches) -> Touches:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Pool:
     """Everything to choose from: touches, the names that which counts, and how far apart they stay per feature."""
 

@@ -1,13 +1,12 @@
 """What plan answers."""
 
-from dataclasses import dataclass
-
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.planning.information import Criterion
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class PlanStep:
     """One row of the table: how many contacts, the worst sigma, the share it falls by from the row before, unique."""
 
@@ -17,7 +16,7 @@ class PlanStep:
     unique: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Plan:
     """Contacts to make, and what they are worth together with those already made.
 
@@ -36,17 +35,13 @@ class Plan:
     base_from_fixture: Floats | None
     criterion: Criterion
     worst_sigma: float
-    worst_point: Floats
-    covariance: Floats
+    worst_point: Frozen
+    covariance: Frozen
     located: bool
     rivals: int
     starts: int
     agreeing: int
     steps: tuple[PlanStep, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in ("worst_point", "covariance"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def unique(self) -> bool:

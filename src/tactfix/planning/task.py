@@ -1,7 +1,7 @@
 """One planning task from its search to the plan that is judged: the work behind `tactfix.plan`."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
@@ -23,6 +23,7 @@ from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
+from tactfix.values import frozen_value
 
 # A rigid body has six degrees of freedom.
 FEWEST = 6
@@ -47,7 +48,7 @@ Over: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Ite
 """Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Made:
     """Contacts already made, in the fixture frame, and where the fixture stands."""
 
@@ -55,7 +56,7 @@ class _Made:
     base_from_fixture: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Task:
     """One planning task: the search, how many starts it has and who follows them, and what its results are judged by.
 

@@ -4,7 +4,7 @@ The nominal contacts are located as if their sigma were larger: what is then sti
 contacts would put no more than ten sigma behind the right one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from tactfix.geometry.surfaces import outward_normals
 from tactfix.localization.locate import locate
 from tactfix.noise import chi_square_limit
 from tactfix.results import Candidate, LocateResult
+from tactfix.values import frozen_value
 
 # A second pose nearer than this, in the root of its chi-square, is a rival.
 BEHIND = 10.0
@@ -23,7 +24,7 @@ BEHIND = 10.0
 _MOST_TILT_DEG, _BEYOND_DEG = 45.0, 15.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Verdict:
     """What locate says of the nominal contacts: result with their own sigma, rivals: wrong poses not ruled out.
 

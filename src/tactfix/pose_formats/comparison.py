@@ -1,17 +1,16 @@
 """How far a fixture has moved between two poses, in base and in its own frame, and whether that is more than chance."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.errors import OtherFixtureError, UsageError
-from tactfix.geometry.arrays import Floats, frozen
+from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import skew
 from tactfix.pose_formats.orientation import RotationVector
 from tactfix.pose_formats.pose import Pose
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Movement:
     """What takes the fixture from before to after; lengths in units, angles in rad.
 
@@ -21,17 +20,11 @@ class Movement:
     """
 
     units: str | None
-    rotation: Floats
-    translation: Floats
-    rotation_in_fixture: Floats
-    translation_in_fixture: Floats
-    covariance: Floats | None
-
-    def __post_init__(self) -> None:
-        for name in ("rotation", "translation", "rotation_in_fixture", "translation_in_fixture"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        if self.covariance is not None:
-            object.__setattr__(self, "covariance", frozen(self.covariance))
+    rotation: Frozen
+    translation: Frozen
+    rotation_in_fixture: Frozen
+    translation_in_fixture: Frozen
+    covariance: Frozen | None
 
     @property
     def distance(self) -> float:
@@ -75,7 +68,7 @@ def chance_of(motion: Floats, covariance: Floats) -> float | None:
     return float(gammaincc(3.0, whitened @ np.linalg.pinv(correlation, hermitian=True) @ whitened / 2))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Limits:
     """The most that a fixture may have moved (units) and turned (rad); None: no limit."""
 

@@ -1,6 +1,6 @@
 """A pose in the words of a controller: written, read back, compared, and refused when too much was lost."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from tactfix.pose_formats.dialect import Dialect, Numbers
 from tactfix.pose_formats.orientation import EulerAngles, RotationVector, TurnAboutZ
 from tactfix.pose_formats.pose import Pose
 from tactfix.units import factor
+from tactfix.values import frozen_value
 
 LEVER_ARM_MM: Final = 500.0
 """How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
@@ -28,7 +29,7 @@ _LOCK: Final = 1e-5
 _LOCK_SIGMAS: Final = 5.0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Written:
     """A text in a dialect, already read back and compared, and what there is to say about it."""
 
@@ -36,7 +37,7 @@ class Written:
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Rounding:
     """By how much a text is off its pose: d_rot (3,) in rad and d_t (3,) in units, both in base axes."""
 

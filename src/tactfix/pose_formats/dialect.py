@@ -1,7 +1,6 @@
 """What a dialect is: a name, and the two ways between a pose and its text."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -11,9 +10,10 @@ from tactfix.geometry.rigid import homogeneous
 from tactfix.pose_formats.number_syntax import NumberSyntax
 from tactfix.pose_formats.orientation import LOCK_SLACK, EulerAngles, Orientation
 from tactfix.pose_formats.pose import Pose, syntax_error
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Numbers:
     """The numbers of a dialect: x, y, z in units, then those of the orientation; labels are the vendor's names."""
 
@@ -32,7 +32,7 @@ class Numbers:
         return homogeneous(self.orientation.rotation(numbers[3:]), numbers[:3])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Dialect:
     """One way to write a pose.
 

@@ -1,7 +1,6 @@
 """A line of numbers in a controller's literal syntax: written from a template, read back by the same template."""
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.one_pose import the_one, without_comments
 from tactfix.pose_formats.pose import syntax_error
+from tactfix.values import frozen_value
 
 _FIELD = re.compile(r"%\+?\d*\.(\d+)f")
 _NUMBER = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
@@ -17,7 +17,7 @@ _DIGIT = re.compile(r"[0-9]")
 _ENDS = r"(?![A-Za-z0-9_.]|,[0-9])"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class NumberSyntax:
     """Numbers set into literal text: template has one printf field (%.6f) for each.
 

@@ -7,13 +7,13 @@ non-zero number is positive; 0.0 instead of -0.0.
 """
 
 import warnings
-from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.pose import syntax_error
+from tactfix.values import frozen_value
 
 # Numbers this small are what rounding leaves of a zero; they do not settle a sign.
 _ZERO = 1e-12
@@ -44,7 +44,7 @@ class Orientation(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class EulerAngles:
     """Three angles about the intrinsic axes of sequence ("ZYX": R = Rz(a) Ry(b) Rx(c)).
 
@@ -97,7 +97,7 @@ class EulerAngles:
             return np.asarray(Rotation.from_matrix(rotation.copy()).as_euler(self.sequence))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Quaternion:
     """A unit quaternion, scalar first (w, x, y, z) or last (x, y, z, w)."""
 
@@ -130,7 +130,7 @@ class Quaternion:
         return -numbers if numbers @ reference < 0 else numbers
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class RotationVector:
     """Axis times angle, in rad."""
 
@@ -160,7 +160,7 @@ class RotationVector:
         return other if np.linalg.norm(other - reference) < np.linalg.norm(numbers - reference) else numbers
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class TurnAboutZ:
     """One angle about z in degrees; what tilt there was is lost."""
 

@@ -1,7 +1,8 @@
 """A pose as it goes into a file and comes out of one, and the errors of that trip."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,7 @@ from tactfix.errors import Problem, TactfixError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import homogeneous, orthonormalized
 from tactfix.units import MOST_LENGTH, factor
+from tactfix.values import frozen_value
 
 # A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
 MOST_SKEW = 1e-5
@@ -30,7 +32,21 @@ def syntax_error(what: str, remedy: str, line: int | None = None) -> PoseSyntaxE
     return PoseSyntaxError([Problem(what, remedy, line=line)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+def _frozen_motion(matrix: ArrayLike) -> Floats:
+    try:
+        return frozen(rigid_matrix(matrix, "base_from_fixture"))
+    except PoseSyntaxError as error:
+        raise UsageError(str(error)) from None
+
+
+def _frozen_covariance(given: ArrayLike) -> Floats:
+    covariance = frozen(given)
+    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+        raise UsageError("the covariance of a pose is 6 x 6 finite numbers, or None")
+    return covariance
+
+
+@frozen_value
 class Pose:
     """base_from_fixture (4, 4) with lengths in units, and what else its file tells.
 
@@ -39,22 +55,10 @@ class Pose:
     Raises UsageError for what is no rigid motion: a scale, a shear, a mirror image, nan.
     """
 
-    base_from_fixture: Floats
+    base_from_fixture: Annotated[Floats, _frozen_motion]
     units: str | None
-    covariance: Floats | None = None
+    covariance: Annotated[Floats, _frozen_covariance] | None = None
     fixture: str = ""
-
-    def __post_init__(self) -> None:
-        try:
-            matrix = rigid_matrix(self.base_from_fixture, "base_from_fixture")
-        except PoseSyntaxError as error:
-            raise UsageError(str(error)) from None
-        object.__setattr__(self, "base_from_fixture", frozen(matrix))
-        if self.covariance is not None:
-            covariance = np.asarray(self.covariance, dtype=np.float64)
-            if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
-                raise UsageError("the covariance of a pose is 6 x 6 finite numbers, or None")
-            object.__setattr__(self, "covariance", frozen(covariance))
 
     @property
     def rotation(self) -> Floats:

@@ -10,7 +10,7 @@ cylinders 3+3: 288, 2+4: 192; six spheres: 40.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.starts import BEYOND, domain_rotations, start_count
 from tactfix.poses.subsets import PART, agreed_poses
 from tactfix.poses.zeros import Zeros, sampled, together
+from tactfix.values import frozen_value
 
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
@@ -46,7 +47,7 @@ SAMPLES = 8
 """Poses of a continuum that are kept, and beside it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PoseSearch:
     """All poses found, best chi-square first; complete and continuum as in `zeros.Zeros`.
 

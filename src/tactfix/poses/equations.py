@@ -16,7 +16,6 @@ Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,11 +23,12 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere, offset_radius
 from tactfix.poses.measured_pose import MeasuredPose
 from tactfix.poses.pose_domain import ALL_POSES, PoseDomain
+from tactfix.values import frozen_value
 
 OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PoseEquations:
     """n contacts as quadratic forms; lengths in one unit chosen by the caller.
 

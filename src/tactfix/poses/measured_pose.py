@@ -7,27 +7,22 @@ Models, Information Theory, and Lie Groups, vol. 2, section 10.6); a turn of the
 -J(d)^-1 A^T w, and t by A^T (w x (b - pivot)).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, frozen, lengths
+from tactfix.geometry.arrays import Floats, Frozen, lengths
 from tactfix.geometry.rigid import skew
 from tactfix.poses.pose_domain import nearest_quaternions
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class MeasuredPose:
     """near, pivot, place as in `pose_domain.PoseDomain`; whitening (6, 6): W, weighted as the contacts are."""
 
-    near: Floats
-    pivot: Floats
-    place: Floats
-    whitening: Floats
-
-    def __post_init__(self) -> None:
-        for name in ("near", "pivot", "place", "whitening"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+    near: Frozen
+    pivot: Frozen
+    place: Frozen
+    whitening: Frozen
 
     def evaluate(self, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
         """Residuals (6, N) and Jacobian (6, 6, N), unknowns first, at rotations (3, 3, N), offsets (3, N)."""

@@ -6,18 +6,18 @@ one on each: three equations with the same sigma, exactly those of the point.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Plane, Point, SidedSurface, Surface
+from tactfix.values import frozen_value
 
 AXES = np.eye(3)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Equations:
     """Contacts with one equation each. surfaces: those touched, in the fixture frame; sigmas (m,): of the residuals.
 

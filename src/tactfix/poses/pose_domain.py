@@ -20,12 +20,11 @@ zero and every covariance is then one of fewer unknowns.
 Arrays have the poses last, as in `equations`.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, cross, frozen, perpendicular
+from tactfix.geometry.arrays import Bools, Floats, Frozen, cross, perpendicular
 from tactfix.geometry.rigid import axial, rotation_from_quaternion
+from tactfix.values import frozen_value
 
 BEYOND = 0.3
 """Rad beyond the limit of rotation that is searched too: five sigma of most poses, and the spacing of the covering."""
@@ -33,7 +32,7 @@ ASIDE = 0.5
 """The same for translations, in sizes of the search."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PoseDomain:
     """Where poses are searched, in the frames of the pose equations, lengths in their unit.
 
@@ -42,18 +41,14 @@ class PoseDomain:
     (rad), distance: how far from near poses are looked for; looks_beyond: others are of interest too, not all of them.
     """
 
-    near: Floats
+    near: Frozen
     turns: Bools
     shifts: Bools
-    pivot: Floats
-    place: Floats
+    pivot: Frozen
+    place: Frozen
     angle: float = np.pi
     distance: float = np.inf
     looks_beyond: bool = False
-
-    def __post_init__(self) -> None:
-        for name in ("near", "pivot", "place"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def dimension(self) -> int:

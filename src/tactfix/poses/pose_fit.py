@@ -8,7 +8,6 @@ contacts can see.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,13 +17,14 @@ from tactfix.geometry.arrays import TINY, Bools, Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, residuals
 from tactfix.poses.placement_terms import terms_at
+from tactfix.values import frozen_value
 
 MOST_STEPS = 50
 SMALLEST_RATIO = 1e-9
 """Singular values below this fraction of the largest are zero: far above rounding, far below any useful fixture."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Sensitivity:
     """What n contacts see of a motion: the Jacobian of residual / sigma (n, 6), and its frame.
 
@@ -75,7 +75,7 @@ class Sensitivity:
         return self.twists(motions[self.free(values)], at)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class PoseFit:
     """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity.
 

@@ -1,7 +1,5 @@
 """How far a rigid fixture may stand from its best pose: sigma points of the contacts' residuals (`spread`)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.contacts import Contacts
@@ -14,6 +12,7 @@ from tactfix.poses.equations import PoseEquations, evaluate, pose_equations
 from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
+from tactfix.values import frozen_value
 
 MOST_STEPS = 60
 ARRIVED = 1e-8
@@ -34,7 +33,7 @@ def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats, placement: Pl
     return _NearPose.of(fit, contacts, sigmas, placement).spread(linear)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _NearPose:
     """The contacts' residuals over sigma as functions of a small motion of the contacts about their centroid.
 

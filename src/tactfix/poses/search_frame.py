@@ -1,7 +1,6 @@
 """The frames in which poses are searched: centred on the contacts and on the fixture, and of size one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -16,6 +15,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.zeros import Zeros
+from tactfix.values import frozen_value
 
 ONE_PLACE = 1e-3
 """Share of a radius below which contacts are all at one place, as far as a search can tell."""
@@ -26,7 +26,7 @@ EXACT = 1e-9
 """Rounding of unit vectors: a symmetry is used only where it is exact."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SearchFrame:
     """The centred and scaled frames of the search: origins (3,) in base and fixture, one length for both."""
 

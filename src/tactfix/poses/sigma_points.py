@@ -10,7 +10,6 @@ many times what the linear one says, there is a fold close by and no covariance 
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +18,7 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, lengths
 from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, radius_of
+from tactfix.values import frozen_value
 
 STEP = 6**0.5
 """Sigmas to each sigma point: the distance of a pose from the best one, root mean square, in the six of a pose."""
@@ -42,7 +42,7 @@ Reach: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 missing."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Spread:
     """factor (6, m): of the covariance factor factor^T of rotation (rad) and translation about the fixture's origin.
 

@@ -1,7 +1,6 @@
 """A pose that fits, with everything that telling candidates apart and reporting need to know of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from tactfix.poses.contact_certainty import contact_certainty
 from tactfix.poses.pose_fit import covariance_at
 from tactfix.poses.sigma_points import Spread
 from tactfix.results import Candidate
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Solution:
     """One pose of least chi-square, and how sure it is.
 
@@ -43,7 +43,7 @@ class Solution:
         return largest_sigma(covariance[:3, :3]), largest_sigma(covariance[3:, 3:])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Solutions:
     """All of them, best first. limit: the chi-square, with dof degrees of freedom, up to which a pose explains them.
 

@@ -4,12 +4,12 @@ Poses are rows (k, 13) here: rotation and offset of fixture_from_base, and the c
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from tactfix.geometry.arrays import TINY, Bools, Floats, Ints
 from tactfix.poses.equations import PoseEquations, evaluate
+from tactfix.values import frozen_value
 
 MOST_ZEROS = 600
 """More zeros than any minimal problem has (512 complex ones for six cylinders): a continuum, not a set of poses."""
@@ -27,7 +27,7 @@ MOST_FIRM = 128
 """Poses that are held beside a continuum; more of them are samples of one that is not quite free."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Zeros:
     """fixture_from_base poses: rotations (3, 3, k), offsets (3, k), costs (k,): sums of squared weighted residuals.
 

@@ -1,12 +1,12 @@
 """What qualify answers, in the contacts' unit."""
 
-from dataclasses import dataclass
 from typing import Any
 
 from tactfix.geometry.arrays import Floats
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Drift:
     """How much a touch reads more than the one before it, and one standard deviation of that."""
 
@@ -14,7 +14,7 @@ class Drift:
     sigma: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Step:
     """From the touch in this row on all read more by size."""
 
@@ -22,7 +22,7 @@ class Step:
     size: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class DirectionMean:
     """Touches of a ball whose outward normal is nearest to direction (3,): their mean distance off the mean ball."""
 
@@ -32,7 +32,7 @@ class DirectionMean:
     sigma: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class QualifyResult:
     """Sigma of a touch, with an interval that holds it in 95 of 100 cases, and what disturbs it.
 

@@ -5,7 +5,6 @@ the features differ, the relation is put in its place and the fit goes on from t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from tactfix.relations.branches import branches, least_cost, nearest_branch
 from tactfix.relations.equations import Equation, linear_equations
 from tactfix.relations.joint import joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
+from tactfix.values import frozen_value
 
 MOST_FITS = 96
 """Starts that are followed, those of the least cost."""
@@ -25,7 +25,7 @@ RESOLVED = 10.0
 seen: the position on it is then known to a tenth of a rad, within which the circle is straight."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Start:
     """Where a fit starts: surfaces in base, the branch of each relation, and the chi-square that this promises.
 

@@ -4,7 +4,6 @@ A sphere with too few contacts of its own is placed by its known distances to fe
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice, product
 
 from tactfix.contacts import Contacts
@@ -13,9 +12,10 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.relations.features_alone import FeatureCandidate, candidates_alone, candidates_by_distance, is_weak
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Combinations:
     """Combinations of the features' surfaces in base.
 

@@ -11,7 +11,7 @@ of that circle in its sigma: never wrong, and at its best where the circle is no
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -23,11 +23,12 @@ from tactfix.geometry.nearest import ALMOST_PARALLEL, PARALLEL, direction_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.relations import angles, distances
 from tactfix.relations.angles import Linear
+from tactfix.values import frozen_value
 
 Form: TypeAlias = Literal["none", "turn", "aligned", "side", "askew", "apart", "coincident"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Equation:
     """One branch of a relation.
 

@@ -10,7 +10,6 @@ does not depend on units, nor on how weakly a motion is held, and a damped step 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.relations.equations import Equation
 from tactfix.relations.joint_problem import RANK, JointFit, JointProblem, linearized, moved_by
+from tactfix.values import frozen_value
 
 MOST_STEPS = 200
 MOST_DAMPINGS = 20
@@ -40,7 +40,7 @@ NEARLY_KEPT = 1e-5
 """... once so little is missing to the constraints that restoring them changes nothing."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Step:
     """A displacement (width,) in scaled units, the chi-square that the linear model promises there, and its price.
 

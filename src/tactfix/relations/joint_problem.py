@@ -5,7 +5,6 @@ sigma 0 are constraints.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,7 @@ from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.charts import displaced, equations, equations_jacobian
 from tactfix.geometry.surfaces import Surface
 from tactfix.relations.equations import Equation, carried, chart_lengths, columns_of, linear_equations
+from tactfix.values import frozen_value
 
 RANK = 1e-9
 REDUNDANT, MOST_REDUNDANT = 10.0, 1e-3
@@ -25,7 +25,7 @@ LEAST_SIGMA = 1e-12
 """A relation surer than this share of the fixture's size is exact."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class JointProblem:
     """What is known: contacts, sigmas (n,) of their residuals, relations; scale is a length of the fixture.
 
@@ -39,7 +39,7 @@ class JointProblem:
     wanted: Floats | float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class JointFit:
     """Surfaces of least chi-square for one choice of branches, and the linear model there.
 

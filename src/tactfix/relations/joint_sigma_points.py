@@ -1,7 +1,7 @@
 """How far a fixture by relations may stand from its best pose: sigma points of all observed (`poses.spread`)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.poses.sigma_points import FLAT, REACHED, Spread, curved_spread, most_bend
 from tactfix.relations.joint import fit_at, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem
+from tactfix.values import frozen_value
 
 FEW_STEPS = 20
 """Steps to a sigma point: where more would be needed it is too far off for a covariance to mean anything, and so are
@@ -19,7 +20,7 @@ STILL = 1e-9
 """Share of the largest free motion below which a free displacement does not move the frame."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class JointSpread:
     """One fit of a fixture by relations: the spread of each frame that the recipe makes of it.
 

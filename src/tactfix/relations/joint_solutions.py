@@ -1,7 +1,7 @@
 """Solutions from joint fits: alike ones as one, each in the frames that the recipe allows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from tactfix.poses.solution import Solution, Solutions, solution_from
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_sigma_points import JointSpread
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
+from tactfix.values import frozen_value
 
 HELD = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
@@ -23,7 +24,7 @@ DIFFERENCE = 1e-7
 """Step of the differences of the frame (rad, and fixture sizes): their error is of this size, rounding far below."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Group:
     """A fit, and others, none better, that no contact tells from it."""
 

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import datetime
 from importlib.resources import files
 from typing import Any, Final
@@ -18,6 +18,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, feature_colors, locate_figure
 from tactfix.report.text_report import decimal, matrix_text, reason_text, verdict_lines
 from tactfix.results import LocateResult
+from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
 CONVENTIONS: Final = (
@@ -36,7 +37,7 @@ CONVENTIONS: Final = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class InputFile:
     """An input as it was read: what it is, its name, its bytes."""
 
@@ -55,7 +56,7 @@ class InputFile:
         return self.content.decode("utf-8-sig", errors="replace")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Record:
     """What a page is the record of: the fixture, all inputs, what else was said (settings), and when it was made.
 
@@ -69,7 +70,7 @@ class Record:
     notes: dict[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Judgement:
     """What a located pose was held against, and how else it is said.
 

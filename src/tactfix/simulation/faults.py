@@ -2,7 +2,7 @@
 spots of design_check.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 FaultKind: TypeAlias = Literal[
@@ -30,7 +31,7 @@ _GROWTH = 23e-6 * 10
 _INCH = 25.4
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Fault:
     """One mistake. value, where given, says how large (lengths in fixture units), else a typical size is taken.
 

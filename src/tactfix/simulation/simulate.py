@@ -6,7 +6,6 @@ thing drawn, so that a fault leaves the pose, the touches and the noise alone.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,13 +14,14 @@ from tactfix.accessibility.touchable import extent_of, sample_touches
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, frozen, perpendicular, unit
+from tactfix.geometry.arrays import Floats, Frozen, perpendicular, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
 from tactfix.units import factor
+from tactfix.values import frozen_value
 
 # Half angle of the cone around the inward normal in which a random touch comes.
 CONE_DEG = 20.0
@@ -32,21 +32,18 @@ _PLENTY_BALL = 4
 _CHOICE = 64
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Simulation:
     """Simulated contacts in base, and the truth: base_from_fixture (4, 4), the fault and what it did, in words."""
 
     fixture: str
     units: str
     contacts: Contacts
-    base_from_fixture: Floats
+    base_from_fixture: Frozen
     seed: int
     planned: bool
     fault: Fault | None = None
     mistake: str | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "base_from_fixture", frozen(self.base_from_fixture))
 
 
 def simulate(
@@ -99,7 +96,16 @@ def simulate(
     mistake = None
     if fault is not None:
         contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
-    return Simulation(fixture.name, fixture.units, contacts, base_from_fixture, seed, plan is not None, fault, mistake)
+    return Simulation(
+        fixture=fixture.name,
+        units=fixture.units,
+        contacts=contacts,
+        base_from_fixture=base_from_fixture,
+        seed=seed,
+        planned=plan is not None,
+        fault=fault,
+        mistake=mistake,
+    )
 
 
 def streams(seed: int, count: int) -> list[np.random.Generator]:

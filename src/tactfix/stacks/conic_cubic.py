@@ -7,20 +7,19 @@ silence.
 Arrays are components first, (k, m) for m pairs, which keeps every operation contiguous.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.stacks.conic_circle import circle_of_conic, conic_value_and_gradient
 from tactfix.stacks.trigonometric_zeros import SAMPLES, trigonometric_zeros
+from tactfix.values import frozen_value
 
 _FAR, _MORE_STEPS = 1e-8, 3
 """A Newton step of this length (rad) leaves its square, times what a crowd of zeros makes of it: worth another one, but
 not more than a few."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CommonZeros:
     """zeros (3, 6, m), unit vectors, nan in empty slots; sure (m,): all zeros of the pair are there."""
 

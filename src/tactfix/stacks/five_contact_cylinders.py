@@ -8,8 +8,6 @@ Problems about which the fast method is not sure, tidy layouts among them, go th
 matrix and least squares instead.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
@@ -18,6 +16,7 @@ from tactfix.localizers.stacks import stack_shape
 from tactfix.stacks.conic_cubic import real_common_zeros
 from tactfix.stacks.crowded_cylinders import crowded_cylinders, polished_cylinders
 from tactfix.stacks.trigonometric_zeros import SLOTS
+from tactfix.values import frozen_value
 
 _CHUNK, _CROWDED_CHUNK = 4096, 512
 _LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
@@ -28,7 +27,7 @@ in the end, and those next to flat, or of nearly coincident contacts, are left t
 _ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 4, 3]])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class CylinderStack:
     """points (..., 6, 3) on the axes, directions (..., 6, 3) and radii (..., 6), nan where not valid (..., 6)."""
 

@@ -5,12 +5,11 @@ circumcentre m of the three contacts is written in the triangle's own vectors: t
 h^2 = radius^2 - circumradius^2, and no coordinate axis is preferred.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tactfix.geometry.arrays import EPS, Bools, Floats
 from tactfix.localizers.stacks import stack_shape
+from tactfix.values import frozen_value
 
 _CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
@@ -18,7 +17,7 @@ _CHUNK = 8192
 _ROUNDING = 8 * EPS
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class SphereCenters:
     """centers (..., 2, 3), nan where not valid; valid (...): both centres are real, or a double root within tolerance.
 

@@ -6,13 +6,13 @@ the last kind are divided, twice; a polynomial with a cell that is still undecid
 within about a thousandth of a rad, or almost.
 """
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.values import frozen_value
 
 SLOTS = 6
 """Zeros of a trigonometric polynomial of degree three in one turn."""
@@ -38,7 +38,7 @@ _FOURTH = 81.0
 """|g''''| <= 81 times the amplitude: the fourth power of the degree."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class _Found:
     """Zeros (r,) alone in their cells, and cells (d,) that may hold several.
 

@@ -12,7 +12,6 @@ length of the problem and places counted from c, so that all columns are alike i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,9 +19,10 @@ from tactfix.contacts import Contacts, Unknown
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
 from tactfix.geometry.rigid import orthonormalized, rotation_from_vector
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.values import frozen_value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Trials:
     """S trials: base_from_fixture, rotations (S, 3, 3) and origins (S, 3); changes of the tip (S, 3), its radii (S,).
 
@@ -39,7 +39,7 @@ class Trials:
         return Trials(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TipEquations:
     """m equations: points (m, 3) from the centre, flanges, projectors (m, 3, 3), anchors, normals (m, 3).
 

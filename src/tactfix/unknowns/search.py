@@ -9,7 +9,6 @@ grows until some pose explains the contacts, and nothing is claimed.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from tactfix.poses.solution import solution_from
 from tactfix.unknowns.descent import descend
 from tactfix.unknowns.equations import TipEquations, Trials
 from tactfix.unknowns.solution import Knowledge, TipSolution, about_origin
+from tactfix.values import frozen_value
 
 LOOSE = 10.0
 """Sigmas of a contact that the tip is first taken to be off, where nothing bounds it; then, as shares of the problem's
@@ -39,7 +39,7 @@ MOST_POSES = 24
 """Poses of much noise that are followed, the best first."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TipSolutions:
     """All found, best first; the nearest miss alone where none explains the contacts.
 

@@ -1,6 +1,5 @@
 """One pose with the tip that belongs to it, and how sure all of it is together."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +9,7 @@ from tactfix.geometry.arrays import TINY, Bools, Floats
 from tactfix.geometry.rigid import skew
 from tactfix.poses.solution import Solution
 from tactfix.unknowns.equations import TipEquations, Trials
+from tactfix.values import frozen_value
 
 SMALLEST_RATIO = 1e-9
 """Singular values below this share of the largest are zero: nothing resists such a motion."""
@@ -17,7 +17,7 @@ WEAK = 0.1
 """A motion that is known only to this, in rad or lengths of the problem, one sigma, tells nothing: as good as free."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class TipSolution:
     """A pose of least chi-square. solution: as for a known tip, with the contacts as this tip makes them.
 
@@ -49,7 +49,7 @@ class TipSolution:
         return not len(self.weak) or float(np.abs(self.weak[:, 6:]).max()) < 1e-3 * float(np.abs(self.weak).max())
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Knowledge:
     """What the equations tell at one trial: the singular values of their Jacobian, and the motions they belong to."""
 

@@ -5,17 +5,17 @@ tabs divide and no number of the file has a point.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from tactfix.files.logs.log import Standing
 from tactfix.lexer import Lexer
+from tactfix.values import frozen_value
 
 _REMEDY: Final = "write numbers with a decimal point and one separator throughout"
 _NAMES: Final = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Cell:
     """What stands between two separators, without blanks around, and the column of its first character."""
 

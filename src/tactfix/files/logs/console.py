@@ -5,11 +5,11 @@ Before the machine's own words stand, in any order and number: time stamps, with
 """
 
 import re
-from dataclasses import dataclass
 from typing import Final
 
 from tactfix.gcode import Block, read_block
 from tactfix.lexer import Lexer, TextError
+from tactfix.values import frozen_value
 
 _NOISE: Final = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f\udc80-\udcff\ufffd]+")
 _STAMP: Final = re.compile(r"[0-9]{1,4}[-:/.][0-9]{1,3}(?:[-:/.,TZ+ ]?[0-9]{1,9})*Z?(?=[\s\]>|,-]|$)")
@@ -19,7 +19,7 @@ _BRACKETS: Final = re.compile(r"\[[ \t]*([^\[\]]*?)[ \t]*\]")
 _WORD: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class Opening:
     """What stood before the machine's words: the command repeated in brackets, and whether there was noise."""
 

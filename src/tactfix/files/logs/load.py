@@ -1,7 +1,7 @@
 """Contacts from a machine log: what the format cannot say, options must; nothing is guessed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from tactfix.files.reading import Source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.units import factor
+from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _MOST_PROBLEMS = 20
@@ -25,7 +26,7 @@ _MOST_TIP_MM = 3000.0
 """No probe reaches farther from its flange; what is longer is in another unit."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class LogContacts:
     """What a log says with the help of options: in units; tip_radius and sigma None where nothing says them.
 

@@ -8,6 +8,7 @@ from typing import Final, TypeAlias
 from tactfix.errors import Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer, TextError
+from tactfix.values import frozen_value
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -15,7 +16,7 @@ STILL: Final = "move it back, or log the contacts of one state in a file of thei
 _LINE_END: Final = re.compile(r"\r*\n|\r")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class LogContact:
     """One touch in a log: the line it stands in, and what that says in the log's own unit.
 
@@ -31,7 +32,7 @@ class LogContact:
     id: str | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen_value
 class Log:
     """All contacts of a log, in order. units: None where the format does not say. notes: what was passed over."""
 
@@ -44,7 +45,7 @@ LogReader: TypeAlias = Callable[[str, list[Problem]], Log]
 """The text of a log and a list for what is wrong with it -> what the log says."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen_value(eq=True)
 class LogFormat:
     """A log format by name.
 
