@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
+    from tactfix.batching.row import BatchRow
     from tactfix.contacts import Contacts, contacts_from_arrays
     from tactfix.design.design_check import DesignReport, Wishes, design_check
     from tactfix.errors import (
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
         TipDoesNotFitError,
         UsageError,
     )
-    from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.pose_file import load_pose
     from tactfix.fitting.fit import fit
@@ -47,7 +48,8 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
     from tactfix.qualification.qualify import qualify
     from tactfix.qualification.result import QualifyResult
-    from tactfix.results import LocateResult
+    from tactfix.records import batch, html_report
+    from tactfix.results import LocatedResult, LocateResult, NotLocatedResult
     from tactfix.simulation.faults import Fault
     from tactfix.simulation.simulate import Simulation, simulate
     from tactfix.stacks.five_contact_cylinders import CylinderStack, cylinders_through_five
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
 __version__ = VERSION
 
 __all__ = [
+    "BatchRow",
     "CheckRecord",
     "CheckResult",
     "ContactOptions",
@@ -71,9 +74,11 @@ __all__ = [
     "GuideStep",
     "Limits",
     "LocateResult",
+    "LocatedResult",
     "MissingExtraError",
     "Movement",
     "NotLocatedError",
+    "NotLocatedResult",
     "NotQualifiedError",
     "OtherFixtureError",
     "Placement",
@@ -90,6 +95,7 @@ __all__ = [
     "UsageError",
     "Wishes",
     "__version__",
+    "batch",
     "check",
     "compare",
     "contacts_from_arrays",
@@ -97,6 +103,7 @@ __all__ = [
     "design_check",
     "fit",
     "guide",
+    "html_report",
     "load_contacts",
     "load_fixture",
     "load_pose",
@@ -109,6 +116,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "BatchRow": "tactfix.batching.row",
     "CheckRecord": "tactfix.monitoring.drift",
     "CheckResult": "tactfix.monitoring.check",
     "ContactOptions": "tactfix.files.contact_options",
@@ -125,6 +133,8 @@ _HOMES = {
     "GuideStep": "tactfix.monitoring.guide",
     "Limits": "tactfix.pose_formats.comparison",
     "LocateResult": "tactfix.results",
+    "LocatedResult": "tactfix.results",
+    "NotLocatedResult": "tactfix.results",
     "Movement": "tactfix.pose_formats.comparison",
     "Plan": "tactfix.planning.result",
     "Pose": "tactfix.pose_formats.pose",
@@ -142,6 +152,8 @@ _HOMES = {
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
     "Wishes": "tactfix.design.design_check",
+    "batch": "tactfix.records",
+    "html_report": "tactfix.records",
     "check": "tactfix.monitoring.check",
     "compare": "tactfix.pose_formats.comparison",
     "contacts_from_arrays": "tactfix.contacts",
@@ -149,7 +161,7 @@ _HOMES = {
     "design_check": "tactfix.design.design_check",
     "fit": "tactfix.fitting.fit",
     "guide": "tactfix.monitoring.guide",
-    "load_contacts": "tactfix.files.contact_file",
+    "load_contacts": "tactfix.files.contact_source",
     "load_fixture": "tactfix.files.fixture_file",
     "load_pose": "tactfix.files.pose_file",
     "locate": "tactfix.localization.locate",

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from tactfix.errors import MissingExtraError, UsageError
 from tactfix.geometry.arrays import Bools, Floats, Frozen, Ints, frozen
-from tactfix.units import LEAST_LENGTH, MOST_LENGTH
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ class Contacts:
     sigmas (n,): one standard deviation of each contact along the surface normal, the probe's alone (no feature sigma).
     rows (n,): data row in the contact file, counted from 1. ids: what the file calls each contact, None without a name.
     flange_rotations (n, 3, 3): base_from_flange at each touch; None where it is not known. tip_offset (3,): the tip's
-    centre in the flange frame with which the points were made; None where nothing says it.
+    centre in the flange frame with which the points were made; None where nothing says it. units: of all lengths here;
+    None where nothing says it: then they are taken to be the fixture's.
     """
 
     features: tuple[str, ...]
@@ -45,6 +46,7 @@ class Contacts:
     ids: tuple[str | None, ...]
     flange_rotations: Frozen | None = None
     tip_offset: Frozen | None = None
+    units: str | None = None
 
     def __len__(self) -> int:
         return len(self.features)
@@ -82,8 +84,10 @@ class Contacts:
     def __add__(self, other: "Contacts") -> "Contacts":
         """These contacts and then the other ones; rows keep their numbers.
 
-        Raises UsageError where tip radius, tip offset, or whether flange rotations are known differ.
+        Raises UsageError where tip radius, tip offset, units, or whether flange rotations are known differ.
         """
+        if self.units and other.units and self.units != other.units:
+            raise UsageError(f"contacts in {self.units} and in {other.units} cannot be joined; give both in one unit")
         if self.tip_radius != other.tip_radius or not _alike(self.tip_offset, other.tip_offset):
             raise UsageError("contacts of different tips cannot be joined; locate them apart, or give one tip radius")
         if (self.flange_rotations is None) != (other.flange_rotations is None):
@@ -101,6 +105,7 @@ class Contacts:
             ids=self.ids + other.ids,
             flange_rotations=rotations,
             tip_offset=self.tip_offset,
+            units=self.units or other.units,
         )
 
     def to_dataframe(self) -> "DataFrame":
@@ -122,7 +127,8 @@ class Contacts:
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{name} {len(index)}" for name, index in self.by_feature.items())
-        return f"<Contacts: {len(self)} ({counts}), tip radius {self.tip_radius:g}>"
+        unit = f" {self.units}" if self.units else ""
+        return f"<Contacts: {len(self)} ({counts}), tip radius {self.tip_radius:g}{unit}>"
 
     def subset(self, indices: Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
         """The contacts with these indices (from 0), in that order, or of a mask (n,) of booleans.
@@ -146,6 +152,7 @@ class Contacts:
             ids=tuple(self.ids[i] for i in pick),
             flange_rotations=None if self.flange_rotations is None else self.flange_rotations[index],
             tip_offset=self.tip_offset,
+            units=self.units,
         )
 
     def with_tip(self, change: Floats, tip_radius: float) -> "Contacts":
@@ -183,6 +190,7 @@ def contacts_from_arrays(
     tip_radius: float,
     flange_rotations: ArrayLike | None = None,
     tip_offset: ArrayLike | None = None,
+    units: str | None = None,
 ) -> Contacts:
     """Contacts from arrays in base coordinates and in the fixture's units; nothing is guessed.
 
@@ -190,7 +198,8 @@ def contacts_from_arrays(
     tip_radius > 0, points of the surface where it is 0. approaches (n, 3): the probe's travel into the material, of any
     length but zero; a row of nan, or None for all, where it is not known. sigma: one for all, or (n,).
     flange_rotations (n, 3, 3): base_from_flange at each touch, for a tip whose offset is to be found. tip_offset (3,):
-    the tip's centre in the flange frame with which the points were made.
+    the tip's centre in the flange frame with which the points were made. units: of all lengths; `locate` refuses
+    contacts in another unit than the fixture's.
     Raises UsageError for shapes that do not go together and for values that no contact can have.
     """
     places = np.asarray(points, dtype=np.float64)
@@ -210,6 +219,8 @@ def contacts_from_arrays(
         raise UsageError("points must be finite, and an approach three finite numbers that are not all 0, or three nan")
     if not ((sigmas > 0) & np.isfinite(sigmas)).all() or not 0 <= tip_radius < np.inf:
         raise UsageError("sigma must be above 0, tip_radius 0 or above, and both finite")
+    if units is not None and units not in UNITS:
+        raise UsageError(f"units is {units!r}; {which_unit(units)}")
     flanges = None if flange_rotations is None else np.array(flange_rotations, dtype=np.float64)
     offset = None if tip_offset is None else np.array(tip_offset, dtype=np.float64)
     _refuse_bad_flange(count, flanges, offset)
@@ -226,6 +237,7 @@ def contacts_from_arrays(
         ids=(None,) * count,
         flange_rotations=flanges,
         tip_offset=offset,
+        units=units,
     )
 
 

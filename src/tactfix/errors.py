@@ -12,7 +12,22 @@ from tactfix.values import frozen_value
 
 
 class TactfixError(Exception):
-    """Base of every error that tactfix raises on purpose."""
+    """Base of every error that tactfix raises on purpose.
+
+    on_command_line: its text there, where arguments are options. str() calls them as Python does: tip_radius.
+    """
+
+    @property
+    def on_command_line(self) -> str:
+        """The text with options by their names on the command line."""
+        return super().__str__()
+
+    def __str__(self) -> str:
+        return _OPTION.sub(lambda found: found[1].replace("-", "_"), self.on_command_line)
+
+
+_OPTION: Final = re.compile(r"(?<!locate )(?<!plan )(?<!CONTACTS )--(?!q[wxyz]\b|ros-)([a-z]{2}[a-z-]*)")
+"""An option of the command line, and not one of a command that is told whole, nor of ROS."""
 
 
 @frozen_value(eq=True)

@@ -4,6 +4,7 @@ The report layer turns these into text and JSON; the names here are the names th
 """
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -220,14 +221,20 @@ class LocateResult:
         return text_of(locate_json(self))
 
     @classmethod
-    def from_json(cls, text: str | bytes) -> "LocateResult":
+    def from_json(cls, text: str | bytes) -> "LocatedResult | NotLocatedResult":
         """The result that `to_json`, or `tactfix locate --json`, has written.
 
         Raises UsageError for a text that is no such JSON. Surfaces of candidates are not written and come back empty.
         """
         from tactfix.report.json_reader import locate_result
 
-        return locate_result(text)
+        return locate_result(text).as_told
+
+    @property
+    def as_told(self) -> "LocatedResult | NotLocatedResult":
+        """The same values as the type that its status means."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return LocatedResult(**values) if self.status == "located" else NotLocatedResult(**values)
 
     def _repr_html_(self) -> str:
         """The summary for a notebook."""
@@ -238,3 +245,21 @@ class LocateResult:
     def __repr__(self) -> str:
         rms = "" if self.rms is None else f", rms {self.rms:.2g} {self.units}"
         return f"<LocateResult {self.fixture!r}: {self.status}, {len(self.contacts)} contacts{rms}>"
+
+
+@frozen_value
+class LocatedResult(LocateResult):
+    """A result that is located: pose and covariance are there, as a type checker knows after asking for the status."""
+
+    status: Literal["located"]
+    base_from_fixture: Frozen
+    covariance: Frozen
+
+
+@frozen_value
+class NotLocatedResult(LocateResult):
+    """A result without a pose: free_motions, candidates, diagnosis and next_contact say why, and what to do."""
+
+    status: Literal["underdetermined", "ambiguous", "inconsistent"]
+    base_from_fixture: None
+    covariance: None

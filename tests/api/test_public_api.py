@@ -68,7 +68,7 @@ def test_users_see_the_types(tmp_path: Path) -> None:
     settings = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache")]
     command = [sys.executable, "-m", "mypy", *settings, str(user)]
     said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
-    assert 'Revealed type is "tactfix.results.LocateResult"' in said
+    assert 'Revealed type is "tactfix.results.LocatedResult | tactfix.results.NotLocatedResult"' in said
     assert 'Argument "contacts" to "plan" has incompatible type "str"' in said
     assert "Found 1 error" in said
 

@@ -10,7 +10,7 @@ import pytest
 
 from tactfix.batching.cluster import ClusterError, DaskCluster
 from tactfix.cli import app, main
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.files.writing import whole_file
 from tactfix.wording import printable, spreadsheet_cell

@@ -9,8 +9,9 @@ import pytest
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, UsageError
-from tactfix.files.contact_file import load_contacts, read_contact_file
+from tactfix.files.contact_file import read_contact_file
 from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
 from tests.support.file_texts import HEAD, PAPER, ROWS, contact_text, written

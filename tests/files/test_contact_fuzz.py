@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
 from tests.support.file_texts import HEAD, PAPER, contact_text, written

@@ -14,7 +14,7 @@ import yaml
 
 from tactfix.cli import main
 from tactfix.errors import FileError
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Fixture
 from tests.support.file_texts import PAPER, PLACED, contact_text, written

@@ -4,7 +4,7 @@ import pytest
 
 from tactfix.cli import main
 from tactfix.errors import FileError
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tests.support.project import ROOT
 
@@ -33,7 +33,7 @@ def test_the_fixture_beside_them_is_good() -> None:
 def test_the_message_is_the_one_that_stands_beside_it(name: str) -> None:
     with pytest.raises(FileError) as caught:
         load_fixture(name) if name.endswith(".yaml") else load_contacts(name, load_fixture("fixture.yaml"))
-    assert f"{caught.value}\n" == (BAD / f"{name}.expected").read_text(encoding="utf-8")
+    assert f"{caught.value.on_command_line}\n" == (BAD / f"{name}.expected").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tactfix.cli import main
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tests.support.project import FIXTURES
 

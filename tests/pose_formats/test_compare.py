@@ -34,7 +34,7 @@ def test_units_of_the_first_pose_hold():
     moved = compare(pose(BEFORE, (0.01, 0, 0), "m"), pose(BEFORE, (11, 0, 0), "mm", covariance=np.eye(6)))
     assert moved.units == "m"
     assert moved.distance == pytest.approx(0.001)
-    with pytest.raises(UsageError, match="--units"):
+    with pytest.raises(UsageError, match="give units"):
         compare(pose(BEFORE, units=None), pose(BEFORE))
     assert compare(pose(BEFORE, units=None), pose(BEFORE, (3, 4, 0), None)).distance == 5
 

@@ -68,7 +68,7 @@ def test_units_are_reconciled_or_asked_for():
     outer, inner = some_pose("m"), some_pose("mm")
     expected = outer.in_units("mm").base_from_fixture @ inner.base_from_fixture
     np.testing.assert_allclose(on(outer, inner).base_from_fixture, expected)
-    with pytest.raises(UsageError, match="--units"):
+    with pytest.raises(UsageError, match="give units"):
         on(Pose(np.eye(4), None), inner)
 
 

@@ -58,7 +58,7 @@ def test_a_forced_tilt_says_what_is_lost():
 
 @pytest.mark.parametrize("name", ["g10", "kuka", "ur"])
 def test_a_unit_that_nothing_says_is_asked_for(name):
-    with pytest.raises(UsageError, match="--units"):
+    with pytest.raises(UsageError, match="give units"):
         write_pose(name, pose(np.eye(3), units=None))
 
 

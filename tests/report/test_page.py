@@ -14,7 +14,7 @@ import pytest
 from tactfix.cli.app import run
 from tactfix.design.design_check import Wishes
 from tactfix.errors import MissingExtraError
-from tactfix.files.contact_file import load_contacts
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
 from tactfix.report.html_page import InputFile, Record, locate_page

@@ -68,7 +68,7 @@ def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
         # The set has a name of its own: the file's need not be said again.
         return row_of_failure(name, "\n".join(error.lines), units)
     except TactfixError as error:
-        return row_of_failure(name, str(error), units)
+        return row_of_failure(name, error.on_command_line, units)
     except Exception as error:  # whatever it is, a thousand other sets must not be lost for it
         what = f"a bug in tactfix: {type(error).__name__}: {error}"
         return row_of_failure(name, f"{what}; please report it with this set", units)

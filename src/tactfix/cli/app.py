@@ -42,7 +42,7 @@ def _told(error: Exception) -> int:
     show: Callable[..., None] | None = getattr(error, "show", None)
     status: Any = getattr(error, "exit_code", None)
     if isinstance(error, TactfixError):
-        return _say(str(error), exit_of_error(error))
+        return _say(error.on_command_line, exit_of_error(error))
     if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
         # Help and version are written by others.
         discard(sys.stdout)

@@ -63,8 +63,8 @@ def command(
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
-    from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.planning.plan import plan
     from tactfix.report.json_report import text_of

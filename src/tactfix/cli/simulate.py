@@ -58,8 +58,8 @@ def command(
     Faults: outlier (length; default 20 sigma), reversed-approach (row), swapped-labels, wrong-unit (factor; 25.4),
     forgotten-tip (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4).
     """
-    from tactfix.files.contact_file import load_contacts
     from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.report.json_report import text_of
     from tactfix.report.plan_csv import simulation_csv

@@ -38,11 +38,6 @@ class ContactFile:
     targets: tuple[str, ...] | None = None
 
 
-def load_contacts(source: Source, fixture: Fixture | None = None, options: ContactOptions | None = None) -> Contacts:
-    """The contacts of a CSV file in the units of the fixture; see read_contact_file."""
-    return read_contact_file(source, fixture, options).contacts
-
-
 def read_contact_file(
     source: Source, fixture: Fixture | None = None, options: ContactOptions | None = None
 ) -> ContactFile:
@@ -105,6 +100,7 @@ def _read(
         ids=tuple(cell or None for cell in table.columns["id"]) if "id" in table.columns else (None,) * len(table),
         flange_rotations=flanges,
         tip_offset=None if settings.tip_offset is None else np.array(settings.tip_offset),
+        units=settings.target_units,
     )
     targets = tuple(table.columns["target"]) if "target" in table.columns else None
     return ContactFile(name, contacts, settings.target_units, targets)

@@ -21,7 +21,7 @@ from tactfix.localization.outcome import outcome_of, solve, verdict_of
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, Diagnosis, LocateResult, Status
+from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status
 
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
@@ -37,7 +37,7 @@ def locate(
     scale_sigma: bool = False,
     explain: bool = True,
     unknown: Collection[Unknown] = (),
-) -> LocateResult:
+) -> LocatedResult | NotLocatedResult:
     """Find where a fixture stands.
 
     contacts are in base and in the fixture's units. With scale_sigma the covariance is scaled by chi2 / dof where there
@@ -48,9 +48,16 @@ def locate(
     unknown: what of the tip is found as well: "tip", its centre in the flange frame, from contacts that say how the
     flange stood, and "tip-radius".
 
-    Returns a LocateResult whose status is "located" exactly when one pose is left.
-    Raises TipDoesNotFitError, UsageError for contacts on no or unknown features.
+    Returns a LocateResult whose status is "located" exactly when one pose is left: as a LocatedResult, whose pose and
+    covariance are never None, else as a NotLocatedResult.
+    Raises TipDoesNotFitError, UsageError for contacts on no or unknown features, or in another unit.
     """
+    return _answer(fixture, contacts, scale_sigma, explain, unknown).as_told
+
+
+def _answer(
+    fixture: Fixture, contacts: Contacts, scale_sigma: bool, explain: bool, unknown: Collection[Unknown]
+) -> LocateResult:
     _refuse_foreign(fixture, contacts)
     contacts = _without_approach_to_points(fixture, contacts)
     if unknown:
@@ -87,6 +94,8 @@ def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
     foreign = sorted(set(contacts.by_feature) - set(fixture.features))
     if foreign:
         raise UsageError(f"contacts on {', '.join(foreign)}, which {fixture.name} does not have")
+    if contacts.units not in (None, fixture.units):
+        raise UsageError(f"contacts in {contacts.units}, and {fixture.name} in {fixture.units}; give both in one unit")
     if not len(contacts):
         raise UsageError("there are no contacts; touch the fixture at least six times")
     for name in dict.fromkeys(contacts.features):

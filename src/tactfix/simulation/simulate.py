@@ -92,6 +92,7 @@ def simulate(
         tip_radius=said_tip,
         rows=tuple(range(1, len(names) + 1)),
         ids=(None,) * len(names) if plan is None else plan.ids,
+        units=fixture.units,
     )
     mistake = None
     if fault is not None:

@@ -6,8 +6,8 @@ import pytest
 
 from tactfix.cli.app import run
 from tactfix.errors import UsageError
-from tactfix.files.contact_file import load_contacts
 from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.files.log_options import log_options
 from tactfix.files.logs.export import contact_csv
@@ -74,9 +74,9 @@ def test_approaches_by_feature_and_only_where_the_log_has_none():
 
 @pytest.mark.parametrize("wrong", ["0,0", "0,0,0", "top:0,0,1;0,0,1", "top:0,0,1;top:0,0,1", "0,0,1x", ":0,0,1", ""])
 def test_what_is_no_approach_is_refused(wrong):
-    with pytest.raises(UsageError, match="--approach"):
+    with pytest.raises(UsageError, match="approach"):
         log_options("top:1", approach=wrong)
-    with pytest.raises(UsageError, match="none of those that --features names"):
+    with pytest.raises(UsageError, match="none of those that features names"):
         read("grbl", PRB.format(1, 2, 3), approach="bottom:0,0,1")
 
 

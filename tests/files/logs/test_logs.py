@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tactfix.errors import FileError, UsageError
-from tactfix.files.contact_file import load_contacts
 from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.files.log_options import LogOptions, parse_features
 from tactfix.files.logs import LOG_FORMATS
@@ -170,7 +170,7 @@ def test_what_is_no_log_is_refused_and_named(name, text, what, fixture):
 def test_what_the_format_cannot_say_is_asked_for_all_at_once(fixture):
     with pytest.raises(FileError) as caught:
         load("grbl", "[PRB:1,2,3:1]\n[PRB:oops:1]\n", fixture, ContactOptions(), "")
-    said = str(caught.value)
+    said = caught.value.on_command_line
     for word in ("line 2", "--features", "--units", "--tip-radius", "--sigma"):
         assert word in said
 
@@ -185,7 +185,7 @@ def test_the_probe_of_the_fixture_answers_but_not_for_compensated_points(tmp_pat
 
 
 def test_features_must_agree_with_the_log(fixture):
-    with pytest.raises(FileError, match=r"1 contacts \(line 2: the probe met nothing; dropped\), --features names 2"):
+    with pytest.raises(FileError, match=r"1 contacts \(line 2: the probe met nothing; dropped\), features names 2"):
         load("grbl", "[PRB:1,2,3:1]\n[PRB:0,0,0:0]\n", fixture, features="bar:2")
     with pytest.raises(UsageError, match="did you mean 'ball'"):
         load("grbl", "[PRB:1,2,3:1]\n", fixture, features="bell:1")

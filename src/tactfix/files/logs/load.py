@@ -80,6 +80,7 @@ def load_log(
         ids=tuple(contact.id for contact in read.contacts),
         flange_rotations=read.rotations,
         tip_offset=None if read.tip_offset is None else np.array(read.tip_offset),
+        units=read.units,
     )
     return ContactFile(read.name, contacts, read.units), read.notes
 

@@ -1,0 +1,129 @@
+"""What a type checker knows of results, and what batch, reports and machine files offer from Python."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactfix
+
+ROOT = Path(__file__).parents[2]
+FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
+CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
+
+EXAMPLE = """
+import numpy as np
+import tactfix
+
+fixture = tactfix.load_fixture("a.yaml")
+result = tactfix.locate(fixture, tactfix.load_contacts("a.csv", fixture))
+if result.status == "located":
+    origin = result.base_from_fixture[:3, 3]
+    sigmas = np.sqrt(np.diag(result.covariance))
+    reveal_type(result)
+else:
+    reveal_type(result)
+anyhow: tactfix.LocateResult = result
+back = tactfix.LocateResult.from_json(result.to_json())
+if back.status != "located":
+    print(back.free_motions)
+else:
+    print(back.base_from_fixture @ np.eye(4))
+"""
+
+
+def checked(text: str, folder: Path) -> str:
+    """What mypy --strict says of a program."""
+    user = folder / "user.py"
+    user.write_text(text, encoding="utf-8")
+    # Libraries take most of the time; with the settings of the project, which are strict, they are read once.
+    settings = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache")]
+    command = [sys.executable, "-m", "mypy", "--strict", *settings, str(user)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False).stdout
+
+
+def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(tmp_path: Path) -> None:
+    said = checked(EXAMPLE, tmp_path)
+    assert re.findall(r'Revealed type is "([\w.]+)"', said) == [
+        "tactfix.results.LocatedResult",
+        "tactfix.results.NotLocatedResult",
+    ]
+    assert "Success" in said
+
+
+def test_without_asking_there_may_be_none(tmp_path: Path) -> None:
+    said = checked(EXAMPLE.replace('if result.status == "located":', "if fixture.name:"), tmp_path)
+    assert '"None" is not indexable' in said or "not indexable" in said
+
+
+@pytest.mark.parametrize(("features", "kind"), [(None, "LocatedResult"), ("plate", "NotLocatedResult")])
+def test_the_class_is_that_of_the_status(features: str | None, kind: str) -> None:
+    fixture = tactfix.load_fixture(FIXTURE)
+    contacts = tactfix.load_contacts(CONTACTS, fixture)
+    result = tactfix.locate(fixture, contacts if features is None else contacts.on(features))
+    assert type(result).__name__ == type(tactfix.LocateResult.from_json(result.to_json())).__name__ == kind
+    assert isinstance(result, tactfix.LocateResult)
+    with pytest.raises(AttributeError):
+        result.dof = 3  # type: ignore[misc]
+
+
+def test_contacts_know_their_unit() -> None:
+    fixture = tactfix.load_fixture(FIXTURE)
+    contacts = tactfix.load_contacts(CONTACTS, fixture)
+    assert contacts.units == contacts[:3].units == (contacts[:3] + contacts[3:]).units == "mm"
+    metres = tactfix.load_contacts(CONTACTS)
+    assert metres.units == "m"
+    assert np.allclose(1000 * metres.points, contacts.points)
+    with pytest.raises(tactfix.UsageError, match="contacts in m, and robot-cell-plate in mm"):
+        tactfix.locate(fixture, metres)
+    with pytest.raises(tactfix.UsageError, match="cannot be joined"):
+        _ = metres + contacts
+    with pytest.raises(tactfix.UsageError, match="units"):
+        tactfix.contacts_from_arrays("a", [[0, 0, 0]], sigma=0.1, tip_radius=0.0, units="feet")
+
+
+def test_machine_files_are_read_by_their_format(tmp_path: Path) -> None:
+    fixture = tactfix.load_fixture(FIXTURE)
+    log = tmp_path / "touches.xyz"
+    log.write_text("10 0 1.5\n0 10 1.5\n10 10 1.5\n", encoding="utf-8")
+    options = tactfix.ContactOptions("mm", 3.0, 0.1)
+    read = tactfix.load_contacts(log, fixture, options, format="xyz", features="plate:3", approach="0,0,-1")
+    assert read.features == ("plate",) * 3
+    assert read.approaches.tolist() == [[0, 0, -1]] * 3
+    with pytest.raises(tactfix.UsageError, match="give format too"):
+        tactfix.load_contacts(CONTACTS, fixture, features="plate:3")
+
+
+def test_messages_to_python_speak_of_arguments(tmp_path: Path) -> None:
+    bare = tmp_path / "bare.csv"
+    bare.write_text("feature,x,y,z\nplate,0,0,0\n", encoding="utf-8")
+    with pytest.raises(tactfix.FileError, match="or use tip_radius") as caught:
+        tactfix.load_contacts(bare)
+    assert "--" not in str(caught.value)
+    assert "--tip-radius" in caught.value.on_command_line
+
+
+def test_a_batch_has_a_row_for_each_set(tmp_path: Path) -> None:
+    fixture = tactfix.load_fixture(FIXTURE)
+    torn = tmp_path / "torn.csv"
+    torn.write_text("feature,x\n", encoding="utf-8")
+    rows = tactfix.batch(fixture, [CONTACTS, torn], max_sigma=1.0)
+    assert [(row.status, row.acceptable) for row in rows] == [("located", True), ("error", False)]
+    one = tactfix.locate(fixture, tactfix.load_contacts(CONTACTS, fixture))
+    assert np.array(rows[0].transform).reshape(4, 4).tolist() == one.to_dict()["transform"]
+
+
+def test_the_report_is_a_page() -> None:
+    pytest.importorskip("jinja2")
+    pytest.importorskip("plotly")
+    fixture = tactfix.load_fixture(FIXTURE)
+    contacts = tactfix.load_contacts(CONTACTS, fixture)
+    result = tactfix.locate(fixture, contacts)
+    page = tactfix.html_report(fixture, contacts, result, inputs={"contacts": CONTACTS}, notes={"operator": "Ada"})
+    assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
+    assert "Ada" in page
+    assert json.dumps(result.units)[1:-1] in page
