@@ -58,9 +58,10 @@ def _made(cls: type[T], *, eq: bool) -> type[T]:
         "__init__": _constructor(cls),
         "__setattr__": _refuse,
         "__delattr__": _refuse,
-        "__repr__": _repr,
         "__reduce__": _reduce,
     }
+    if cls.__repr__ is object.__repr__:
+        methods["__repr__"] = _repr
     if eq:
         methods |= {"__eq__": _eq, "__hash__": _hash}
     for name, method in methods.items():
