@@ -1,4 +1,4 @@
-"""Poses that the package misses, counted: its search for all poses against path tracking in oracles/pose_oracle.
+"""Poses that the package misses, counted: its search for all poses against path tracking in pose_oracle.
 
     pip install '.[study]'
     python -m tests.validation.pose_completeness --problems 10000 --jobs 2 --record out.jsonl

@@ -1,9 +1,9 @@
 """How many complex poses six contacts have that are shared out over four features or more.
 
-`oracles.monodromy` makes up a problem of the kind with one root and goes around closed loops of problems until several
+`monodromy` makes up a problem of the kind with one root and goes around closed loops of problems until several
 of them in a row find nothing new. That proves no count; but two problems are made for each kind, from different seeds,
 and a count is shipped (src/tactfix/design/pose_counts.json) only where both agree. Kinds of two and three features are
-in `oracles.kinds`.
+in `kinds`.
 
     pip install '.[study]'
     python -m tests.validation.pose_counts [kind ...]          (without a kind all)

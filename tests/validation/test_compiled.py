@@ -19,7 +19,7 @@ QUICK = ("plane3+plane2+plane1", "sphere2+plane2+plane2", "cylinder1+plane3+plan
 @pytest.fixture
 def compiled():
     pytest.importorskip("numba", reason="compiled loops need the extra study")
-    return importlib.import_module("oracles.compiled_poses").COMPILED
+    return importlib.import_module("tests.validation.compiled_poses").COMPILED
 
 
 def assert_same_answer(kind: str, layout: str, number: int, compiled) -> None:
@@ -83,6 +83,6 @@ def test_answers_are_the_same_for_every_kind(kind: str, layout: str, compiled) -
 
 def test_a_missing_compiler_is_told_with_the_extra_that_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
-    monkeypatch.delitem(sys.modules, "oracles.compiled", raising=False)
+    monkeypatch.delitem(sys.modules, "tests.validation.compiled", raising=False)
     with pytest.raises(ImportError, match=r"pip install '\.\[study\]'"):
-        importlib.import_module("oracles.compiled")
+        importlib.import_module("tests.validation.compiled")

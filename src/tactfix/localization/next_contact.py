@@ -16,6 +16,9 @@ from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
 TRIED_PER_FEATURE = 200
+# Margins closer than this share are equal but for rounding, as at mirror-symmetric points: the first of them is taken,
+# so that the same contacts ask for the same touch on every machine.
+_EQUAL = 1e-9
 
 
 def next_contact(
@@ -41,8 +44,8 @@ def next_contact(
         if not len(points):
             continue
         margins = _disagreement(fixture, name, points, normals, tip_radius, first, others)
-        top = int(np.argmax(margins))
-        if best is None or margins[top] > best[0]:
+        top = int(np.argmax(margins >= (1 - _EQUAL) * margins.max()))
+        if best is None or margins[top] > (1 + _EQUAL) * best[0]:
             best = (float(margins[top]), name, points[top], normals[top])
     if best is None or best[0] <= sigma:
         return None
