@@ -1,9 +1,9 @@
 """How many poses six contacts can have: the shipped figures against those made and derived elsewhere.
 
 data/pose_counts.json is the project's reference table, made by another method. validation.kinds holds what path
-tracking finds. The counts of kinds that begin with a feature located by itself are derived here anew, by other arguments than
-path tracking's: after a plane is located (three contacts, two sides) the body slides and turns in it, and each further
-contact runs on a line, circle or ellipse; after a sphere (two centres) the body turns about its centre.
+tracking finds. The counts of kinds that begin with a feature located by itself are derived here anew, by other
+arguments than path tracking's: after a plane is located (three contacts, two sides) the body slides and turns in it,
+and each further contact runs on a line, circle or ellipse; after a sphere (two centres) the body turns about it.
 """
 
 import json

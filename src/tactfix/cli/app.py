@@ -46,7 +46,7 @@ def _told(error: Exception) -> int:
     if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
         # Help and version are written by others.
         discard(sys.stdout)
-        return _say(str(refusal(error)), Exit.FILE)
+        return _say(refusal(error).on_command_line, Exit.FILE)
     if show is not None and status is not None:
         # typer's usage errors share no public base class over its versions; what they share is how they are shown.
         told = StringIO()
