@@ -40,10 +40,10 @@ def batch(
     the origin, or of the point at (3,), is above max_sigma, or the rms above max_rms (fixture's units).
     jobs: processes. Rows become a table with pandas.DataFrame(rows). Raises FileError where a source cannot be found.
     """
-    wanted = log_options(features, None, approach)
+    said = options or ContactOptions()
     task = BatchTask(
         fixture=fixture,
-        read=SetReader(format, options or ContactOptions(), wanted),
+        read=SetReader(format, said, log_options(features, said.tip_offset, approach)),
         describe=sentence,
         scale_sigma=scale_sigma,
         max_sigma=max_sigma,

@@ -16,7 +16,10 @@ import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = tuple(ROOT / folder / "README.md" for folder in ("", "fixtures", "samples", "src/tactfix", "tests"))
+PAGES = (
+    *(ROOT / folder / "README.md" for folder in ("", "fixtures", "samples", "src/tactfix", "tests")),
+    ROOT / "samples" / "calibration-day.md",
+)
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ANY_BLOCK = re.compile(r"^( *)```(\w+)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 _END = "-- end of output --"

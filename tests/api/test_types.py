@@ -127,3 +127,16 @@ def test_the_report_is_a_page() -> None:
     assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
     assert "Ada" in page
     assert json.dumps(result.units)[1:-1] in page
+
+
+def test_a_batch_of_machine_logs_is_read_as_one_log_is() -> None:
+    """The tip offset too: with one the poses are those of a flange, and no note asks for it."""
+    logs = sorted((ROOT / "samples" / "calibration-day").glob("*.txt"))[:1]
+    fixture = tactfix.load_fixture(FIXTURE)
+    log = {"format": "ur", "features": "plate:4,pin:6,ball:5"}
+    for offset in ((0.0, 0.0, 0.0), (0.0, 0.0, 0.1)):
+        options = tactfix.ContactOptions(tip_radius=0.003, sigma=8e-5, tip_offset=offset)
+        (row,) = tactfix.batch(fixture, logs, options, **log)
+        alone = tactfix.locate(fixture, tactfix.load_contacts(logs[0], fixture, options, **log))
+        assert row.transform == pytest.approx(alone.pose.base_from_fixture.ravel(), abs=1e-9)
+        assert row.warnings == alone.warnings

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from tests.samples.generate import SAMPLES, SIGMAS_ALLOWED, all_files
+from tests.samples.generate_day import day_files
 from tests.support.command_line import Ran, tactfix
 
 FILES = all_files()
+DAY = day_files()
 CASES = [path for path in FILES if path.suffix == ".csv"]
 
 
@@ -33,6 +35,11 @@ def is_near(found: np.ndarray, true: np.ndarray, tolerance: dict[str, float]) ->
 @pytest.mark.parametrize("path", CASES, ids=str)
 def test_the_contacts_are_what_the_generator_makes(path: Path) -> None:
     assert (SAMPLES / path).read_text(encoding="utf-8") == FILES[path]
+
+
+@pytest.mark.parametrize("path", DAY, ids=str)
+def test_the_day_is_what_its_generator_makes(path: Path) -> None:
+    assert (SAMPLES / path).read_text(encoding="utf-8") == DAY[path]
 
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

@@ -1,32 +1,76 @@
-"""Draw the picture of README.md: python -m tests.support.picture FIXTURE PICTURE.png (needs Chromium)."""
+"""Draw the pictures of the pages (needs Chromium).
+
+python -m tests.support.picture scene PICTURE.png        the plate of README.md, where its sample says that it stands
+python -m tests.support.picture chart PICTURE.png        the last chart of samples/calibration-day.md
+"""
 
 import base64
+import contextlib
+import doctest
 import sys
 import tempfile
 from pathlib import Path
 
 from tactfix.cli.app import run
+from tests.api.pages import ROOT, blocks, folder_for_examples
 from tests.support.browser import chromium
 
-SIZE = "{format: 'png', width: 1000, height: 560}"
-EYE = "{'scene.camera.eye': {x: 1.3, y: -1.6, z: 1.1}, showlegend: true}"
-SCENE = "document.getElementById('scene')"
+NAME = "robot-cell-plate"
+SCENE_SIZE = "{format: 'png', width: 1000, height: 560, scale: 1.5}"
+CHART_SIZE = "{format: 'png', width: 800, height: 380, scale: 1.5}"
+# Arrows are spoken of on the picture itself: nobody guesses that a line at a contact is the way that the probe came.
+SAID = "showarrow: true, arrowhead: 2, arrowcolor: '#444', font: {size: 15, color: '#222'}, bgcolor: '#ffffffcc'"
+LABELS = """
+(() => {
+  const scene = document.getElementById('scene');
+  const way = scene.data.find(t => t.mode === 'lines' && t.legendgroup === 'contacts ball' && t.x.length > 2);
+  const frame = scene.data.filter(t => t.legendgroup === 'fixture frame');
+  const at = (k, text, ax, ay) => ({
+    x: (way.x[k] + way.x[k + 1]) / 2, y: (way.y[k] + way.y[k + 1]) / 2, z: (way.z[k] + way.z[k + 1]) / 2,
+    text, ax, ay, SAID});
+  const origin = {x: frame[0].x[0], y: frame[0].y[0], z: frame[0].z[0],
+    text: 'where is the fixture frame?', ax: -120, ay: 50, SAID};
+  const last = way.x.length - 3;
+  const notes = [at(last, 'approach: the way that<br>the probe came', 120, -50), origin];
+  const camera = {eye: {x: 1.45, y: -1.45, z: 1.0}, center: {x: 0.05, y: 0.05, z: -0.25}};
+  return Plotly.relayout(scene, {
+    'scene.annotations': notes, 'scene.camera': camera, showlegend: true, width: 1000, height: 560}).then(() => true);
+})()
+""".replace("SAID", SAID)
 
 
-def draw(fixture: str, picture: str) -> None:
-    """Simulated contacts on the fixture as it stands in its own frame, and where they say that it is."""
+def draw_scene(picture: Path) -> None:
+    """The sample of the robot's plate as its report draws it, with words at an approach and at the frame."""
+    fixture, contacts = f"fixtures/{NAME}.yaml", f"samples/{NAME}/contacts.csv"
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        pose, contacts, page = (Path(folder) / name for name in ("pose.csv", "contacts.csv", "page.html"))
-        pose.write_text("1,0,0,0\n0,1,0,0\n0,0,1,0\n0,0,0,1\n")
-        run(["simulate", fixture, "--pose", str(pose), "--seed", "2", "--output", str(contacts)])
-        run(["report", fixture, str(contacts), "--output", str(page), "--quiet"])
-        with chromium(Path(folder) / "profile") as tab:
-            tab.call("Page.navigate", url=page.as_uri())
-            tab.wait_for("document.documentElement?.dataset.drawn === 'yes'")
-            tab.run(f"Plotly.relayout({SCENE}, {EYE}).then(() => true)")
-            url = tab.run(f"Plotly.toImage({SCENE}, {SIZE})")
-    Path(picture).write_bytes(base64.b64decode(url.partition(",")[2]))
+        page = Path(folder) / "page.html"
+        run(["report", str(ROOT / fixture), str(ROOT / contacts), "--output", str(page), "--quiet"])
+        save(page, LABELS, "scene", SCENE_SIZE, picture)
+
+
+def draw_chart(picture: Path) -> None:
+    """What the Python blocks of the page leave in `chart`."""
+    page = ROOT / "samples" / "calibration-day.md"
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, contextlib.chdir(folder):
+        folder_for_examples(page, Path(folder))
+        names: dict[str, object] = {}
+        example = doctest.DocTestParser().get_doctest("\n".join(blocks(page, "python")), names, "", None, 0)
+        doctest.DocTestRunner().run(example, clear_globs=False)
+        html = example.globs["chart"].to_html(div_id="chart")  # type: ignore[attr-defined]
+        Path("chart.html").write_text(html.replace("<html>", '<html data-drawn="yes">'))
+        save(Path(folder) / "chart.html", "document.readyState", "chart", CHART_SIZE, picture)
+
+
+def save(page: Path, prepare: str, element: str, size: str, picture: Path) -> None:
+    """What plotly has drawn into this element of a page as a picture, once this script has run there."""
+    with chromium(page.parent / "profile") as tab:
+        tab.call("Page.navigate", url=page.as_uri())
+        tab.wait_for("document.documentElement?.dataset.drawn === 'yes'")
+        tab.run(prepare)
+        url = tab.run(f"Plotly.toImage(document.getElementById('{element}'), {size})")
+    picture.write_bytes(base64.b64decode(url.partition(",")[2]))
 
 
 if __name__ == "__main__":
-    draw(*sys.argv[1:])
+    what, where = sys.argv[1:]
+    {"scene": draw_scene, "chart": draw_chart}[what](Path(where).resolve())
