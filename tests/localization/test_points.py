@@ -8,11 +8,14 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tactfix import Contacts, LocateResult, contacts_from_arrays, locate
-from tactfix.design.design_check import design_check
-from tactfix.errors import DegenerateContactsError
+from tactfix.design.design_check import Wishes, design_check
+from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.fixture import AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation
 from tactfix.geometry.surfaces import Plane, Point, Sphere, Surface
 from tactfix.localizers.point import localize_point
+from tactfix.planning.information import Criterion
+from tactfix.planning.plan import plan
+from tactfix.simulation.simulate import simulate
 
 SEATS = {"a": (0.0, 0.0, 0.0), "b": (200.0, 0.0, 0.0), "c": (0.0, 150.0, 0.0)}
 SIGMA = 0.05
@@ -185,3 +188,67 @@ def test_design_check_judges_three_points() -> None:
         {"seat": 1, "ball": 2, "plate": 1},
         {"seat": 1, "ball": 1, "plate": 2},
     ]
+
+
+MIXED: dict[str, Surface] = {
+    "a": Point(np.zeros(3)),
+    "b": Point(np.array([100.0, 0.0, 0.0])),
+    "top": Plane(np.array([0.0, 0.0, 30.0]), np.array([0.0, 0.0, 1.0])),
+}
+
+
+def pose_sigmas(points: np.ndarray, names: list[str]) -> np.ndarray:
+    """Sigmas of rotation and translation from the equations written out: a point three along the axes, a plane one."""
+    rows = []
+    for point, name in zip(points, names, strict=True):
+        for direction in [[0.0, 0.0, 1.0]] if name == "top" else np.eye(3):
+            rows.append([*np.cross(point, direction), *direction])
+    return np.sqrt(np.diag(np.linalg.inv(np.array(rows).T @ np.array(rows)))) * SIGMA
+
+
+@pytest.mark.parametrize("criterion", ["worst", "d", "e"])
+@pytest.mark.parametrize(("fixture", "fewest"), [(seats(), 3), (placed(MIXED), 3)])
+def test_a_plan_touches_each_point_and_no_more_than_it_must(
+    fixture: Fixture, fewest: int, criterion: Criterion
+) -> None:
+    planned = plan(fixture, contacts=fewest, criterion=criterion, sigma=SIGMA, tip_radius=2.0)
+    assert planned.unique
+    assert sorted(planned.contacts.features) == sorted(fixture.features)
+    held = [fixture.features[name].type == "point" for name in planned.contacts.features]
+    assert planned.contacts.has_approach.tolist() == [not on_point for on_point in held]
+    places = planned.contacts.points - np.where(held, 0.0, 2.0)[:, None] * [0.0, 0.0, 1.0]
+    for name, place in zip(planned.contacts.features, places, strict=True):
+        surface = fixture.features[name].surface
+        assert surface is not None
+        off = (place - surface.point)[2] if isinstance(surface, Plane) else np.abs(place - surface.point).max()
+        assert abs(off) < 1e-9
+    expected = pose_sigmas(places, list(planned.contacts.features))
+    np.testing.assert_allclose(np.sqrt(np.diag(planned.covariance)), expected, rtol=1e-6)
+    result = locate(fixture, simulate(fixture, planned.contacts, sigma=SIGMA, tip_radius=2.0, seed=4).contacts)
+    assert result.status == "located"
+
+
+def test_fewer_contacts_than_the_points_need_are_no_plan_and_more_are_shared_out() -> None:
+    with pytest.raises(UsageError, match="ask for 3 or more"):
+        plan(seats(), contacts=2, sigma=SIGMA, tip_radius=2.0)
+    shared = plan(seats(), contacts=6, sigma=SIGMA, tip_radius=2.0).contacts.features
+    assert sorted(shared) == ["a", "a", "b", "b", "c", "c"]
+
+
+def test_a_design_of_points_alone_is_judged_and_no_tip_spoils_it() -> None:
+    report = design_check(seats(), wishes=Wishes(sigma=SIGMA, tip_radius=2.0))
+    assert report.status == "ok"
+    assert [(share.contacts, share.ambiguous) for share in report.study.shares] == [(3, 0.0)]
+    assert {
+        spot.error: spot.pose_shift for spot in report.blind_spots if spot.error in ("tip_radius", "pretravel")
+    } == {
+        "tip_radius": pytest.approx(0, abs=1e-9),
+        "pretravel": pytest.approx(0, abs=1e-9),
+    }
+    mixed = design_check(placed(MIXED), wishes=Wishes(sigma=SIGMA, tip_radius=2.0))
+    assert not {"no_redundancy", "approach_needed"} & {finding.code for finding in mixed.findings}
+
+
+def test_simulated_contacts_on_points_have_no_approach() -> None:
+    made = simulate(placed(MIXED), sigma=SIGMA, tip_radius=2.0).contacts
+    assert [f for f, told in zip(made.features, made.has_approach, strict=True) if told] == ["top"] * 4

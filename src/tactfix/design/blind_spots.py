@@ -117,8 +117,8 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
     Nominal contacts made for another tip are moved to where the centre of this one would be.
     """
     normals = normals_of(touched)
-    change = tip_radius - touched.contacts.tip_radius
-    centres = replace(touched.contacts, points=touched.contacts.points + change * normals)
+    change = touched.standoffs(tip_radius - touched.contacts.tip_radius)
+    centres = replace(touched.contacts, points=touched.contacts.points + change[:, None] * normals)
     return (
         _refitted("tip_radius", touched, replace(centres, tip_radius=0.0), f"tip radius {tip_radius:g} forgotten"),
         _refitted("tip_sign", touched, replace(centres, tip_radius=-tip_radius), f"tip radius {-tip_radius:g} taken"),
@@ -126,16 +126,18 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
 
 
 def _pretravel(touched: Touched) -> BlindSpot:
-    square = replace(touched.contacts, approaches=-normals_of(touched))
-    late, what = mistaken(Fault("late-trigger"), square, -square.approaches, np.random.default_rng(0))
+    normals = normals_of(touched)
+    # A point has no way in.
+    square = replace(touched.contacts, approaches=np.where(touched.on_points[:, None], np.nan, -normals))
+    late, what = mistaken(Fault("late-trigger"), square, normals, np.random.default_rng(0))
     return _refitted("pretravel", touched, late, f"late trigger: {what}")
 
 
 def _growth(touched: Touched) -> BlindSpot:
     """The fixture is warmer than when it was measured: the surface points grow, the tip does not."""
     factor = growth(Fault("thermal-growth"))
-    normals, tip = normals_of(touched), touched.contacts.tip_radius
-    points = factor * (touched.contacts.points - tip * normals) + tip * normals
+    off = touched.standoffs(touched.contacts.tip_radius)[:, None] * normals_of(touched)
+    points = factor * (touched.contacts.points - off) + off
     larger = replace(touched.contacts, points=points)
     return _refitted("scale", touched, larger, f"fixture larger by {factor - 1:.2g} (aluminium, 10 K)")
 

@@ -84,7 +84,7 @@ def check_contacts(
     touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
     free = free_of(contacts, geometry.surfaces, geometry.tolerance)
     layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)
-    findings += contact_findings(contacts, free, geometry.symmetries, source)
+    findings += contact_findings(touched, free, geometry.symmetries, source)
     findings += layout_findings(layouts, source)
     found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
     if not free:

@@ -4,7 +4,7 @@ The fixture's geometry is judged exactly (motions, symmetries, fewest contacts),
 well spread ones: how sure the pose is, how far the nearest wrong pose lies, and which mistakes would stay unseen.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -21,11 +21,10 @@ from tactfix.design.geometry_check import GeometryCheck, check_geometry
 from tactfix.design.margins import Margins
 from tactfix.design.nominal_contacts import Locator
 from tactfix.design.plan_findings import not_studied, study_findings
-from tactfix.design.pose_counts import PoseCount, pose_count
+from tactfix.design.pose_counts import PoseCount, kind_of_set, pose_count
 from tactfix.design.random_layouts import (
     DEFAULT_LAYOUTS,
     FEW,
-    FEWEST,
     MOST,
     LayoutStudy,
     Over,
@@ -132,7 +131,7 @@ def design_check(
     study, told = LayoutStudy(), tuple[Finding, ...]()
     if wishes.layouts and sigma is not None and judged.can_be_located:
         asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
-        study, told = _studied(fixture, asked, geometry, pose_counts, locator, progress, over)
+        study, told = _studied(fixture, asked, geometry, locator, progress, over)
     report = _report(fixture, geometry, judged, pose_counts)
     return replace(report, study=study, findings=(*report.findings, *told))
 
@@ -173,17 +172,17 @@ def _studied(
     fixture: Fixture,
     study: Study,
     geometry: GeometryCheck,
-    pose_counts: Sequence[PoseCount | None],
     locator: Locator,
     progress: Callable[[float, str], None],
     over: Over,
 ) -> tuple[LayoutStudy, tuple[Finding, ...]]:
     """The study of random layouts, and what to say of it."""
-    pairs = zip(pose_counts, geometry.counts.minimal_sets, strict=True)
-    sets = [(count.kind, contacts) for count, contacts in pairs if count is not None]
+    types = {name: feature.type for name, feature in fixture.features.items()}
+    sets = [(kind_of_set(types, contacts), contacts) for contacts in geometry.counts.minimal_sets]
+    fewest = geometry.counts.minimum_total
     # Where nothing breaks a symmetry no number of contacts is enough: six tell how many poses there are.
     is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
-    most = FEWEST if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
+    most = fewest if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
     try:
         found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress, over=over)
     except UsageError as error:

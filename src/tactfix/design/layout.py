@@ -41,10 +41,11 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
         normals.append(outward[pick].reshape(-1, 3))
         points.append(choice[pick].reshape(-1, 3) + standoff(surface, access.tip_radius) * normals[-1])
     outward_normals = np.concatenate(normals)
+    on_points = np.array([isinstance(access.surfaces[name], Point) for name in names], dtype=bool)
     contacts = Contacts(
         features=tuple(names),
         points=np.concatenate(points),
-        approaches=-outward_normals,
+        approaches=np.where(on_points[:, None], np.nan, -outward_normals),
         sigmas=np.full(len(names), sigma),
         tip_radius=access.tip_radius,
         rows=tuple(range(1, len(names) + 1)),

@@ -6,7 +6,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Point, Surface, outward_normals
 from tactfix.results import LocateResult
@@ -30,8 +30,16 @@ class Touched:
     @property
     def dof(self) -> int:
         """Equations beyond the six that a pose takes."""
-        on_points = sum(isinstance(self.surfaces[name], Point) for name in self.contacts.features)
-        return len(self.contacts) + 2 * on_points - 6
+        return len(self.contacts) + 2 * int(self.on_points.sum()) - 6
+
+    @property
+    def on_points(self) -> Bools:
+        """Which contacts (n,) are on points."""
+        return np.array([isinstance(self.surfaces[name], Point) for name in self.contacts.features], dtype=bool)
+
+    def standoffs(self, tip_radius: float) -> Floats:
+        """How far (n,) the centre of a tip stands off where it touches: nothing on a point."""
+        return np.where(self.on_points, 0.0, tip_radius)
 
 
 def normals_of(touched: Touched) -> Floats:

@@ -5,13 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.contacts import Contacts
 from tactfix.design.accuracy import Certainty
 from tactfix.design.blind_spots import BlindSpot
 from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity
 from tactfix.design.layout import Source
 from tactfix.design.margins import Margins, Rival
+from tactfix.design.nominal_contacts import Touched
 from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
 from tactfix.geometry.rigid import rotation_angle
@@ -50,7 +50,7 @@ _REMEDIES: Final = {
 
 
 def contact_findings(
-    contacts: Contacts, free: Sequence[FreeMotion], found: Sequence[Symmetry], source: Source
+    touched: Touched, free: Sequence[FreeMotion], found: Sequence[Symmetry], source: Source
 ) -> Iterator[Finding]:
     """Contacts that leave a motion free, that nothing checks, or that do not say how the probe came."""
     who = _SOURCES[source]
@@ -61,15 +61,15 @@ def contact_findings(
             f"{who} leave{_s(source)} a motion free: the fixture {motion.message}",
             "add a contact that this motion would push into or out of a surface",
         )
-    if not free and len(contacts) == 6:
+    if not free and touched.dof == 0:
         yield Finding(
             "no_redundancy",
             "warning",
-            f"{who} hold{_s(source)} the pose with six contacts: no mistake can ever show",
+            f"{who} hold{_s(source)} the pose with {_counted(len(touched.contacts))}: no mistake can ever show",
             "make two or three contacts more than the fewest",
         )
     by_approach = any(symmetry.broken_by == "approach" for symmetry in found)
-    if by_approach and not contacts.has_approach.all():
+    if by_approach and not touched.contacts[~touched.on_points].has_approach.all():
         yield Finding(
             "approach_needed",
             "warning",
@@ -77,6 +77,10 @@ def contact_findings(
             f"{who} do{'es' if _s(source) else ''} not give it everywhere",
             "give ax, ay, az (or nx, ny, nz) in every row",
         )
+
+
+def _counted(contacts: int) -> str:
+    return "six contacts" if contacts == 6 else f"{contacts} contacts, of which those on points count threefold"
 
 
 def _s(source: Source) -> str:
@@ -144,7 +148,8 @@ def blind_spot_findings(
         # One bad contact among the spread ones says nothing of the contacts that will be made.
         if spot.detectable or not matters or (source == "spread" and spot.error == "contact"):
             if spot.error == "tip_radius":
-                yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius shows: {spot.message} {units}")
+                harm = "shows" if spot.detectable else "does no harm"
+                yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius {harm}: {spot.message} {units}")
             continue
         is_error = spot.error == "tip_radius" and not spread_sees_tip
         hint = _REMEDIES[spot.error]

@@ -38,12 +38,16 @@ def pose_count(types: Mapping[str, FeatureType], counts: Mapping[str, int]) -> P
 
     None where the contacts are not six, or six so shared out do not locate a fixture.
     """
-    touched = [(types[name], count) for name, count in counts.items() if count]
-    if sum(count for _, count in touched) != 6:
+    if sum(counts.values()) != 6:
         return None
-    kind = kind_of(touched)
+    kind = kind_of_set(types, counts)
     known = _table().get(kind)
     return None if known is None else PoseCount(kind, *known)
+
+
+def kind_of_set(types: Mapping[str, FeatureType], counts: Mapping[str, int]) -> str:
+    """The name of the kind of a set: contacts by feature, over features of these types."""
+    return kind_of([(types[name], count) for name, count in counts.items() if count])
 
 
 def kind_of(touched: Sequence[tuple[FeatureType, int]]) -> str:

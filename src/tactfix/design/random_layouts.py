@@ -1,7 +1,7 @@
 """Random contact sets of a fixture: how many contacts make the pose unique in practice, and how many poses six leave.
 
 A layout begins with a minimal set, made of random touches, and goes on with further random touches wherever they may
-be. It is located with the first six contacts, the first seven and so on until one pose is left. More contacts than
+be. It is located with that set, with one contact more and so on until one pose is left. More contacts than
 those can only agree with it, so a layout that is located is not located again.
 """
 
@@ -23,7 +23,6 @@ from tactfix.values import frozen_value
 DEFAULT_LAYOUTS: Final = 8
 """Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""
 
-FEWEST: Final = 6
 FEW: Final = 9
 MOST: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
@@ -104,6 +103,7 @@ def study_layouts(
 ) -> LayoutStudy:
     """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, up to that many contacts.
 
+    All sets are of as many contacts.
     Touches are inside the touch boxes, from within 20 degrees of the normal. progress is told the share of the work
     that is done; over: who locates the layouts. Raises UsageError as simulate does.
     """
@@ -111,14 +111,15 @@ def study_layouts(
     seen: dict[str, list[int]] = {}
     shares: list[UniqueShare] = []
     left = layouts
-    for count in range(FEWEST, 1 + min(up_to, *(len(layout.contacts) for layout in layouts))):
+    fewest = sum(sets[0][1].values())
+    for count in range(fewest, 1 + min(up_to, *(len(layout.contacts) for layout in layouts))):
         outcomes: list[Outcome] = []
         sets_of_contacts = [layout.contacts.subset(range(count)) for layout in left]
         for layout, outcome in zip(left, over(partial(_outcome, locator), sets_of_contacts), strict=True):
             outcomes.append(outcome)
-            progress((count - FEWEST + len(outcomes) / len(left)) / (up_to - FEWEST + 1), f"{count} contacts")
+            progress((count - fewest + len(outcomes) / len(left)) / (up_to - fewest + 1), f"{count} contacts")
             status, poses = outcome
-            if count == FEWEST and status != "underdetermined":
+            if count == fewest and status != "underdetermined":
                 seen.setdefault(layout.kind, []).append(poses)
         shares.append(_share(count, study.layouts, [status for status, _ in outcomes]))
         left = [layout for layout, (s, _) in zip(left, outcomes, strict=True) if s in ("ambiguous", "underdetermined")]

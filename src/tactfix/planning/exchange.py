@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints, perpendicular
 from tactfix.geometry.surfaces import feet, outward_normals
-from tactfix.planning.information import Objective
+from tactfix.planning.information import Objective, flat
 from tactfix.planning.pool import Pool, Touches, joined
 from tactfix.values import frozen_value
 
@@ -34,7 +34,8 @@ class Search:
 
     def information(self, touches: Touches) -> Floats:
         """Information (6, 6) of the touches and of those already made."""
-        return np.asarray(touches.rows.T @ touches.rows + self.made.rows.T @ self.made.rows)
+        new, made = flat(touches.rows), flat(self.made.rows)
+        return np.asarray(new.T @ new + made.T @ made)
 
     def choice(self, touches: Touches) -> Choice:
         """The touches with their score."""
@@ -93,7 +94,7 @@ def polished(search: Search, choice: Choice) -> Choice:
     for step in _STEPS:
         for _ in range(2):
             before = choice
-            for at in range(len(choice.touches)):
+            for at in np.flatnonzero(~search.pool.on_points(choice.touches.which)).tolist():
                 offers = _around(search.pool, choice.touches, at, step)
                 if len(offers):
                     best, score = search.best_in_place(choice.touches, at, offers)

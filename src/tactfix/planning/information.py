@@ -3,7 +3,8 @@
 One contact with outward normal n at the point p sees the motion (w, v) of the fixture as n . v + (p x n) . w, so its
 row is [p x n, n] / sigma, and the information of a set is the sum of row row^T; its inverse is the covariance of the
 pose. Points are taken from the middle of the fixture in units of its radius: then all six columns are of one kind, the
-criteria do not change with the unit of length, and w times the radius is a length like v.
+criteria do not change with the unit of length, and w times the radius is a length like v. A contact on a point, which
+holds the tip from all sides, is three such rows, one along each axis.
 """
 
 from typing import Final, Literal, TypeAlias, get_args
@@ -29,6 +30,11 @@ def rows_of(points: Floats, normals: Floats, sigmas: Floats, centre: Floats, rad
     return np.asarray(np.hstack([np.cross(arms, normals), normals]) / sigmas[:, None])
 
 
+def flat(rows: Floats) -> Floats:
+    """All rows (k, 6) of touches with one row each (m, 6) or several (m, r, 6)."""
+    return rows.reshape(-1, 6)
+
+
 @frozen_value
 class Objective:
     """The number to make small. corners (k, 3): scaled points of the fixture at which worst looks.
@@ -42,8 +48,10 @@ class Objective:
     sigma: float
 
     def scores(self, information: Floats, rows: Floats) -> Floats:
-        """The score (m,) of the information (6, 6) with each of the rows (m, 6) added to it."""
+        """The score (m,) of the information (6, 6) with each of the rows (m, 6), or blocks of them (m, r, 6), added."""
         information = information + _RIDGE / self.sigma**2 * np.eye(6)
+        if rows.ndim == 3:
+            return self._of_sums(information + np.swapaxes(rows, 1, 2) @ rows)
         match self.criterion:
             case "worst":
                 return self._worst(np.asarray(np.linalg.inv(information)), rows)
@@ -52,6 +60,23 @@ class Objective:
                 return np.asarray(-np.linalg.slogdet(information)[1] - gain)
             case "e":
                 return -smallest_eigenvalues(information, rows)
+
+    def _of_sums(self, information: Floats) -> Floats:
+        """The score (m,) of each information (m, 6, 6)."""
+        match self.criterion:
+            case "worst":
+                seen = self._seen()
+                variances = seen @ np.linalg.inv(information)[:, None] @ np.swapaxes(seen, 1, 2)
+                return np.asarray(np.linalg.eigvalsh(variances)[..., -1].max(axis=1))
+            case "d":
+                return np.asarray(-np.linalg.slogdet(information)[1])
+            case "e":
+                return np.asarray(-np.linalg.eigvalsh(information)[:, 0])
+
+    def _seen(self) -> Floats:
+        """How each corner x moves by w and v, (k, 3, 6): v + w x x."""
+        steady = np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))
+        return np.concatenate([-skew(self.corners), steady], axis=2)
 
     def score(self, information: Floats) -> float:
         """The score of the information (6, 6)."""
@@ -70,8 +95,8 @@ class Objective:
                 return float(1 / np.sqrt(-score)) if score < 0 else np.inf
 
     def _worst(self, covariance: Floats, rows: Floats) -> Floats:
-        # Sherman and Morrison: C - C j j^T C / (1 + j^T C j), seen at each corner x through v + w x x.
-        seen = np.concatenate([-skew(self.corners), np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))], axis=2)
+        # Sherman and Morrison: C - C j j^T C / (1 + j^T C j), seen at each corner.
+        seen = self._seen()
         told = rows @ covariance
         shrink = 1 + (told * rows).sum(axis=1)
         change = ((told / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, 6).T).reshape(len(rows), -1, 3)

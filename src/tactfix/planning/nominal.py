@@ -4,17 +4,21 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
-from tactfix.geometry.surfaces import feet, outward_normals
+from tactfix.geometry.surfaces import feet, outward_normals, standoff
 from tactfix.planning.pool import Pool, Touches
 
 
 def nominal_contacts(pool: Pool, touches: Touches, sigma: float) -> Contacts:
-    """The touches as contacts in the fixture frame: tip centres, approached square to the surface."""
+    """The touches as contacts in the fixture frame: tip centres, approached square to the surface.
+
+    A point says nothing of how the tip comes into it: no approach.
+    """
     n = len(touches)
+    off = [standoff(pool.access.surfaces[pool.names[i]], pool.access.tip_radius) for i in touches.which]
     return Contacts(
         features=tuple(pool.names[i] for i in touches.which),
-        points=touches.points + pool.access.tip_radius * touches.normals,
-        approaches=-touches.normals,
+        points=touches.points + np.array(off)[:, None] * touches.normals,
+        approaches=np.where(pool.on_points(touches.which)[:, None], np.nan, -touches.normals),
         sigmas=np.full(n, sigma),
         tip_radius=pool.access.tip_radius,
         rows=tuple(range(1, n + 1)),

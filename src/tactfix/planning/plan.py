@@ -5,7 +5,7 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.planning.information import CRITERIA, Criterion
 from tactfix.planning.result import Plan, PlanStep
-from tactfix.planning.task import FEWEST, Over, Progress, Task
+from tactfix.planning.task import Over, Progress, Task
 
 __all__ = ["CRITERIA", "Criterion", "Over", "Plan", "PlanStep", "Progress", "plan"]
 
@@ -48,4 +48,4 @@ def plan(
         return task.single(1 if add is None else add, fewest=1)
     if add is not None:
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
-    return task.table() if contacts is None else task.single(contacts, fewest=FEWEST)
+    return task.table() if contacts is None else task.single(contacts, fewest=task.fewest)

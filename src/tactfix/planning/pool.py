@@ -7,6 +7,7 @@ import numpy as np
 from tactfix.accessibility.access import Access
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.geometry.surfaces import Point
 from tactfix.planning.information import rows_of
 from tactfix.values import frozen_value
 
@@ -19,11 +20,15 @@ _APART = 0.1
 
 @frozen_value
 class Touches:
-    """m touches in the fixture frame: index of the feature (m,), points and outward normals (m, 3), rows (m, 6)."""
+    """m touches in the fixture frame: index of the feature (m,), points and outward normals (m, 3), sigmas (m,).
+
+    rows: (m, 6), of which a touch of a point has three; (m, 3, 6), filled up with zeros, where the fixture has points.
+    """
 
     which: Ints
     points: Floats
     normals: Floats
+    sigmas: Floats
     rows: Floats
 
     def __len__(self) -> int:
@@ -31,7 +36,8 @@ class Touches:
 
     def take(self, index: Ints) -> "Touches":
         """The touches with these indices, in that order."""
-        return Touches(self.which[index], self.points[index], self.normals[index], self.rows[index])
+        which, sigmas = self.which[index], self.sigmas[index]
+        return Touches(which, self.points[index], self.normals[index], sigmas, self.rows[index])
 
 
 def joined(first: Touches, second: Touches) -> Touches:
@@ -40,6 +46,7 @@ def joined(first: Touches, second: Touches) -> Touches:
         np.concatenate([first.which, second.which]),
         np.concatenate([first.points, second.points]),
         np.concatenate([first.normals, second.normals]),
+        np.concatenate([first.sigmas, second.sigmas]),
         np.concatenate([first.rows, second.rows]),
     )
 
@@ -56,9 +63,11 @@ class Pool:
 
     def touches_at(self, which: Ints, points: Floats, normals: Floats, sigmas: Floats | None = None) -> Touches:
         """Touches at points (m, 3) with unit normals (m, 3) on the features that which (m,) counts."""
-        sigmas = self.sigmas[which] if sigmas is None else sigmas
-        rows = rows_of(points, normals, sigmas, self.access.centre, self.access.radius)
-        return Touches(which, points, normals, rows)
+        return _touches(self.access, which, points, normals, self.sigmas[which] if sigmas is None else sigmas)
+
+    def on_points(self, which: Ints) -> Bools:
+        """Which of the features (m,) are points: one place each, touched from anywhere."""
+        return _on_points(self.access, which)
 
     def crowded(self, touches: Touches, others: Touches) -> Bools:
         """Which touches (m,) are too near to one of the others on the same feature."""
@@ -85,5 +94,26 @@ def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
     normals = np.concatenate([normals for _, normals in found])
     spans = [float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0 for points, _ in found]
     sigma = np.array([sigmas[name] for name in names])
-    rows = rows_of(points, normals, sigma[which], access.centre, access.radius)
-    return Pool(access, names, sigma, _APART * np.array(spans), Touches(which, points, normals, rows))
+    touches = _touches(access, which, points, normals, sigma[which])
+    return Pool(access, names, sigma, _APART * np.array(spans), touches)
+
+
+def _on_points(access: Access, which: Ints) -> Bools:
+    return np.array([isinstance(surface, Point) for surface in access.surfaces.values()])[which]
+
+
+def _touches(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: Floats) -> Touches:
+    return Touches(which, points, normals, sigmas, touch_rows(access, which, points, normals, sigmas, access.centre))
+
+
+def touch_rows(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: Floats, centre: Floats) -> Floats:
+    """The rows of touches about centre, in radii of the fixture; see Touches."""
+    if not any(isinstance(surface, Point) for surface in access.surfaces.values()):
+        return rows_of(points, normals, sigmas, centre, access.radius)
+    held = _on_points(access, which)
+    rows = np.zeros((len(which), 3, 6))
+    rows[:, 0] = rows_of(points, normals, sigmas, centre, access.radius)
+    for axis, direction in enumerate(np.eye(3)):
+        along = np.tile(direction, (int(held.sum()), 1))
+        rows[held, axis] = rows_of(points[held], along, sigmas[held], centre, access.radius)
+    return rows

@@ -16,17 +16,15 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.localization.locate import locate
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
-from tactfix.planning.information import Criterion, Objective, rows_of
+from tactfix.planning.information import Criterion, Objective, flat
 from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
-from tactfix.planning.pool import Touches, joined, pool_of
+from tactfix.planning.pool import Touches, joined, pool_of, touch_rows
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
 from tactfix.values import frozen_value
 
-# A rigid body has six degrees of freedom.
-FEWEST = 6
 # Plans of as many contacts or fewer are tried before a fixture is said to have no unique plan: seven to nine are enough
 # wherever approach and touch boxes can tell at all.
 _MOST = 14
@@ -97,6 +95,17 @@ class Task:
         touches = touches_made(pool, None if made is None else made.contacts, fixture)
         return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress, starts, over)
 
+    @property
+    def fewest(self) -> int:
+        """The fewest contacts that can hold the six degrees of freedom: a point holds up to three, others one each."""
+        touches = self.search.pool.touches
+        count, held = 0, np.zeros((0, 6))
+        for at in np.flatnonzero(self.search.pool.on_points(touches.which)):
+            more = np.concatenate([held, touches.rows[at]])
+            if _rank(more) > _rank(held):
+                count, held = count + 1, more
+        return count + 6 - _rank(held)
+
     def single(self, count: int, fewest: int) -> Plan:
         """The plan of count contacts."""
         if count < fewest:
@@ -112,9 +121,10 @@ class Task:
         steps: list[PlanStep] = []
         first: Plan | None = None
         last: Choice | None = None
-        count, end = FEWEST, _MOST
+        fewest = self.fewest
+        count, end = fewest, _MOST
         while count <= end:
-            share = (count - FEWEST) / (end - FEWEST + 1), 1 / (end - FEWEST + 1)
+            share = (count - fewest) / (end - fewest + 1), 1 / (end - fewest + 1)
             last, found = self._found(count, last, share)
             gain = 1 - found.worst_sigma / steps[-1].worst_sigma if steps else None
             steps.append(PlanStep(count, found.worst_sigma, gain, found.unique))
@@ -203,15 +213,19 @@ class Task:
         """Covariance (6, 6) of the pose about the fixture's origin, rotation first."""
         pool = self.search.pool
         every = joined(touches, self.search.made)
-        sigmas = 1 / np.linalg.norm(every.rows[:, 3:], axis=1)
-        rows = rows_of(every.points, every.normals, sigmas, np.zeros(3), pool.access.radius)
+        rows = flat(touch_rows(pool.access, every.which, every.points, every.normals, every.sigmas, np.zeros(3)))
         scale = np.array([1 / pool.access.radius] * 3 + [1.0] * 3)
         return np.asarray(scale[:, None] * np.linalg.inv(rows.T @ rows) * scale)
 
 
+def _rank(rows: Floats) -> int:
+    """How many degrees of freedom the rows (k, 6) hold."""
+    singular = np.linalg.svd(rows, compute_uv=False)
+    return int((singular >= _RANK * singular.max(initial=0.0)).sum())
+
+
 def _refuse_free_motion(fixture: Fixture, touches: Touches) -> None:
-    singular = np.linalg.svd(touches.rows, compute_uv=False)
-    if len(singular) < 6 or singular[-1] < _RANK * singular[0]:
+    if _rank(flat(touches.rows)) < 6:
         raise UsageError(
             f"{fixture.name}: a motion stays free whatever is touched, so no plan can fix the pose; "
             "design-check names the motion and what to add"

@@ -12,7 +12,7 @@ from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
-from tactfix.geometry.surfaces import outward_normals
+from tactfix.geometry.surfaces import Point, outward_normals
 from tactfix.localization.locate import locate
 from tactfix.noise import chi_square_limit
 from tactfix.results import Candidate, LocateResult
@@ -47,7 +47,7 @@ def judged(fixture: Fixture, contacts: Contacts) -> Verdict:
     if result.status not in ("located", "ambiguous"):
         return Verdict(result, False, ())
     if result.status == "located":
-        coarse = BEHIND / np.sqrt(chi_square_limit(len(contacts) - 6))
+        coarse = BEHIND / np.sqrt(chi_square_limit(result.dof))
         wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas), explain=False)
     else:
         wide = result
@@ -72,6 +72,8 @@ def telling_approaches(access: Access, contacts: Contacts, normals: Floats, riva
         if ((approaches * wrong).sum(axis=1) > np.sin(np.radians(_BEYOND_DEG))).any():
             continue
         tilted, tilts = _least_tilts(normals, wrong)
+        # A point has no side that an approach could tell.
+        tilts[[isinstance(access.surfaces[name], Point) for name in contacts.features]] = np.pi
         for i in np.argsort(tilts):
             if tilts[i] > np.radians(_MOST_TILT_DEG):
                 break

@@ -118,7 +118,9 @@ def _rescaled(fault: Fault, contacts: Contacts) -> tuple[Contacts, str]:
 
 def _late(fault: Fault, contacts: Contacts) -> tuple[Contacts, str]:
     late = _SIGMAS_OFF * contacts.sigmas if fault.value is None else np.full(len(contacts), fault.value)
-    points = contacts.points + late[:, None] * contacts.approaches
+    if not contacts.has_approach.any():
+        return contacts, "no contact has an approach along which it could be late"
+    points = contacts.points + late[:, None] * np.where(contacts.has_approach[:, None], contacts.approaches, 0.0)
     return replace(contacts, points=points), f"every contact is {late.max():g} too far along its approach"
 
 
@@ -131,7 +133,10 @@ def _outlier(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.G
 
 
 def _reversed(fault: Fault, contacts: Contacts, rng: np.random.Generator) -> tuple[Contacts, str]:
-    i = int(rng.integers(len(contacts)))
+    known = np.flatnonzero(contacts.has_approach)
+    if not len(known):
+        raise UsageError("no contact says how the probe came, so none can be reversed")
+    i = int(known[rng.integers(len(known))])
     if fault.value is not None:
         if fault.value not in contacts.rows:
             raise UsageError(f"there is no row {fault.value:g} to reverse; rows run from 1 to {len(contacts)}")

@@ -60,7 +60,8 @@ def simulate(
 
     plan: nominal contacts in the fixture frame, as `plan` gives them; without one, count random touches inside the
     touch boxes, reachable in a straight line, from within CONE_DEG of the normal. sigma and tip_radius default to the
-    plan's, then to the fixture's probe. A feature's own sigma is added to the noise in quadrature.
+    plan's, then to the fixture's probe. A feature's own sigma is added to the noise in quadrature. Contacts on points
+    have no approach.
 
     Raises UsageError where sigma or tip_radius is said nowhere, where the fixture's relations do not place its
     features, where a feature cannot be reached, or where plan and count are both given; TipDoesNotFitError.
@@ -87,7 +88,7 @@ def simulate(
     contacts = Contacts(
         features=names,
         points=transform_points(base_from_fixture, growth(fault) * points + noise),
-        approaches=approaches @ rotation.T,
+        approaches=np.where(held[:, None], np.nan, approaches @ rotation.T),
         sigmas=sigmas,
         tip_radius=said_tip,
         rows=tuple(range(1, len(names) + 1)),
