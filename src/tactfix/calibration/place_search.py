@@ -2,7 +2,8 @@
 
 The search that `locate` uses gives all poses that explain the tip's places within what the robot may be off by. Where
 it gives none, descents from rotations that cover all of them do: the touches of a place that leave motions free, or
-that the nominal robot spoils by more than its prior. Approaches tell poses apart that the touches do not.
+that the nominal robot spoils by more than its prior. Points alone need no search: their least squares have one
+minimum, in closed form. Approaches tell poses apart that the touches do not.
 """
 
 from itertools import permutations, product
@@ -35,7 +36,12 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
 
     robot_sigmas (n,): how far the robot may put the tip off at each touch, along any direction.
     """
-    starts = [group.near] if group.near is not None else _searched(cell, group, values, robot_sigmas)
+    if group.near is not None:
+        starts = [group.near]
+    elif all(isinstance(patch.surface, Point) for patch in group.patches):
+        starts = [_superposed(cell, group, values)]
+    else:
+        starts = _searched(cell, group, values, robot_sigmas)
     if not starts:
         tips = tip_places(cell, group, values)
         middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
@@ -44,6 +50,22 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
     least = min(cost for _, cost in tried)
     alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _ALIKE]
     return min(alike, key=lambda pose: _wrong_approaches(cell, group, pose, values))
+
+
+def _superposed(cell: Cell, group: Group, values: Floats) -> Floats:
+    """The pose that brings points nearest to the tip's places: of points alone there is one least (Kabsch, 1976).
+
+    W. Kabsch: A solution for the best rotation to relate two sets of vectors, 1976.
+    """
+    tips = tip_places(cell, group, values)
+    points = np.empty_like(tips)
+    for patch in group.patches:
+        points[patch.index] = _anchor(patch.surface)
+    weights = 1 / group.sigmas[:, None] ** 2
+    middle, origin = ((weights * these).sum(axis=0) / weights.sum() for these in (tips, points))
+    left, _, right = np.linalg.svd((weights * (tips - middle)).T @ (points - origin))
+    turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    return homogeneous(turn, middle - turn @ origin)
 
 
 def _searched(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> list[Floats]:
@@ -63,7 +85,7 @@ def _searched(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) ->
         ids=(None,) * count,
     )
     equations = sum(len(patch.index) * (3 if isinstance(patch.surface, Point) else 1) for patch in group.patches)
-    if equations < 6 or len({type(patch.surface) for patch in group.patches} - {Point}) == 0:
+    if equations < 6:
         return []
     surfaces = {str(number): patch.surface for number, patch in enumerate(group.patches)}
     if len(surfaces) < 2:

@@ -10,12 +10,12 @@ at every value of the parameters, not only where all are zero.
 """
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Frozen, cross
+from tactfix.geometry.arrays import Floats, Frozen, Ints, cross
 from tactfix.geometry.rigid import homogeneous, skew
 from tactfix.values import frozen_value
 
@@ -77,6 +77,8 @@ class ElementaryMotion:
 
 
 Motion: TypeAlias = FixedMotion | ElementaryMotion
+Frame: TypeAlias = tuple[Floats, Floats]
+"""Rotations (n, 3, 3) and origins (n, 3) in base."""
 
 
 @frozen_value
@@ -97,60 +99,104 @@ class Chain:
 
     def tip(self, joints: Floats, values: Floats) -> TipMotion:
         """The tip's motion at joint coordinates (n, k) in rad and lengths, for parameter values (m,)."""
-        rotation, origin = _start(len(joints))
-        axes = np.zeros((len(self.parameters), len(joints), 3))
-        origins = np.zeros_like(axes)
-        for motion in self.motions:
-            if isinstance(motion, ElementaryMotion) and motion.parameter is not None:
-                axes[motion.parameter] = rotation @ motion.axis
-                origins[motion.parameter] = origin
-            rotation, origin = _moved(rotation, origin, motion, joints, values)
+        frames, segments = self._frames(joints, values)
+        count = len(self.parameters)
+        axes, origins = np.zeros((len(joints), 3, count)), np.zeros((len(joints), 3, count))
+        for (rotation, origin), segment in zip(frames, segments, strict=True):
+            axes[:, :, segment.parameters] = rotation @ segment.axes
+            origins[:, :, segment.parameters] = origin[:, :, None] + rotation @ segment.origins
+        tip = _after(*frames[-1], segments[-1].matrix)[1]
         turns = np.array([p.is_angle for p in self.parameters], dtype=bool)
-        columns = axes
-        columns[turns] = cross(axes[turns], origin - origins[turns])
-        return TipMotion(origin, np.moveaxis(columns, 0, -1))
+        arms = tip[:, :, None] - origins[:, :, turns]
+        axes[:, :, turns] = np.moveaxis(cross(np.moveaxis(axes[:, :, turns], 1, 2), np.moveaxis(arms, 1, 2)), 2, 1)
+        return TipMotion(tip, axes)
 
     def points(self, joints: Floats, values: Floats) -> Floats:
         """The tip's places (n, 3) in base alone."""
-        rotation, origin = _start(len(joints))
-        for motion in self.motions:
-            rotation, origin = _moved(rotation, origin, motion, joints, values)
-        return origin
+        frames, segments = self._frames(joints, values)
+        return _after(*frames[-1], segments[-1].matrix)[1]
 
     def base_from_tip(self, joints: Floats, values: Floats) -> Floats:
         """The tip's frames (n, 4, 4) in base; its axes are those of the flange."""
-        rotation, origin = _start(len(joints))
-        for motion in self.motions:
-            rotation, origin = _moved(rotation, origin, motion, joints, values)
-        return homogeneous(np.broadcast_to(rotation, (len(joints), 3, 3)), origin)
+        frames, segments = self._frames(joints, values)
+        return homogeneous(*_after(*frames[-1], segments[-1].matrix))
+
+    def _frames(self, joints: Floats, values: Floats) -> tuple[list[Frame], tuple["_Segment", ...]]:
+        """The frame in which each segment begins, and the segments: what lies before, between and behind the joints."""
+        segments = _segments(self, values.tobytes())
+        frames = [(np.broadcast_to(np.eye(3), (len(joints), 3, 3)), np.zeros((len(joints), 3)))]
+        for segment, motion in zip(segments, self._moving, strict=False):
+            rotation, origin = _after(*frames[-1], segment.matrix)
+            amount = joints[:, motion.joint]
+            if motion.rotates:
+                frames.append((rotation @ motion.turn(amount), origin))
+            else:
+                frames.append((rotation, origin + amount[:, None] * (rotation @ motion.axis)))
+        return frames, segments
+
+    @cached_property
+    def _moving(self) -> tuple[ElementaryMotion, ...]:
+        """The motions of the joints, in order."""
+        return tuple(m for m in self.motions if isinstance(m, ElementaryMotion) and m.joint is not None)
 
     def names(self) -> tuple[str, ...]:
         """The parameters' names, in the order of the values."""
         return tuple(parameter.name for parameter in self.parameters)
 
 
-def _start(count: int) -> tuple[Floats, Floats]:
-    return np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+def _after(rotation: Floats, origin: Floats, matrix: Floats) -> Frame:
+    """Frames (n, 3, 3), (n, 3) after a motion (4, 4) that is the same for all of them."""
+    return rotation @ matrix[:3, :3], origin + rotation @ matrix[:3, 3]
 
 
-def _moved(rotation: Floats, origin: Floats, motion: Motion, joints: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """The frames after one more motion."""
-    if isinstance(motion, FixedMotion):
-        return rotation @ motion.matrix[:3, :3], origin + rotation @ motion.matrix[:3, 3]
-    if motion.joint is not None:
-        amount = joints[:, motion.joint]
-    else:
-        amount = values[motion.parameter, None]
-        if not amount[0]:
-            return rotation, origin
-    if motion.rotates:
-        return rotation @ motion.turn(amount), origin
-    return rotation, origin + amount[:, None] * (rotation @ motion.axis)
+@frozen_value
+class _Segment:
+    """Motions that no joint is among: their product (4, 4), and where their parameters act in the first one's frame.
+
+    parameters: their indices (k,). axes, origins (3, k).
+    """
+
+    matrix: Floats
+    parameters: Ints
+    axes: Floats
+    origins: Floats
+
+
+@lru_cache(maxsize=4)
+def _segments(chain: Chain, values: bytes) -> tuple[_Segment, ...]:
+    """What stands still between the joints, for parameter values (m,): the same at every touch and place.
+
+    Kept for the values last asked for, which every place and both a cost and the step behind it ask for in turn.
+    """
+    found, start, motions = [], 0, chain.motions
+    ends = [i for i, m in enumerate(motions) if isinstance(m, ElementaryMotion) and m.joint is not None]
+    for end in (*ends, len(motions)):
+        found.append(_segment(motions[start:end], np.frombuffer(values)))
+        start = end + 1
+    return tuple(found)
+
+
+def _segment(motions: Sequence[Motion], values: Floats) -> _Segment:
+    rotation, origin = np.eye(3), np.zeros(3)
+    parameters, axes, origins = [], [], []
+    for motion in motions:
+        if isinstance(motion, FixedMotion):
+            origin = origin + rotation @ motion.matrix[:3, 3]
+            rotation = rotation @ motion.matrix[:3, :3]
+            continue
+        assert motion.parameter is not None  # no joint is among them
+        parameters.append(motion.parameter)
+        axes.append(rotation @ motion.axis)
+        origins.append(origin)
+        amount = values[motion.parameter]
+        if amount and motion.rotates:
+            rotation = rotation @ motion.turn(amount)
+        elif amount:
+            origin = origin + amount * axes[-1]
+    columns = (np.array(vectors).reshape(-1, 3).T for vectors in (axes, origins))
+    return _Segment(homogeneous(rotation, origin), np.array(parameters, dtype=np.intp), *columns)
 
 
 def motions_of(motions: Sequence[Motion], values: Floats) -> Floats:
     """The product (4, 4) of motions that no joint is among, for parameter values (m,)."""
-    rotation, origin = _start(1)
-    for motion in motions:
-        rotation, origin = _moved(rotation, origin, motion, np.zeros((1, 0)), values)
-    return homogeneous(rotation[0], origin[0])
+    return _segment(motions, values).matrix
