@@ -1,6 +1,7 @@
 """Probes qualified: certified data of NIST, and simulated probes that drift, slip, miss, and have lobes."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,6 +107,18 @@ def test_touches_of_different_places_are_noticed() -> None:
     points = np.column_stack([rng.normal(0, 0.01, 20), rng.uniform(-50, 50, (20, 2))])
     contacts = contacts_from_arrays("face", points, np.tile([1.0, 0, 0], (20, 1)), sigma=1.0, tip_radius=0.0)
     assert any("column target" in warning for warning in qualify(contacts).warnings)
+
+
+@pytest.mark.parametrize("with_approaches", [True, False])
+def test_touches_all_around_a_feature_are_no_repeats(with_approaches: bool) -> None:
+    angles = np.linspace(0, 2 * np.pi, 9)[:-1]
+    out = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    touched = contacts_from_arrays("pin", 10 * out, -out if with_approaches else None, sigma=1.0, tip_radius=0.0)
+    assert any("reference ball" in warning for warning in qualify(replace(touched, units="mm")).warnings)
+    assert (
+        not any("reference ball" in warning for warning in qualify(replace(touched, units="um")).warnings)
+        or with_approaches
+    )
 
 
 def test_what_says_nothing_of_a_probe_is_refused() -> None:

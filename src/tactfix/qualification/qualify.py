@@ -18,11 +18,18 @@ from tactfix.geometry.surfaces import Side, Sphere
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.qualification.result import DirectionMean, QualifyResult
 from tactfix.qualification.sequence import drift, interval, is_significant, outliers, step
+from tactfix.units import factor
 
 FEWEST_ON_BALL = 5
 FEWEST_FOR_MAP = 25
-ELSEWHERE = 20.0
-"""Times their spread along the approach, which touches across it must not exceed to be of one place."""
+_ACROSS = 20.0
+"""Times their spread along the approach, which touches of one place do not exceed across it: a machine returns to a
+place about as well as its probe triggers there."""
+_TURNED = 0.2
+"""rad between the approaches of touches of one place: a program repeats them, a hand keeps them
+within some ten degrees."""
+_APART_MM = 5.0
+"""mm between touches of one place; the worst machine, and a hand-guided robot, returns closer than this."""
 _CUBE = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
 DIRECTIONS = unit(_CUBE[np.isin(np.abs(_CUBE).sum(axis=1), (1, 3))])
 """Along the axes and between them (14, 3): where the mean of a ball's touches is told."""
@@ -125,19 +132,46 @@ def _deviations(contacts: Contacts, places: Sequence[Ints]) -> tuple[Floats, lis
     points = contacts.points - contacts.points[0]
     for place in places:
         points[place] -= points[place].mean(axis=0)
+    elsewhere = _of_several_places(contacts, places)
     if not contacts.has_approach.all():
-        return points, ["not all touches say their approach: sigma is that of any one direction, rms over all three"]
-    warnings = []
+        return points, [
+            *elsewhere,
+            "not all touches say their approach: sigma is that of any one direction, rms over all three",
+        ]
     along = np.zeros((len(points), 1))
     for place in places:
-        mean = contacts.approaches[place].mean(axis=0)
-        direction = unit(mean) if mean.any() else contacts.approaches[place[0]]
-        along[place, 0] = -(points[place] @ direction)
-        across = points[place] + along[place] * direction
-        if np.sqrt((across**2).sum()) > ELSEWHERE * np.sqrt((along[place] ** 2).sum()) > 0:
-            name = contacts.features[place[0]]
-            warnings.append(f"the touches of {name} are not all of one place; say with a column target which are")
-    return along, warnings
+        along[place, 0] = -(points[place] @ _common_approach(contacts, place))
+    return along, elsewhere
+
+
+def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
+    """A warning for each set of touches that is taken for one place and can hardly be one."""
+    return [
+        f"the touches of {contacts.features[place[0]]} are not all of one place, and sigma is then none of the probe; "
+        "say with a column target which are, or with --radius that they are of a reference ball"
+        for place in places
+        if _are_elsewhere(contacts, place)
+    ]
+
+
+def _are_elsewhere(contacts: Contacts, place: Ints) -> bool:
+    arms = contacts.points[place] - contacts.points[place[0]]
+    arms -= arms.mean(axis=0)
+    if contacts.units and lengths(arms).max() > _APART_MM * factor("mm", contacts.units):
+        return True
+    if not contacts.has_approach[place].all():
+        return False
+    direction = _common_approach(contacts, place)
+    along = arms @ direction
+    across = arms - np.outer(along, direction)
+    turned = np.arccos(np.clip(contacts.approaches[place] @ direction, -1.0, 1.0)).max() > _TURNED
+    return bool(turned or np.sqrt((across**2).sum()) > _ACROSS * np.sqrt((along**2).sum()) > 0)
+
+
+def _common_approach(contacts: Contacts, place: Ints) -> Floats:
+    """The mean direction (3,) of the approaches of touches of one place."""
+    mean = contacts.approaches[place].mean(axis=0)
+    return unit(mean) if mean.any() else contacts.approaches[place[0]]
 
 
 def _span(readings: Floats) -> float:

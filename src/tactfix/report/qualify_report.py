@@ -46,7 +46,8 @@ def qualify_lines(result: QualifyResult) -> Iterator[str]:
     """Name and numbers of each figure, as lines."""
     low, high = result.sigma_interval
     yield f"sigma {result.sigma:.6g} {result.units}, 95 % between {low:.4g} and {high:.4g}"
-    yield f"range {result.range:.6g} {result.units} in {result.touches} touches of {result.places} places"
+    places = "one place" if result.places == 1 else f"{result.places} places"
+    yield f"range {result.range:.6g} {result.units} in {result.touches} touches of {places}"
     if result.drift is not None:
         yield f"drift {result.drift.per_touch:.3g} {result.units} a touch, sigma {result.drift.sigma:.2g}"
     if result.tip_radius is not None:
