@@ -9,7 +9,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.localization.elimination import Verdict, judge
 from tactfix.localization.fit_test import misfit_of
 from tactfix.localization.free_motions import is_worthless
-from tactfix.poses.solution import Solution, Solutions
+from tactfix.poses.solution import Solution, Solutions, in_order
 from tactfix.results import Status
 from tactfix.values import frozen_value
 
@@ -29,6 +29,7 @@ def outcome_of(
 ) -> Outcome:
     """The outcome for contacts with sigmas (n,) of the residuals; with_misses and thorough as in `solve`."""
     solutions = solve(fixture, contacts, sigmas, with_misses, thorough)
+    solutions = replace(solutions, found=in_order(solutions.found))
     verdicts = [verdict_of(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
     verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
     left = tuple(s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons)

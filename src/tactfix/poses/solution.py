@@ -1,6 +1,6 @@
 """A pose that fits, with everything that telling candidates apart and reporting need to know of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -57,6 +57,24 @@ class Solutions:
     complete: bool
     continuum: bool
     fallen: tuple[Candidate, ...] = ()
+
+
+_EQUAL = 1e-6
+"""Chi-squares closer than this, or than this share of them, do not say which pose is the better one."""
+
+
+def in_order(found: Sequence[Solution]) -> tuple[Solution, ...]:
+    """Best first; those that fit equally well but for rounding by their entries, so that the order is no accident.
+
+    Contacts of a dry run hold mirror-symmetric poses exactly: the last digit would choose which of them leads.
+    """
+    ordered = sorted(found, key=lambda solution: solution.chi2)
+    ranks: list[int] = []
+    for number, solution in enumerate(ordered):
+        tied = number and solution.chi2 - ordered[ranks[-1]].chi2 <= _EQUAL * max(1.0, solution.chi2)
+        ranks.append(ranks[-1] if tied else number)
+    entries = [tuple(np.round(solution.base_from_fixture[:3].T.ravel(), 6)) for solution in ordered]
+    return tuple(ordered[i] for i in sorted(range(len(ordered)), key=lambda i: (ranks[i], entries[i])))
 
 
 def largest_sigma(covariance: Floats) -> float:
