@@ -97,6 +97,35 @@ GOOD = {
         "> G91\nok\n> G38.2 Z-20 F80 (fast)\n[PRB:1025.500,-20.250,300.000:1]\nok\nG38.2Z-20F80\n"
         "2016-12-09T02:44:19.961Z - silly: [Grbl] < [PRB:1030.250,-18.500,301.000:1]\n",
     ),
+    "grbl of Candle": (
+        "grbl",
+        "[CTRL+X] < Grbl 1.1f ['$' for help]\nG91 < ok\nG38.2Z-20F80 < [PRB:1025.500,-20.250,300.000:1]; ok\n"
+        "G0Z2 < ok\nG38.2 Z-4 F50 < [PRB:1030.250,-18.500,301.000:1]; ok\n",
+    ),
+    "grbl of gSender": (
+        "grbl",
+        "[22:44:38] Centre finding probe cycle in progress\n[22:44:38] [ G91 ] ok\n[22:44:43] [ [ PROBE ] ] Probe Completed.\n"
+        "[22:44:43] [ G38.2 Z-20 F200 ] [PRB:1025.500,-20.250,300.000:1]\n[22:44:43] [ G38.2 Z-20 F200 ] ok\n"
+        "[22:44:46] [ G38.2 Z-5 F80 ] [PRB:1030.250,-18.500,301.000:1]\n[22:44:46] [ $# ] [G54:0.000,0.000,0.000]\n"
+        "[22:44:46] [ $# ] [PRB:1030.250,-18.500,301.000:1]\n[22:44:46] [ $# ] ok\n",
+    ),
+    "grbl of the Serial Port JSON Server": (
+        "grbl",
+        '{"P":"COM3","D":"[PRB:1025.500,-20.250,300.000:1]\\n"}\n{"P":"COM3","D":"ok\\n"}\n'
+        '{"P":"COM3","D":"{\\"prb\\":{\\"e\\":1,\\"x\\":1030.25,\\"y\\":-18.5,\\"z\\":301.0}}\\n"}\n',
+    ),
+    "grbl in colour, quotes and seconds": (
+        "grbl",
+        "\x1b[32m[PRB:1025.500,-20.250,300.000:1]\x1b[0m\nb'ok\\r\\n'\n1701212345.123 [PRB:1030.250,-18.500,301.000:1]\n",
+    ),
+    "Marlin": (
+        "grbl",
+        "Send: G30 X10 Y20\nRecv: Bed X: 1025.50 Y: -20.25 Z: 300.00\nRecv: ok\nBed X: 1030.25 Y: -18.50 Z: 301.00\n",
+    ),
+    "g2core": (
+        "grbl",
+        '{"r":{"prb":{"e":1,"x":1025.5,"y":-20.25,"z":300.0,"a":0,"b":0}},"f":[1,0,8]}\n{"prb":{"e":1,"x":1030.25,"y":-18.5,"z":301}}\n',
+    ),
     "grbl with a stray byte": (
         "grbl",
         b"\xff\xfeGrbl 1.1h ['$' for help]\n".replace(b"\xfe", b"")

@@ -39,6 +39,11 @@ def test_what_is_told_of_the_good_ones():
     np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
     assert "circle" in "".join(read("xyzijk", GOOD["xyz of seven"][1], options=ContactOptions()).notes)
     assert "stray bytes" in "".join(read("grbl", GOOD["grbl with a stray byte"][1]).notes)
+    for case in ("grbl of Candle", "grbl of gSender", "Marlin"):
+        log = read("grbl", GOOD[case][1])
+        np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
+    assert log.units == "mm"
+    assert "active coordinates" in "".join(log.notes)
     assert "G38.3" in "".join(read("linuxcnc", GOOD["linuxcnc"][1]).notes)
 
 
@@ -51,6 +56,12 @@ REFUSED = [
     ("grbl", ONE.replace(":1]", ":2]"), "neither 1"),
     ("grbl", '{"prb":{"e":1,"x":1.0,"y":2.0,"z":1e999}}', "no number"),
     ("grbl", '{"prb":{"e":1,"x":1.0,"x":2.0,"y":2.0,"z":1}}', "not JSON"),
+    ("grbl", "Bed X: 1.00 Y: 2.00 Z: 3.0.0", "column 24: '3.0.0' is no number"),
+    ("grbl", "Bed X: 1.00 Y: 2.00", "'Z' is missing"),
+    ("grbl", ONE + "Bed X: 1.00 Y: 2.00 Z: 3.00", "what reports changes"),
+    ("grbl", '{"D":"[PRB:1.000,2.000,3.000:1]","data":"x"}', "not a whole probe report"),
+    ("grbl", "b'[PRB:1.000,2.000,3.000:1]", "not a whole probe report"),
+    ("grbl", '{"prb":{"e":1,"x":1,"y":2,"z":3,"a":0}}\n{"prb":{"e":1,"x":1,"y":2,"z":3,"a":90}}', "the axis A changes"),
     ("ippdme", "00001 # X(1), Y(2), Z(3), R(0)\n00002 # X(1), Y(2), Z(3), R(90)", "rotary table, R\\(\\) changes"),
     ("ippdme", "00001 # X(1), Y(2), Z(3), Tool.A(0)\n00002 # X(1), Y(2), Z(3), Tool.A(90)", "Tool.A.., changes"),
     ("ippdme", "00001 # X(1), Y(2), Z(3), ER(1)\n00002 # X(1), Y(2), Z(3), ER(2)", "tip radius is 2"),
@@ -98,6 +109,11 @@ def test_the_last_hit_that_parameters_tell_again_is_no_contact_and_a_touch_again
         ("G38.2 Y4 (G90)\n", [0, 1, 0]),
         ("G91\nG38.2 Z-5\nALARM:4\n", None),
         ("G91\nG38.2 Z-5 A10\n", None),
+        ("[22:44:38] [ G90 ] ok\nG38.2 X62\n", None),
+        ("[22:44:38] [ $G ] [GC:G0 G54 G17 G21 G90 G94 M5 M9 T1 F0 S0]\nG38.2 X62\n", None),
+        ("G90 < ok\nG38.2 X62\n", None),
+        ("G91 < ok\nG38.2 X5 < ", [1, 0, 0]),
+        ("G91 < ok\nG38.2 X5 < error:9\n", None),
     ],
 )
 def test_the_approach_of_a_repeated_command(commands, approach):

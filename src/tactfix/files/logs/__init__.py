@@ -24,7 +24,11 @@ LOG_FORMATS: Final[Mapping[str, LogFormat]] = MappingProxyType(
         log.name: log
         for log in (
             LogFormat("linuxcnc", "LinuxCNC PROBEOPEN log: X Y Z A B C U V W a line", read_linuxcnc, frame=_WORK),
-            LogFormat("grbl", "consoles of grbl and TinyG: [PRB:x,y,z:1], prb in JSON; misses are dropped", read_grbl),
+            LogFormat(
+                "grbl",
+                "consoles of grbl, TinyG, Marlin: [PRB:x,y,z:1], prb in JSON, Bed X: Y: Z:; misses are dropped",
+                read_grbl,
+            ),
             LogFormat("msr", "MSR results file: G800 nominal with normal, G801 measured", read_msr, frame=_WORK),
             LogFormat(
                 "xyzijk",

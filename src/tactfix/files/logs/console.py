@@ -1,9 +1,11 @@
 """Lines of consoles: what a sender or terminal writes around what the machine said, and the commands it repeats.
 
 Before the machine's own words stand, in any order and number: time stamps, with brackets or without; prompts such as
->>> and <-; labels of letters; a repeated command in brackets; and what noise on a serial line leaves.
+>>> and <-; labels of letters; a repeated command, in brackets or with < or a tab behind it; colours; and what noise on
+a serial line leaves. Servers and scripts put the whole line into quotes, or as a string into JSON.
 """
 
+import json
 import re
 from typing import Final
 
@@ -12,11 +14,21 @@ from tactfix.lexer import Lexer, TextError
 from tactfix.values import frozen_value
 
 _NOISE: Final = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f\udc80-\udcff\ufffd]+")
-_STAMP: Final = re.compile(r"[0-9]{1,4}[-:/.][0-9]{1,3}(?:[-:/.,TZ+ ]?[0-9]{1,9})*Z?(?=[\s\]>|,-]|$)")
+_COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
+# A date and time, or the seconds since 1970.
+_STAMP: Final = re.compile(
+    r"(?:[0-9]{1,4}[-:/.][0-9]{1,3}(?:[-:/.,TZ+ ]?[0-9]{1,9})*Z?|[0-9]{10}(?:\.[0-9]{1,9})?)(?=[\s\]>|,:-]|$)"
+)
 _PROMPT: Final = re.compile(r"[<>|:-]+(?=\s|\[|\{|[A-Za-z$])")
 _LABEL: Final = re.compile(r"[A-Za-z]+[0-9]?(?:[ \t]*[:>]|(?=[ \t]+[-<>\[{]))")
 _BRACKETS: Final = re.compile(r"\[[ \t]*([^\[\]]*?)[ \t]*\]")
-_WORD: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_WORD: Final = re.compile(r"\$?[A-Za-z][A-Za-z0-9_]*|\$[$#]")
+_REPEATED: Final = re.compile(
+    r"([A-Za-z][^<>\[\]{}\t]*?)[ \t]*(?:<|\t)[ \t]*(?=\[|\{|ok\b|error:|ALARM:)", re.IGNORECASE
+)
+_QUOTED: Final = re.compile(r"\s*b?(['\"])((?:(?!\1).)*?)(?:\\[rn])*\1\s*")
+_CARRIERS: Final = ("D", "Data", "data", "line", "message", "msg", "text")
+"""Under these names servers and senders send a line of the console in JSON; D is the Serial Port JSON Server's."""
 
 
 @frozen_value(eq=True)
@@ -33,11 +45,16 @@ def read_opening(lexer: Lexer) -> Opening:
     noise = False
     while True:
         lexer.blanks()
+        if lexer.match(_COLOUR):
+            continue
         if lexer.match(_NOISE):
             noise = True
         elif not (lexer.match(_STAMP) or lexer.match(_PROMPT) or lexer.match(_LABEL)):
-            inside = _BRACKETS.match(lexer.text, lexer.position)
-            repeated = None if inside is None else _bracketed(inside.group(1))
+            inside = _REPEATED.match(lexer.text, lexer.position)
+            repeated = None if inside is None else block_of(inside.group(1))
+            if repeated is None:
+                inside = _BRACKETS.match(lexer.text, lexer.position)
+                repeated = None if inside is None else _bracketed(inside.group(1))
             if inside is None or repeated is None:
                 return Opening(command, noise)
             command = repeated if repeated.words else command
@@ -45,17 +62,37 @@ def read_opening(lexer: Lexer) -> Opening:
 
 
 def read_closing(lexer: Lexer, remedy: str) -> None:
-    """Nothing but an ok and noise may follow the machine's words."""
+    """Nothing but an ok, the end of a colour and noise may follow the machine's words."""
+    lexer.blanks().match(_COLOUR)
+    lexer.take(";")
     lexer.take("ok")
+    lexer.blanks().match(_COLOUR)
     lexer.blanks().match(_NOISE)
     lexer.end(remedy)
 
 
+def unwrapped(lexer: Lexer) -> Lexer:
+    """The line that a script has put into quotes, or a server into JSON; the same line where none has.
+
+    What stands in JSON as an escape has no column of its own: there the column is that of the string.
+    """
+    quoted = _QUOTED.fullmatch(lexer.text)
+    if quoted is not None:
+        return Lexer(quoted.group(2), lexer.line, quoted.start(2) + 1)
+    if not lexer.text.lstrip().startswith("{"):
+        return lexer
+    try:
+        tree = json.loads(lexer.text)
+    except (ValueError, RecursionError):
+        return lexer
+    carried = [tree[name] for name in _CARRIERS if isinstance(tree.get(name), str)] if isinstance(tree, dict) else []
+    return Lexer(carried[0].strip(), lexer.line, lexer.text.find("{") + 1) if len(carried) == 1 else lexer
+
+
 def _bracketed(inside: str) -> Block | None:
     """A command in brackets; without words where it is a stamp or a label; None where it is neither."""
-    if _STAMP.fullmatch(inside) or _WORD.fullmatch(inside):
-        return Block(())
-    return block_of(inside)
+    block = block_of(inside)
+    return Block(()) if block is None and (_STAMP.fullmatch(inside) or _WORD.fullmatch(inside)) else block
 
 
 def block_of(text: str) -> Block | None:

@@ -1,6 +1,7 @@
 """Consoles of grbl and its relatives: [PRB:x,y,z:1] for a hit, in machine coordinates; [PRB:...:0] for a miss.
 
-TinyG and g2core say it in JSON: {"prb":{"e":1,"x":..,"y":..,"z":..}}. The rest of a console is talk, of which the
+TinyG and g2core say it in JSON: {"prb":{"e":1,"x":..,"y":..,"z":..}}. Marlin answers G30, which probes straight down,
+with Bed X: .. Y: .. Z: .., in mm and in the active coordinates. The rest of a console is talk, of which the
 probe commands tell the approach, G90 and G91 how they are meant, and $13 or G20 the unit.
 """
 
@@ -10,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.console import block_of, read_closing, read_opening
+from tactfix.files.logs.console import block_of, read_closing, read_opening, unwrapped
 from tactfix.files.logs.log import Log, LogContact, Standing, Vector, passed_over, read_lines, vector
 from tactfix.files.logs.probe_commands import ProbeCommands
 from tactfix.gcode import Block
@@ -24,6 +25,8 @@ _UNIT_SETTING: Final = re.compile(r"\$13\s*=\s*([01])\b")
 _MODES: Final = re.compile(r"\[GC:([^\]]*)\]", re.IGNORECASE)
 _FAILED: Final = re.compile(r"\b(?:ALARM|error):", re.IGNORECASE)
 _ROTARY: Final = "the axes beyond X Y Z"
+_BED: Final = "write Bed X: 1.00 Y: 2.00 Z: 3.00"
+_DOWN: Final = (0.0, 0.0, -1.0)
 
 
 @dataclass(slots=True)
@@ -39,8 +42,10 @@ class _Reader:
     json_units: str | None = None
     last: tuple[Vector, bool] | None = None
     listing: bool = False
+    on_bed: bool = False
 
     def line(self, lexer: Lexer) -> None:
+        lexer = unwrapped(lexer)
         opening = read_opening(lexer)
         if lexer.follows("[PRB:"):
             self._noted(lexer, opening.noise)
@@ -48,7 +53,10 @@ class _Reader:
         elif '"prb"' in lexer.rest.lower() and lexer.follows("{"):
             self._noted(lexer, opening.noise)
             self._json(lexer)
-        elif "PRB" in lexer.text.upper():
+        elif lexer.follows("Bed X"):
+            self._noted(lexer, opening.noise)
+            self._bed(lexer)
+        elif "PRB" in lexer.text.upper() or "BED X" in lexer.text.upper():
             lexer.refuse("this is not a whole probe report", _REMEDY)
         else:
             self._talk(lexer, opening.command)
@@ -86,9 +94,26 @@ class _Reader:
             lexer.refuse("prb does not hold e, x, y and z alone", _JSON)
         if report["e"] not in (0, 1) or not all(_plain(value) for value in report.values()):
             lexer.refuse("prb holds something that is no number", _JSON)
-        axes = [float(report[axis]) for axis in "xyzabcuvw" if axis in report]
+        if report["e"]:
+            for axis in "abcuvw":
+                if axis in report:
+                    self.standing.keep(f"the axis {axis.upper()}", float(report[axis]), lexer)
         self.units = self.units or self.json_units
-        self._touched(lexer, axes, bool(report["e"]), None)
+        self._touched(lexer, [float(report[axis]) for axis in "xyz"], bool(report["e"]), None)
+
+    def _bed(self, lexer: Lexer) -> None:
+        """Bed X: 1.00 Y: 2.00 Z: 3.00"""
+        lexer.take("Bed")
+        point = []
+        for axis in "XYZ":
+            lexer.mark(axis, _BED)
+            lexer.mark(":", _BED)
+            point.append(lexer.number(_BED))
+        read_closing(lexer, _BED)
+        self.standing.keep("what reports", "Marlin", lexer)
+        self.units = self.units or "mm"
+        self.on_bed = True
+        self.contacts.append(LogContact(lexer.line, vector(point), _DOWN))
 
     def _touched(self, lexer: Lexer, axes: list[float], hit: bool, command: Block | None) -> None:
         """One report: a miss, a repetition of the last report ($#), or a contact."""
@@ -101,6 +126,7 @@ class _Reader:
         if not hit:
             self.misses.append(lexer.line)
             return
+        self.standing.keep("what reports", "grbl", lexer)
         self.standing.keep(_ROTARY, tuple(axes[3:]), lexer)
         self.contacts.append(LogContact(lexer.line, now[0], approach))
 
@@ -113,6 +139,7 @@ class _Reader:
             self.listing = True
         elif said.lower() == "ok":
             self.listing = False
+            self._modes(command)
         elif _FAILED.search(lexer.text):
             self.commands.forget()
         elif setting:
@@ -125,6 +152,13 @@ class _Reader:
             return
         self.listing = False
         self.commands.heard(block)
+        self._modes(block)
+
+    def _modes(self, block: Block | None) -> None:
+        """What a command sets for those that follow; its probing, if it does any, is answered already."""
+        if block is None:
+            return
+        self.commands.mode(block)
         for code in block.codes("G"):
             self.json_units = {20.0: "in", 21.0: "mm"}.get(code, self.json_units)
 
@@ -132,7 +166,10 @@ class _Reader:
         notes = [f"line {line}: the probe met nothing; dropped" for line in self.misses]
         notes += [f"line {line}: $# tells the last hit again; dropped" for line in self.repeated]
         notes += [f"line {line}: stray bytes before the report" for line in self.noisy]
-        notes += [*self.commands.notes(), *self.standing.notes(_ROTARY)]
+        if self.on_bed:
+            notes.append("Marlin's G30 reports in the active coordinates; --work-offset takes the results out of them")
+        rotary = (_ROTARY, *(f"the axis {axis}" for axis in "ABCUVW"))
+        notes += [*self.commands.notes(), *self.standing.notes(*rotary)]
         return Log(tuple(self.contacts), self.units, (*notes, *passed_over(self.talk, "lines that are no reports")))
 
 

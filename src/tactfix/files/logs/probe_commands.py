@@ -28,7 +28,7 @@ class ProbeCommands:
         if self._probes(block):
             self.waiting.append(self._direction(block))
         else:
-            self._mode(block)
+            self.mode(block)
 
     def forget(self) -> None:
         """An alarm: no report will follow."""
@@ -53,7 +53,8 @@ class ProbeCommands:
             notes.append("probe commands in G90 do not tell the approach; --approach does")
         return tuple(notes)
 
-    def _mode(self, block: Block) -> None:
+    def mode(self, block: Block) -> None:
+        """G90 and G91 of a command hold for those that follow."""
         for code in block.codes("G"):
             self.incremental = {90.0: False, 91.0: True}.get(code, self.incremental)
 
@@ -62,7 +63,7 @@ class ProbeCommands:
 
     def _direction(self, block: Block) -> Vector | None:
         """Unit direction of the probe into the material, None where the command does not tell it."""
-        self._mode(block)
+        self.mode(block)
         move = [sum(block.codes(axis)) for axis in "XYZ"]
         axes = sum(value != 0 for value in move)
         turns = any(any(block.codes(axis)) for axis in "ABC")
