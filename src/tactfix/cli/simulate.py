@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli import completion
-from tactfix.cli.options import AsJson, FixturePath, Output
+from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
 from tactfix.cli.output import emit
 from tactfix.simulation.faults import FAULT_KINDS, parse_fault
 
@@ -24,8 +24,13 @@ def command(
         ),
     ] = None,
     pose: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Where the fixture stands; a random pose where not given.")
+        str | None,
+        typer.Option(metavar="FILE", help="Where the fixture stands; a random pose, where placement allows one."),
     ] = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     sigma: Annotated[
         float | None,
         typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
@@ -53,11 +58,13 @@ def command(
     """Make a contact file as a probe would report it, with the truth in its comments.
 
     Without PLAN the touches are random: inside the touch boxes, reachable in a straight line, approached from near the
-    surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - gives the pose back.
+    surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - gives the pose back. The pose is random too: one
+    that the fixture's placement (or --near with --within, --near-sigma, --free) allows, or any.
 
     Faults: outlier (length; default 20 sigma), reversed-approach (row), swapped-labels, wrong-unit (factor; 25.4),
     forgotten-tip (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4).
     """
+    from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
@@ -67,7 +74,7 @@ def command(
     from tactfix.simulation.simulate import simulate
 
     asked = None if fault is None else parse_fault(fault)
-    fixture = load_fixture(fixture_path)
+    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
     simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked)

@@ -20,6 +20,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, out
 from tactfix.probe import probe_settings
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
+from tactfix.simulation.placed_poses import placed_pose
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
@@ -56,7 +57,9 @@ def simulate(
     count: int | None = None,
     fault: Fault | None = None,
 ) -> Simulation:
-    """Contacts on a fixture that stands at base_from_fixture (4, 4), or at a random pose a metre or more away.
+    """Contacts on a fixture that stands at base_from_fixture (4, 4), or at a random pose.
+
+    The random pose is one that the fixture's placement allows (`placed_poses`); without one, any, a metre or more away.
 
     plan: nominal contacts in the fixture frame, as `plan` gives them; without one, count random touches inside the
     touch boxes, reachable in a straight line, from within CONE_DEG of the normal. sigma and tip_radius default to the
@@ -74,7 +77,7 @@ def simulate(
     access = access_of(fixture, surfaces, touching_radius(fault, said_tip))
     touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(surfaces, plan)
     if base_from_fixture is None:
-        base_from_fixture = random_pose(pose_stream, factor("m", fixture.units))
+        base_from_fixture = drawn_pose(fixture, pose_stream)
     names, points, normals, approaches = touches
     sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
     scatter = np.hypot(sigmas, [fixture.features[name].sigma for name in names])
@@ -133,6 +136,12 @@ def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
         f"{fixture.name}: the fixture file does not say where all features stand to each other; "
         "add the missing distances and angles, or each feature's place"
     )
+
+
+def drawn_pose(fixture: Fixture, rng: np.random.Generator) -> Floats:
+    """base_from_fixture (4, 4): where the fixture's placement lets it stand, anywhere where it says nothing."""
+    metre = factor("m", fixture.units)
+    return random_pose(rng, metre) if fixture.placement is None else placed_pose(fixture.placement, rng, metre)
 
 
 def random_pose(rng: np.random.Generator, metre: float) -> Floats:

@@ -1,0 +1,110 @@
+"""Poses drawn where a placement allows them: within limits, as a measurement scatters, in the free directions alone."""
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.spatial.transform import Rotation
+
+from tactfix.cli.app import run
+from tactfix.fixture import DIRECTIONS, Placement
+from tactfix.simulation.placed_poses import placed_pose
+from tactfix.simulation.simulate import simulate
+from tests.support.placed_cells import plate_with_all
+from tests.support.project import ROOT
+
+NEAR = np.eye(4)
+NEAR[:3, :3] = Rotation.from_euler("zyx", [-64, 3, 100], degrees=True).as_matrix()
+NEAR[:3, 3] = [1200.0, -350.0, 400.0]
+
+
+def drawn(placement, count=2000, metre=1000.0):
+    """Rotation vectors (count, 3) and translations (count, 3) from near."""
+    rng = np.random.default_rng(5)
+    poses = np.array([placed_pose(placement, rng, metre) for _ in range(count)])
+    turns = Rotation.from_matrix(poses[:, :3, :3] @ NEAR[:3, :3].T).as_rotvec()
+    return turns, poses[:, :3, 3] - NEAR[:3, 3]
+
+
+def follows(values, cumulative):
+    return stats.kstest(values, cumulative).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("degrees", [5.0, 60.0, 180.0])
+def test_limits_are_filled_evenly(degrees):
+    most = np.radians(degrees)
+    turns, shifts = drawn(Placement(NEAR, (20.0, most)))
+    angles, lengths = np.linalg.norm(turns, axis=1), np.linalg.norm(shifts, axis=1)
+    assert angles.max() <= most + 1e-9
+    assert lengths.max() <= 20.0
+    # Of rotations spread evenly, the share up to an angle is as (a - sin a); of a ball, as the cube.
+    assert follows(angles, lambda a: (a - np.sin(a)) / (most - np.sin(most)))
+    assert follows(lengths, lambda r: (r / 20.0) ** 3)
+    assert np.linalg.norm((turns / angles[:, None]).mean(axis=0)) < 0.1
+
+
+@pytest.mark.parametrize("free", [("x", "y", "rz"), ("rx", "rz"), ("z",), ("rx", "ry", "rz", "x")])
+@pytest.mark.parametrize("within", [None, (20.0, 0.3)])
+def test_what_is_held_stays_where_it_is(free, within):
+    off = np.hstack(drawn(Placement(NEAR, within, free=frozenset(free)), count=500))
+    order = ("rx", "ry", "rz", "x", "y", "z")
+    is_free = np.array([name in free for name in order])
+    assert set(order) == set(DIRECTIONS)
+    assert np.abs(off[:, ~is_free]).max() < 1e-9
+    # Every free one is off by a good part of what it may be, to both sides.
+    limits = np.array([np.pi] * 3 + [1000.0] * 3) if within is None else np.array([0.3] * 3 + [20.0] * 3)
+    assert (off[:, is_free].max(axis=0) > 0.7 * limits[is_free]).all()
+    assert (off[:, is_free].min(axis=0) < -0.7 * limits[is_free]).all()
+
+
+@pytest.mark.parametrize("free", [DIRECTIONS, ("x", "z", "ry")])
+def test_a_measurement_scatters_as_its_covariance_says(free):
+    mixing = np.random.default_rng(3).normal(size=(6, 6)) + 2 * np.eye(6)
+    scales = np.array([1e-3] * 3 + [0.5] * 3)
+    covariance = np.outer(scales, scales) * (mixing @ mixing.T)
+    off = np.hstack(drawn(Placement(NEAR, sigma=covariance, free=frozenset(free)), count=4000))
+    index = [k for k, name in enumerate(("rx", "ry", "rz", "x", "y", "z")) if name in free]
+    held = [k for k in range(6) if k not in index]
+    # The conditional covariance, by the Schur complement.
+    given = covariance[np.ix_(index, index)]
+    if held:
+        across = covariance[np.ix_(index, held)]
+        given = given - across @ np.linalg.inv(covariance[np.ix_(held, held)]) @ across.T
+    white = np.linalg.solve(np.linalg.cholesky(given), off[:, index].T)
+    assert np.abs(np.cov(white) - np.eye(len(index))).max() < 0.12
+    assert np.abs(white.mean(axis=1)).max() < 0.08
+
+
+def test_near_alone_is_where_it_stands():
+    turns, shifts = drawn(Placement(NEAR), count=3)
+    assert np.abs(turns).max() < 1e-12
+    assert not shifts.any()
+
+
+def test_simulations_stand_where_the_placement_says_and_are_located_there():
+    from dataclasses import replace
+
+    from tactfix.localization.locate import locate
+
+    fixture = replace(plate_with_all(), placement=Placement(NEAR, (20.0, 0.1), free=frozenset(("x", "y", "rz"))))
+    first, second = (simulate(fixture, seed=seed) for seed in (1, 2))
+    assert not np.array_equal(first.base_from_fixture, second.base_from_fixture)
+    for simulation in (first, second):
+        assert simulation.base_from_fixture[2, 3] == NEAR[2, 3]
+        found = locate(fixture, simulation.contacts)
+        assert found.status == "located"
+        off = found.base_from_fixture[:3, 3] - simulation.base_from_fixture[:3, 3]
+        assert np.linalg.norm(off) < 6 * np.sqrt(np.trace(found.covariance[3:, 3:]))
+    given = simulate(fixture, base_from_fixture=np.eye(4), seed=1)
+    assert np.array_equal(given.base_from_fixture, np.eye(4))
+
+
+def test_the_command_line_says_where_too(tmp_path, capsys):
+    np.savetxt(tmp_path / "near.txt", NEAR, fmt="%.17g")
+    plate = str(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    words = ("--near", str(tmp_path / "near.txt"), "--within", "20,5", "--free", "x,y,rz")
+    assert run(["simulate", plate, "--seed", "1", *words]) == 0
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("# truth: ")]
+    pose = np.array([[float(word) for word in row.split()[2:]] for row in rows if len(row.split()) == 6][:4])
+    assert pose[2, 3] == NEAR[2, 3]
+    assert 0 < np.linalg.norm(pose[:2, 3] - NEAR[:2, 3]) < 20
+    assert run(["simulate", plate, "--near", str(tmp_path / "near.txt")]) == 2
