@@ -17,15 +17,17 @@ _DIAMETER: Final = "tip_diameter"
 _NEAR: Final[dict[str, str]] = {
     **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
     **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
-    **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty"), "sigma"),
+    **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty", "\u03c3"), "sigma"),
     **dict.fromkeys(("tcp", "tcp_offset", "tool_offset", "tipoffset", "probe_offset"), "tip_offset"),
     **dict.fromkeys(("diameter", "tip_dia", "ball_diameter", "probe_diameter", "stylus_diameter"), _DIAMETER),
 }
 _LONGEST_KEY: Final = 20
 _KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
 """A key of one or two words; what has more before a colon is a sentence, a plain comment."""
-_NEARLY: Final = re.compile(r"([A-Za-z][\w-]*)\s*(?:[(\[]([^()\[\]]*)[)\]])?\s*[:=]?\s*(.*)")
-"""A word, perhaps a unit in brackets, and the rest: what may be meant for a setting."""
+_TOKEN: Final = re.compile(rf"[^\W\d]\w*?(?:-[^\W\d]\w*?)*(?=[\W\d]|$)|{NUMBER.pattern.replace('(', '(?:')}")
+"""A word, or a number; a word ends where a digit begins, as in sigma0.005."""
+_WEIGHTLESS: Final = frozenset(("is", "of", "a", "an", "the", "to", "and", "x", "y", "z", "one", "as", "equals"))
+_LONGEST_SETTING: Final = 80
 _PADDING: Final = ",; \t"
 """What spreadsheets add to the end of a line."""
 
@@ -148,26 +150,43 @@ def _nearly_setting(line: str, key: str, value: str) -> tuple[str, str, str] | N
 
     key and value: both sides of its colon, empty where it has none. None for a plain comment.
     """
-    if key:
-        near = _meant_key(key)
-        if near == _DIAMETER:
-            return "tip_radius", f"unknown key {key!r}", _half(value)
-        return (near, f"unknown key {key!r}", f"did you mean {near!r}?") if near else None
-    text = line[1:].strip().rstrip(_PADDING)
-    parts = _NEARLY.match(text)
-    near = _meant_key(parts[1]) if parts else None
-    if parts is None or near is None:
+    meant = _meant_key(key) if key else None
+    if meant == _DIAMETER:
+        return "tip_radius", f"unknown key {key!r}", _half(value)
+    if meant:
+        return meant, f"unknown key {key!r}", f"did you mean {meant!r}?"
+    return None if len(line) > _LONGEST_SETTING else _setting_in_words(line)
+
+
+def _setting_in_words(line: str) -> tuple[str, str, str] | None:
+    """What is meant by a name with its value that any other marks or words of no weight stand between or around.
+
+    A comment of other words as well is a sentence, and sets nothing.
+    """
+    text = line.lstrip("# \t").rstrip(_PADDING)
+    words = [word for word in _TOKEN.findall(text) if word.lower() not in _WEIGHTLESS]
+    names = [word for word in words if not NUMBER.fullmatch(word) and not _is_unit(word)]
+    numbers, units = [word for word in words if NUMBER.fullmatch(word)], list(filter(_is_unit, words))
+    if not names and units and len(units) + len(numbers) == len(words):
+        near: str | None = "units"
+    else:
+        near = _meant_key(" ".join(names[:2])) if words[: len(names)] == names and 0 < len(names) < 3 else None
+    if near is None or not (units if near == "units" else numbers):
         return None
-    unit, words = parts[2], parts[3].split()
-    first = words[0] if words else ""
-    is_value = first in UNITS and len(words) == 1 if near == "units" else NUMBER.fullmatch(first) and len(words) < 3
-    if unit is None and not is_value:
-        return None
-    what = f"{_shown(text)} sets nothing: " + ("there is no colon" if unit is None else "a unit stands beside the key")
+    alone = line.lstrip("#") == line[1:]
+    what = f"{_shown(text)} sets nothing: " + ("it is no '# key: value'" if alone else "a setting begins with one #")
     if near == _DIAMETER:
-        return "tip_radius", what, _half(first)
-    example = first or (unit if near == "units" and unit in UNITS else _EXAMPLES[near])
-    return near, what, f"write '# {near}: {example}'; '# units: mm' gives the unit of all lengths"
+        return "tip_radius", what, _half(numbers[0])
+    value = (
+        next((unit for unit in reversed(units) if unit in UNITS), _EXAMPLES[near]) if near == "units" else numbers[0]
+    )
+    if near == "tip_offset":
+        value = _EXAMPLES[near] if len(numbers) != 3 else ", ".join(numbers)
+    return near, what, f"write '# {near}: {value}'; '# units: mm' gives the unit of all lengths"
+
+
+def _is_unit(word: str) -> bool:
+    return word in UNITS or which_unit(word).startswith("did you mean")
 
 
 def _half(diameter: str) -> str:
