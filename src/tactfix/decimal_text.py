@@ -10,7 +10,10 @@ from tactfix.units import MOST_LENGTH
 
 MOST_CHARACTERS: Final = 100
 """A double has 17 digits; whatever is longer than this was not written for a number."""
-NUMBER: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+FIXED_POINT: Final = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+"""A number without an exponent."""
+NUMBER: Final = re.compile(rf"{FIXED_POINT.pattern}(?:[eE][-+]?[0-9]+)?")
+"""A number with or without an exponent; it captures no group, so that grammars can build it in."""
 
 
 def number_of(text: str) -> float | None:
@@ -19,3 +22,8 @@ def number_of(text: str) -> float | None:
         return None
     value = float(text)
     return value if abs(value) <= MOST_LENGTH else None
+
+
+def numbers_of(text: str) -> list[float | None]:
+    """The number that each part of text between two commas says; None where it says none."""
+    return [number_of(part.strip()) for part in text.split(",")]

@@ -9,13 +9,12 @@ import re
 from dataclasses import dataclass
 from typing import Final, NoReturn
 
-from tactfix.decimal_text import NUMBER
+from tactfix.decimal_text import FIXED_POINT, NUMBER
 from tactfix.errors import Problem, TactfixError
 
 MOST: Final = 1e30
 """No length, angle or count that a machine writes is larger; what is, is damage."""
 _MOST_CHARACTERS: Final = 40
-_WITHOUT_EXPONENT: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
 _NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _BLANKS: Final = re.compile(r"[ \t\r\n]*")
@@ -100,7 +99,7 @@ class Lexer:
         glued: a letter may follow without a blank, as in G-code, where there is no exponent either.
         """
         self.blanks()
-        found = (_WITHOUT_EXPONENT if glued else NUMBER).match(self.text, self.position)
+        found = (FIXED_POINT if glued else NUMBER).match(self.text, self.position)
         end = found.end() if found else self.position
         after = self.text[end : end + 1]
         continued = after.isalnum() or after in ("_", ".") if after else False

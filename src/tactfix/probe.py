@@ -1,10 +1,12 @@
 """Tip and sigma: which hold for contacts that are still to be made, and the standard deviation of every residual."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
-from tactfix.fixture import Fixture
+from tactfix.fixture import Feature, Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -33,5 +35,9 @@ def probe_settings(
 
 def residual_sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
     """Standard deviation (n,) of each residual: the probe's and the feature's own in quadrature."""
-    own = np.array([fixture.features[name].sigma for name in contacts.features])
-    return np.asarray(np.hypot(contacts.sigmas, own))
+    return with_feature_sigmas(contacts.sigmas, (fixture.features[name] for name in contacts.features))
+
+
+def with_feature_sigmas(probe_sigmas: Floats, features: Iterable[Feature]) -> Floats:
+    """The same (n,) for sigmas (n,) of the probe and the feature of each contact."""
+    return np.asarray(np.hypot(probe_sigmas, [feature.sigma for feature in features]))

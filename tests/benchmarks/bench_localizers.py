@@ -1,6 +1,6 @@
 """How fast the localizers are, as ratios to a batch of 6x6 eigenvalues timed in the same run.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/bench_localizers.py
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_localizers
 
 Every figure is the best of several runs, in processor time, on one core. Eigenvalues of 6x6 matrices are what a five-
 contact cylinder costs at least when it is solved by a companion or action matrix.
@@ -10,12 +10,12 @@ import time
 
 import numpy as np
 
-from tactfix.localizers.common_tangents import tangent_lines
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.stacks.five_contact_cylinders import cylinders_through_five
 from tactfix.stacks.sphere_centers import sphere_centers
+from tests.support.common_tangents import tangent_lines
 
 BULK, REPEATS = 16_384, 15
 

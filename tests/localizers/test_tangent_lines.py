@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactfix.errors import DegenerateContactsError
-from tactfix.localizers.common_tangents import tangent_lines
+from tests.support.common_tangents import tangent_lines
 from tests.support.touched_surfaces import AXES, random_rotation, ring, turned_to
 
 

@@ -13,11 +13,11 @@ import time
 import numpy as np
 import pytest
 
-from tactfix.localizers.common_tangents import tangent_lines
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.stacks.five_contact_cylinders import cylinders_through_five
 from tactfix.stacks.sphere_centers import sphere_centers
+from tests.support.common_tangents import tangent_lines
 from tests.support.touched_surfaces import AXES, TIDY_FIVES, TIDY_FIVES_WITH_MULTIPLE_ROOTS, ring, turned_to
 
 INSTANCES = int(os.environ.get("INSTANCES", "100000"))

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tactfix.fixture import TouchBox
-from tactfix.geometry.arrays import Bools, Floats, perpendicular, unit
+from tactfix.geometry.arrays import Bools, Floats, circle_axes, unit
 from tactfix.geometry.nearest import other_point
 from tactfix.geometry.surfaces import (
     Cylinder,
@@ -75,8 +75,7 @@ def face(plane: Plane, box: TouchBox) -> Floats:
     """Corners (k, 3), in order, of the part of the plane in a bounded box; (0, 3) where they do not meet."""
     middle, size = (box.low + box.high) / 2, float(np.linalg.norm(box.high - box.low))
     foot = middle - ((middle - plane.point) @ plane.normal) * plane.normal
-    u = perpendicular(plane.normal)
-    v = np.cross(plane.normal, u)
+    u, v = circle_axes(plane.normal)
     corners = foot + size * np.array([u + v, v - u, -u - v, u - v])
     for k in range(3):
         for sign, limit in ((1.0, box.high[k]), (-1.0, -box.low[k])):
@@ -264,8 +263,7 @@ def _placed(surface: SidedSurface, closed: TouchBox, square: Floats) -> Floats:
     low, high = axial_interval(surface, closed)
     if not low <= high:
         return np.zeros((0, 3))
-    u = perpendicular(surface.direction)
-    v = np.cross(surface.direction, u)
+    u, v = circle_axes(surface.direction)
     along = (low + square[:, 0] * (high - low))[:, None] * surface.direction
     around = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v
     return np.asarray(surface.point + along + surface.radius * around)

@@ -19,6 +19,7 @@ from tactfix.geometry.charts import equations
 from tactfix.geometry.rigid import axial, homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.kinematics.chain import TipMotion
+from tactfix.probe import with_feature_sigmas
 from tactfix.values import frozen_value
 
 
@@ -74,15 +75,14 @@ def groups_of(cell: Cell, touches: Touches) -> tuple[Group, ...]:
 def _group(cell: Cell, root: str, touches: Touches) -> Group:
     patches = []
     pairs = list(zip(touches.places, touches.features, strict=True))
-    own = np.zeros(len(touches))
     for place, name in dict.fromkeys(pairs):
         feature = cell.places[place].fixture.features[name]
         index = np.array([i for i, pair in enumerate(pairs) if pair == (place, name)], dtype=np.intp)
         assert feature.surface is not None  # cells hold fixtures by geometry alone
         patches.append(Patch(place, moved(cell.root(place)[1], feature.surface), index))
-        own[index] = feature.sigma
     itself = cell.places[root]
-    return Group(root, touches, np.hypot(touches.sigmas, own), tuple(patches), itself.near, itself.near_covariance)
+    sigmas = with_feature_sigmas(touches.sigmas, (cell.places[place].fixture.features[name] for place, name in pairs))
+    return Group(root, touches, sigmas, tuple(patches), itself.near, itself.near_covariance)
 
 
 def tip_places(cell: Cell, group: Group, values: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from tactfix.decimal_text import number_of
+from tactfix.decimal_text import numbers_of
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ UNKNOWN: Final[dict[str, "Unknown"]] = {"tip": "tip", "tip-radius": "tip-radius"
 
 def vector(text: str, option: str) -> tuple[float, float, float]:
     """'x,y,z' as three numbers, none beyond 1e30."""
-    numbers = [number_of(part.strip()) for part in text.split(",")]
+    numbers = numbers_of(text)
     x, y, z = numbers if len(numbers) == 3 else (None, None, None)
     if x is None or y is None or z is None:
         raise UsageError(f"{option} {text!r} is not three numbers; write x,y,z such as 10,0,-2.5")

@@ -103,13 +103,15 @@ def _features() -> list[str]:
 
 def _touched() -> Iterator[str]:
     """The features that the contact file on the line names, in order; none where it cannot be read."""
+    from tactfix.files.contact_header import split_header
+
     text = _text_of((".csv", ".txt"))
     rows = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    separator = next((mark for mark in ";\t," if rows and mark in rows[0]), ",")
-    table = [[cell.strip() for cell in row.split(separator)] for row in rows]
-    if table and "feature" in table[0]:
-        column = table[0].index("feature")
-        yield from dict.fromkeys(row[column] for row in table[1:] if len(row) > column)
+    separator, names = split_header(rows[0], "feature".__eq__) if rows else (",", [])
+    if "feature" in names:
+        column = names.index("feature")
+        table = [[cell.strip() for cell in row.split(separator)] for row in rows[1:]]
+        yield from dict.fromkeys(row[column] for row in table if len(row) > column)
 
 
 def _keys(section: str) -> list[str]:

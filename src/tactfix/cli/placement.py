@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from typing import cast
 
-from tactfix.decimal_text import number_of
+from tactfix.decimal_text import numbers_of
 from tactfix.errors import UsageError
 from tactfix.fixture import DIRECTIONS, Direction, Fixture, Placement
 from tactfix.wording import did_you_mean
@@ -46,7 +46,7 @@ def _near(path: str, fixture: Fixture) -> Placement:
 
 def _translation_and_rotation(text: str, option: str) -> tuple[float, float]:
     """'T,R' as a length and an angle (rad)."""
-    numbers = [number_of(part.strip()) for part in text.split(",")]
+    numbers = numbers_of(text)
     translation, rotation = numbers if len(numbers) == 2 else (None, None)
     if translation is None or rotation is None or translation < 0 or not 0 <= rotation <= 180:
         raise UsageError(f"{option} {text!r}: write a length in the fixture's units and degrees, such as 20,5")

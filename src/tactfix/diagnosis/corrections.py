@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, perpendicular
+from tactfix.geometry.arrays import Floats, circle_axes
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.poses.points_as_planes import Equations, one_equation_each
 from tactfix.results import DiagnosisCode
@@ -130,7 +130,6 @@ def place_directions(surface: Surface) -> Floats:
         case Plane():
             return surface.normal[:, None]
         case Cylinder():
-            first = perpendicular(surface.direction)
-            return np.stack([first, np.cross(surface.direction, first)], axis=1)
+            return np.stack(circle_axes(surface.direction), axis=1)
         case _:
             return np.eye(3)

@@ -18,7 +18,7 @@ from tactfix.fixture_format.placement import check_placement, read_placement
 from tactfix.fixture_format.problems import Finding
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.surfaces import moved
+from tactfix.geometry.surfaces import rescaled
 from tactfix.kinematics.chain import Chain, Joint
 from tactfix.kinematics.denavit_hartenberg import Convention, Row, chain_of_rows
 from tactfix.kinematics.urdf import UrdfRobot, urdf_robot
@@ -184,13 +184,12 @@ def _placement(entry: Any, name: str, units: str, pose_files: Any) -> tuple[Floa
 
 def _in_units(fixture: Fixture, units: str) -> Fixture:
     """The fixture with all that a calibration needs of it in units."""
-    ratio = factor(fixture.units, units)
-    if ratio == 1:
+    if fixture.units == units:
         return fixture
+    unit = factor(units, fixture.units)
     features = {}
     for name, feature in fixture.features.items():
         assert feature.surface is not None
-        surface = moved(np.eye(4), feature.surface)
-        scaled = {key: getattr(surface, key) * ratio for key in ("point", "center", "radius") if hasattr(surface, key)}
-        features[name] = replace(feature, sigma=feature.sigma * ratio, surface=replace(surface, **scaled))
+        surface = rescaled(feature.surface, np.zeros(3), unit)
+        features[name] = replace(feature, sigma=feature.sigma / unit, surface=surface)
     return replace(fixture, units=units, features=features)

@@ -1,7 +1,7 @@
 """The header of a contact file: the settings above it, and the names of its columns."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from tactfix.errors import Problem
@@ -41,7 +41,7 @@ def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed
         if line.lstrip().startswith("#"):
             settings.read(line.strip(), index + 1)
         elif line.strip():
-            separator, cells = _split(line)
+            separator, cells = split_header(line, lambda cell: _column(cell)[0] in COLUMNS)
             names = [_column(cell)[0] for cell in cells]
             columns = _read_columns(names, separator, index + 1, problems, feature_needed)
             if not columns:
@@ -61,18 +61,14 @@ def _column(cell: str) -> tuple[str, str | None]:
     return (match[1], match[2].strip()) if match else (cell, None)
 
 
-def _split(line: str) -> tuple[str, list[str]]:
-    """The separator of a header row and its cells: that which makes the most known names."""
+def split_header(line: str, is_known: Callable[[str], bool]) -> tuple[str, list[str]]:
+    """The separator of a header row, and its cells in lower case without blanks and quotation marks around.
 
-    def known(separator: str) -> int:
-        return sum(_column(cell)[0] in COLUMNS for cell in _cells(line, separator))
-
-    separator = max(("\t", ";", ","), key=lambda mark: (known(mark), line.count(mark)))
-    return separator, _cells(line, separator)
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip().strip('"').strip().lower() for cell in line.split(separator)]
+    Tab, semicolon or comma: the one by which most cells are known names, of two as good the more frequent one.
+    """
+    rows = {mark: [cell.strip().strip('"').strip().lower() for cell in line.split(mark)] for mark in ("\t", ";", ",")}
+    separator = max(rows, key=lambda mark: (sum(map(is_known, rows[mark])), len(rows[mark])))
+    return separator, rows[separator]
 
 
 def _read_columns(

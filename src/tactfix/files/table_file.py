@@ -17,7 +17,7 @@ import numpy as np
 
 from tactfix.batching.contact_set import ContactSet
 from tactfix.errors import FileError, MissingExtraError, Problem
-from tactfix.files.contact_header import read_header
+from tactfix.files.contact_header import read_header, split_header
 from tactfix.files.contact_settings import KEYS, key_of
 from tactfix.files.reading import read_bytes
 from tactfix.geometry.arrays import Ints
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 SET: Final = "set"
-_SEPARATORS: Final = ("\t", ";", ",")
 _NO_NAME: Final = "the set column is empty; name the set of each contact"
 
 
@@ -95,11 +94,8 @@ def _place_of_set(lines: Sequence[str]) -> tuple[int, str, int] | None:
     """The index of the header row, its separator and the index of its column set; None where it has none."""
     for index, line in enumerate(lines):
         if line.strip() and not line.lstrip("\ufeff ").startswith("#"):
-            for separator in _SEPARATORS:
-                names = [cell.strip().strip('"').strip().lower() for cell in line.split(separator)]
-                if SET in names:
-                    return index, separator, names.index(SET)
-            return None
+            separator, names = split_header(line, SET.__eq__)
+            return (index, separator, names.index(SET)) if SET in names else None
     return None
 
 

@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 
 from tactfix.calibration.cell import Cell, Touches
+from tactfix.decimal_text import number_of
 from tactfix.errors import FileError, Problem
-from tactfix.files.contact_header import Header
+from tactfix.files.contact_header import Header, split_header
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_rows import read_table
 from tactfix.files.contact_table import Table, decimal_mark, numbers
@@ -98,10 +99,9 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
 
 def _header(line: str, index: int, count: int, problems: list[Problem]) -> Header | None:
     """The columns, each known and none missing; as many q as the robot has joints."""
-    separator = max(("\t", ";", ","), key=line.count)
-    names = [cell.strip().strip('"').strip().lower() for cell in line.split(separator)]
     wanted = [f"q{k + 1}" for k in range(count)]
     known = {"place", "feature", "sigma", "id", *wanted, *_APPROACHES[0], *_APPROACHES[1]}
+    separator, names = split_header(line, known.__contains__)
     there = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
     found: list[tuple[str, str]] = []
     if sorted(there) != sorted(wanted):
@@ -180,11 +180,11 @@ def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems
     """The sigma (n,) of each touch in the cell's units: the row's, else the header's, else the probe's."""
     scale = factor(said.units, cell.units) if said.units else 1.0
     if said.sigma is not None:
-        plain = re.fullmatch(r"[0-9]*\.?[0-9]+(e[-+]?[0-9]+)?", said.sigma)
-        if not plain or not float(said.sigma) > 0:
+        value = number_of(said.sigma)
+        if value is None or value <= 0:
             problems.append(Problem(f"sigma is {said.sigma!r}", "write a number above 0"))
             return np.ones(len(table))
-        sigma = float(said.sigma) * scale
+        sigma = value * scale
     own = np.full(len(table), np.nan)
     if "sigma" in table.columns:
         own = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0] * scale

@@ -93,9 +93,12 @@ def basis_across(directions: Floats) -> Floats:
 _AXES = np.eye(3)
 
 
-def perpendicular(directions: Floats) -> Floats:
-    """Where a sampled circle around unit vectors directions (..., 3) begins: a unit vector (..., 3) square to them.
+def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors (..., 3) square to unit vectors directions (..., 3) and to each other, for sampling circles.
 
-    For sampling alone: it jumps where two components tie, and stays because seeds give the files that they always gave.
+    A point of the circle around a direction is u cos(angle) + v sin(angle); u, v and the direction are right-handed.
+    For sampling alone (else `basis_across`): they jump where two components tie, and are kept because equal seeds must
+    go on giving equal files.
     """
-    return unit(cross(directions, _AXES[np.argmin(np.abs(directions), axis=-1)]))
+    u = unit(cross(directions, _AXES[np.argmin(np.abs(directions), axis=-1)]))
+    return u, cross(directions, u)

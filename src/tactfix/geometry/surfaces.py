@@ -91,6 +91,21 @@ def moved(a_from_b: Floats, surface: Surface) -> Surface:
             return Point(rotation @ surface.point + translation)
 
 
+@overload
+def rescaled(surface: SidedSurface, origin: Floats, length: float) -> SidedSurface: ...
+@overload
+def rescaled(surface: Surface, origin: Floats, length: float) -> Surface: ...
+def rescaled(surface: Surface, origin: Floats, length: float) -> Surface:
+    """The surface in a frame with its origin there (3,), the axes parallel, and length as its unit of length."""
+    match surface:
+        case Plane() | Point():
+            return replace(surface, point=(surface.point - origin) / length)
+        case Sphere():
+            return replace(surface, center=(surface.center - origin) / length, radius=surface.radius / length)
+        case Cylinder():
+            return replace(surface, point=(surface.point - origin) / length, radius=surface.radius / length)
+
+
 def radius_of(surface: Surface, without: float = 0.0) -> float:
     """The radius of a sphere or cylinder; what planes and points count for without one."""
     return surface.radius if isinstance(surface, Sphere | Cylinder) else without

@@ -1,5 +1,10 @@
 """What a localizer answers: one surface that passes through the contacts, with what is known of its quality."""
 
+from collections.abc import Callable
+
+import numpy as np
+
+from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import SidedSurface
 from tactfix.values import frozen_value
 
@@ -21,3 +26,33 @@ class SurfaceCandidate:
     rms: float
     condition: float
     poorly_determined: bool
+
+
+_PROBE = 1e-3
+"""Step of the second difference, in problems of unit size: rounding and the third order stay far below the second."""
+
+_SIGMAS = 4.0
+"""A double root that noise of this many sigma would reach counts as poorly determined."""
+
+
+def determination(
+    evaluate: Callable[[Floats, Ints], tuple[Floats, Floats]],
+    step: Callable[[Floats, Floats], Floats],
+    states: Floats,
+    sigma: float,
+) -> tuple[Floats, Bools]:
+    """Condition (B,) and poorly determined (B,) of the states (B, q) of problems of unit size.
+
+    Along the weakest direction v of the Jacobian, with singular value s and left vector u, the residuals run like
+    s d + c d^2 / 2: a second root lies at d = -2 s / c, and noise of size s^2 / (2 c) along u merges both.
+    """
+    index: Ints = np.arange(len(states))
+    residuals, jacobians = evaluate(states, index)
+    u, singular, vh = np.linalg.svd(jacobians, full_matrices=False)
+    weakest, smallest = vh[:, -1], singular[:, -1]
+    ahead, _ = evaluate(step(states, _PROBE * weakest), index)
+    behind, _ = evaluate(step(states, -_PROBE * weakest), index)
+    curvature = np.einsum("bn,bn->b", u[:, :, -1], ahead + behind - 2 * residuals) / _PROBE**2
+    with np.errstate(divide="ignore"):
+        condition = 1.0 / np.abs(smallest)
+    return condition, np.asarray(smallest**2 <= 2.0 * _SIGMAS * sigma * np.abs(curvature))

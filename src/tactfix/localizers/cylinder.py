@@ -4,8 +4,8 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, signed_axis
-from tactfix.localizers.candidate import SurfaceCandidate
-from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
+from tactfix.localizers.candidate import SurfaceCandidate, determination
+from tactfix.localizers.cylinder_refinement import CylinderProblem, distinct, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import (
     CONTACTS_FREE_RADIUS,
     CONTACTS_KNOWN_RADIUS,
@@ -13,8 +13,6 @@ from tactfix.localizers.cylinder_search import (
     starting_states,
 )
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
-from tactfix.localizers.determination import determination
-from tactfix.localizers.distinct_cylinders import distinct, distinct_roots
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 

@@ -4,9 +4,8 @@ import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.candidate import SurfaceCandidate, determination
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
-from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit

@@ -10,11 +10,10 @@ import numpy as np
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import TINY, Bools, Floats, Frozen, Ints, UnitVector, basis_across, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate
+from tactfix.localizers.candidate import SurfaceCandidate, determination
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
-from tactfix.localizers.determination import determination
 from tactfix.localizers.least_squares import refined
-from tactfix.localizers.rounding import ROUNDING, effective_sigmas
+from tactfix.localizers.scaling import ROUNDING, effective_sigmas
 from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, Ints, perpendicular
+from tactfix.geometry.arrays import Floats, Ints, circle_axes
 from tactfix.geometry.surfaces import feet, outward_normals
 from tactfix.planning.information import Objective, flat
 from tactfix.planning.pool import Pool, Touches, joined
@@ -109,8 +109,7 @@ def _around(pool: Pool, touches: Touches, at: int, step: float) -> Touches:
     """Touches near touches[at] on the same feature that the probe can make."""
     name = pool.names[touches.which[at]]
     surface = pool.access.surfaces[name]
-    u = perpendicular(touches.normals[at])
-    v = np.cross(touches.normals[at], u)
+    u, v = circle_axes(touches.normals[at])
     angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     moves = np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
     points = feet(surface, touches.points[at] + step * pool.access.radius * moves)

@@ -6,6 +6,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import feet, outward_normals, standoff
 from tactfix.planning.pool import Pool, Touches
+from tactfix.probe import residual_sigmas
 
 
 def nominal_contacts(pool: Pool, touches: Touches, sigma: float) -> Contacts:
@@ -34,7 +35,7 @@ def touches_made(pool: Pool, contacts: Contacts | None, fixture: Fixture) -> Tou
     points = np.array([feet(surface, point) for surface, point in zip(surfaces, contacts.points, strict=True)])
     normals = np.array([outward_normals(surface, point) for surface, point in zip(surfaces, points, strict=True)])
     which = np.array([pool.names.index(name) for name in contacts.features], dtype=np.intp)
-    sigmas = np.hypot(contacts.sigmas, [fixture.features[name].sigma for name in contacts.features])
+    sigmas = residual_sigmas(fixture, contacts)
     return pool.touches_at(which, points, normals, sigmas)
 
 

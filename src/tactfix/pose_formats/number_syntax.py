@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from tactfix.decimal_text import NUMBER
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.one_pose import the_one, without_comments
@@ -11,7 +12,6 @@ from tactfix.pose_formats.pose import syntax_error
 from tactfix.values import frozen_value
 
 _FIELD = re.compile(r"%\+?\d*\.(\d+)f")
-_NUMBER = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _BEGINS = r"(?<![0-9.({\[+-])(?<![0-9.({\[+-] )"
 _DIGIT = re.compile(r"[0-9]")
 _ENDS = r"(?![A-Za-z0-9_.]|,[0-9])"
@@ -71,7 +71,7 @@ class NumberSyntax:
         """The template as a pattern: any case, any number in a field, blanks anywhere between its words."""
         literals = _FIELD.split(self.template)[::2]  # the odd ones are the digits of the fields
         parts = [r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", literal))) for literal in literals]
-        pattern = rf"\s*{_NUMBER}\s*".join(parts).removesuffix(r"\s*") + _ENDS
+        pattern = rf"\s*({NUMBER.pattern})\s*".join(parts).removesuffix(r"\s*") + _ENDS
         if self._whole_line:
             pattern = rf"^{pattern}$"
         elif not self.template[0].isalnum():

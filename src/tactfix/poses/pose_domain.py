@@ -22,7 +22,7 @@ Arrays have the poses last, as in `equations`.
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Frozen, cross, perpendicular
+from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross
 from tactfix.geometry.rigid import axial, rotation_from_quaternion
 from tactfix.values import frozen_value
 
@@ -123,8 +123,7 @@ class PoseDomain:
         w, *v = self._quaternions(rotations)
         held = np.eye(3)[~self.turns]
         normal = w[:, None] * held + cross(np.array(v).T, np.repeat(held, len(w), axis=0))
-        first = perpendicular(normal)
-        return np.moveaxis(np.array([first, cross(normal, first)]), (0, 1, 2), (1, 2, 0))
+        return np.moveaxis(np.array(circle_axes(normal)), (0, 1, 2), (1, 2, 0))
 
 
 def nearest_quaternions(turns: Floats, free: Bools) -> Floats:

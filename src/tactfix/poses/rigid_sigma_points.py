@@ -6,7 +6,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, inverse
-from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
+from tactfix.geometry.surfaces import rescaled
 from tactfix.poses.descent import damped_step, stepped
 from tactfix.poses.equations import PoseEquations, evaluate, pose_equations
 from tactfix.poses.placement_terms import with_placement
@@ -49,7 +49,7 @@ class _NearPose:
     def of(fit: PoseFit, contacts: Contacts, sigmas: Floats, placement: Placement | None) -> "_NearPose":
         centre, scale = fit.sensitivity.centre, fit.sensitivity.scale
         names = list(contacts.by_feature)
-        surfaces = [_scaled(fit.surfaces[name], centre, scale) for name in names]
+        surfaces = [rescaled(fit.surfaces[name], centre, scale) for name in names]
         index = [names.index(name) for name in contacts.features]
         points = (contacts.points - centre) / scale
         equations = pose_equations(surfaces, index, points, scale / sigmas, contacts.tip_radius / scale)
@@ -112,11 +112,3 @@ class _NearPose:
 def _still(count: int) -> tuple[Floats, Floats]:
     """Rotations (3, 3, count) and offsets (3, count) of no motion."""
     return np.repeat(np.eye(3)[:, :, None], count, axis=2), np.zeros((3, count))
-
-
-def _scaled(surface: SidedSurface, centre: Floats, scale: float) -> SidedSurface:
-    if isinstance(surface, Plane):
-        return Plane((surface.point - centre) / scale, surface.normal)
-    if isinstance(surface, Sphere):
-        return Sphere((surface.center - centre) / scale, surface.radius / scale, surface.side)
-    return Cylinder((surface.point - centre) / scale, surface.direction, surface.radius / scale, surface.side)

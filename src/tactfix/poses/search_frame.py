@@ -1,6 +1,7 @@
 """The frames in which poses are searched: centred on the contacts and on the fixture, and of size one."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,7 @@ from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
-from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, rescaled
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.zeros import Zeros
@@ -89,12 +90,9 @@ class SearchFrame:
 
     def _scale(self, surface: SidedSurface) -> SidedSurface:
         """The surface in the search's frame, its point moved to where the fixture's middle projects."""
-        point = (foot(surface, self.fixture_origin) - self.fixture_origin) / self.length
-        if isinstance(surface, Plane):
-            return Plane(point, surface.normal)
-        if isinstance(surface, Sphere):
-            return Sphere(point, surface.radius / self.length, surface.side)
-        return Cylinder(point, surface.direction, surface.radius / self.length, surface.side)
+        if not isinstance(surface, Sphere):
+            surface = replace(surface, point=foot(surface, self.fixture_origin))
+        return rescaled(surface, self.fixture_origin, self.length)
 
     def base_from_fixture(self, zeros: Zeros) -> Floats:
         """Poses (k, 4, 4) in the user's frames and unit."""

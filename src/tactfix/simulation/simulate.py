@@ -14,10 +14,10 @@ from tactfix.accessibility.touchable import extent_of, sample_touches
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, Frozen, perpendicular, unit
+from tactfix.geometry.arrays import Floats, Frozen, circle_axes, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
-from tactfix.probe import probe_settings
+from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
 from tactfix.simulation.placed_poses import placed_pose
@@ -80,7 +80,7 @@ def simulate(
         base_from_fixture = drawn_pose(fixture, pose_stream)
     names, points, normals, approaches = touches
     sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
-    scatter = np.hypot(sigmas, [fixture.features[name].sigma for name in names])
+    scatter = with_feature_sigmas(sigmas, (fixture.features[name] for name in names))
     standoffs = np.array([standoff(surfaces[name], access.tip_radius) for name in names])
     off = standoffs + scatter * noise_stream.standard_normal(len(names))
     noise = off[:, None] * normals
@@ -207,6 +207,5 @@ def _tilted(directions: Floats, rng: np.random.Generator) -> Floats:
     """Unit directions (n, 3) turned by up to CONE_DEG, uniform over the cone's solid angle."""
     cosine = rng.uniform(np.cos(np.radians(CONE_DEG)), 1.0, len(directions))[:, None]
     around = rng.uniform(0.0, 2 * np.pi, len(directions))[:, None]
-    u = perpendicular(directions)
-    v = np.cross(directions, u)
+    u, v = circle_axes(directions)
     return np.asarray(cosine * directions + np.sqrt(1 - cosine**2) * (np.cos(around) * u + np.sin(around) * v))

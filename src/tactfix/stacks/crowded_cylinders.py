@@ -4,9 +4,8 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.localizers.cylinder_directions import DIRECTIONS, direction_zeros
-from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, refined_roots
+from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import real_directions
-from tactfix.localizers.distinct_cylinders import distinct_roots
 
 
 def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:

@@ -11,10 +11,10 @@ matrix and least squares instead.
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
-from tactfix.localizers.rounding import ROUNDING
-from tactfix.localizers.stacks import stack_shape
+from tactfix.localizers.scaling import ROUNDING
 from tactfix.stacks.conic_cubic import real_common_zeros
 from tactfix.stacks.crowded_cylinders import crowded_cylinders, polished_cylinders
+from tactfix.stacks.sphere_centers import stack_shape
 from tactfix.stacks.trigonometric_zeros import SLOTS
 from tactfix.values import frozen_value
 

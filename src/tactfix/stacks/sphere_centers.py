@@ -7,14 +7,22 @@ h^2 = radius^2 - circumradius^2, and no coordinate axis is preferred.
 
 import numpy as np
 
+from tactfix.errors import UsageError
 from tactfix.geometry.arrays import EPS, Bools, Floats
-from tactfix.localizers.stacks import stack_shape
 from tactfix.values import frozen_value
 
 _CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
 
 _ROUNDING = 8 * EPS
+
+
+def stack_shape(points: Floats, contacts: int) -> tuple[int, ...]:
+    """The leading axes of points (..., contacts, 3); UsageError where the last two are others."""
+    shape = np.shape(points)
+    if shape[-2:] != (contacts, 3):
+        raise UsageError(f"points have the shape {shape}; give (..., {contacts}, 3)")
+    return tuple(shape[:-2])
 
 
 @frozen_value

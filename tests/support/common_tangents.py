@@ -4,10 +4,9 @@ import numpy as np
 
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
-from tactfix.localizers.cylinder_refinement import CylinderProblem, refined_roots
+from tactfix.localizers.cylinder_refinement import CylinderProblem, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import tangent_states
 from tactfix.localizers.degeneracy import refuse_collinear
-from tactfix.localizers.distinct_cylinders import distinct_roots
 from tactfix.localizers.scaling import unit_contacts
 
 
