@@ -24,7 +24,7 @@ _NEAR: Final[dict[str, str]] = {
 _LONGEST_KEY: Final = 20
 _KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
 """A key of one or two words; what has more before a colon is a sentence, a plain comment."""
-_TOKEN: Final = re.compile(rf"[^\W\d]\w*?(?:-[^\W\d]\w*?)*(?=[\W\d]|$)|{NUMBER.pattern.replace('(', '(?:')}")
+_TOKEN: Final = re.compile(rf"[^\W\d]\w*?(?:-[^\W\d]\w*?)*(?=[\W\d]|$)|(?:{NUMBER.pattern})")
 """A word, or a number; a word ends where a digit begins, as in sigma0.005."""
 _WEIGHTLESS: Final = frozenset(("is", "of", "a", "an", "the", "to", "and", "x", "y", "z", "one", "as", "equals"))
 _LONGEST_SETTING: Final = 80
