@@ -166,6 +166,16 @@ class Contacts:
         points = self.points + self.flange_rotations @ change
         return replace(self, points=points, tip_radius=tip_radius, tip_offset=before + change)
 
+    def moved(self, a_from_b: Floats) -> "Contacts":
+        """The contacts, given in frame b, in frame a; a_from_b (4, 4)."""
+        rotation, translation = a_from_b[:3, :3], a_from_b[:3, 3]
+        return replace(
+            self,
+            points=self.points @ rotation.T + translation,
+            approaches=self.approaches @ rotation.T,
+            flange_rotations=None if self.flange_rotations is None else rotation @ self.flange_rotations,
+        )
+
     def labelled(self, features: Sequence[str]) -> "Contacts":
         """The same contacts on other features (n names)."""
         return replace(self, features=tuple(features))

@@ -10,10 +10,19 @@ from tactfix.fixture import DIRECTIONS, Direction, Fixture, Placement
 from tactfix.wording import did_you_mean
 
 
-def placed(fixture: Fixture, near: str | None, within: str | None, near_sigma: str | None, free: str | None) -> Fixture:
+def placed(
+    fixture: Fixture,
+    near: str | None,
+    within: str | None,
+    near_sigma: str | None,
+    free: str | None,
+    *,
+    alone: bool = False,
+) -> Fixture:
     """The fixture with what --near, --within, --near-sigma and --free say; each replaces its part of the file's.
 
-    Raises UsageError where they do not go together, FileError where the pose cannot be read.
+    alone: near is of use without the others. Raises UsageError where they do not go together, FileError where the pose
+    cannot be read.
     """
     if near is within is near_sigma is free is None:
         return fixture
@@ -29,7 +38,7 @@ def placed(fixture: Fixture, near: str | None, within: str | None, near_sigma: s
         said = replace(said, sigma=_translation_and_rotation(near_sigma, "--near-sigma"), within=None)
     if free is not None:
         said = replace(said, free=_directions(free))
-    if said.within is None and said.sigma is None and said.free is None:
+    if not said.is_known and not alone:
         raise UsageError(
             "--near alone decides nothing; say how far with --within T,R, --near-sigma T,R or --free x,y,rz"
         )

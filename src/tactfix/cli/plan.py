@@ -5,7 +5,18 @@ from typing import Annotated, Literal
 import typer
 
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Scheduler, Verbose
+from tactfix.cli.options import (
+    AsJson,
+    FixturePath,
+    Free,
+    Near,
+    NearSigma,
+    Output,
+    Quiet,
+    Scheduler,
+    Verbose,
+    Within,
+)
 from tactfix.cli.output import emit, tell, wants_summary
 from tactfix.cli.progress import progress_bar
 from tactfix.cli.workers import mapping
@@ -51,6 +62,10 @@ def command(
         float | None,
         typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     output: Output = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -60,9 +75,11 @@ def command(
 
     Prints a contact file of nominal contacts (tip centres) in the fixture frame, or in base where CONTACTS says where
     the fixture stands. Without --contacts: the fewest that are unique, and in comments what each further one gains.
+    Where the fixture's placement or --near says where it stands, comments (and the JSON) give the contacts in base too.
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
+    from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
@@ -73,7 +90,7 @@ def command(
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
-    fixture = load_fixture(fixture_path)
+    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free, alone=True)
     existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress, mapping(scheduler) as over:
         found = plan(fixture, contacts, existing, add, criterion, seed, sigma, tip_radius, progress, starts, over)

@@ -15,7 +15,7 @@ from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
 from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
-from tactfix.design.layout import Source, into_fixture, lies_on, nominal, spread_contacts
+from tactfix.design.layout import Source, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
 from tactfix.design.nominal_contacts import Locator, Touched
 from tactfix.design.plan_findings import (
@@ -28,6 +28,7 @@ from tactfix.design.plan_findings import (
 from tactfix.design.symmetries import symmetries
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import WORTHLESS_ANGLE
@@ -161,7 +162,7 @@ def _in_fixture_frame(
     result = locator(given)
     best = min((c for c in result.candidates if c.accepted), key=lambda c: c.chi2, default=None)
     if best is not None:
-        return into_fixture(given, best.base_from_fixture), "contacts", []
+        return given.moved(inverse(best.base_from_fixture)), "contacts", []
     hint = "tactfix locate says why; well spread contacts are judged instead"
     message = f"the contacts are no plan in the fixture frame and give no pose ({result.status})"
     return spread, "spread", [Finding("contacts_not_located", "error", message, hint)]

@@ -9,7 +9,6 @@ import numpy as np
 from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, standoff
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
@@ -80,13 +79,6 @@ def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats)
     values, _ = contact_residuals(surfaces, contacts)
     scaled = values / sigmas
     return bool((scaled**2).sum() <= chi_square_limit(len(contacts)) or np.abs(scaled).max() <= SURE)
-
-
-def into_fixture(contacts: Contacts, base_from_fixture: Floats) -> Contacts:
-    """Contacts of the base in the fixture frame."""
-    fixture_from_base = inverse(base_from_fixture)
-    points = transform_points(fixture_from_base, contacts.points)
-    return replace(contacts, points=points, approaches=contacts.approaches @ fixture_from_base[:3, :3].T)
 
 
 def nominal(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Contacts:

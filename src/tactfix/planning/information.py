@@ -11,8 +11,10 @@ from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Frozen
-from tactfix.geometry.rigid import skew
+from tactfix.geometry.rigid import skew, transform_points
+from tactfix.poses.placement_terms import terms_at
 from tactfix.values import frozen_value
 
 Criterion: TypeAlias = Literal["worst", "d", "e"]
@@ -36,8 +38,50 @@ def flat(rows: Floats) -> Floats:
 
 
 @frozen_value
+class Known:
+    """What is known of the pose beforehand, in the columns of the rows.
+
+    rows (m, 6): those of a measured pose, as good as six contacts. basis (6, u): the motions that are not held.
+    """
+
+    rows: Frozen
+    basis: Frozen
+
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns the pose has."""
+        return len(self.basis.T)
+
+    @property
+    def information(self) -> Floats:
+        """That of the measured pose (6, 6)."""
+        return np.asarray(self.rows.T @ self.rows)
+
+    def covariance(self, information: Floats) -> Floats:
+        """The covariance (6, 6) of the pose where contacts have this information (6, 6); 0 in what is held."""
+        known = self.basis.T @ (information + self.information) @ self.basis
+        return np.asarray(self.basis @ np.linalg.solve(known, self.basis.T))
+
+
+NOTHING_KNOWN: Final = Known(np.zeros((0, 6)), np.eye(6))
+
+
+def known_of(placement: Placement | None, base_from_fixture: Floats | None, centre: Floats, radius: float) -> Known:
+    """What a placement says of a fixture that stands at base_from_fixture (4, 4), in the columns of `rows_of`."""
+    if placement is None or base_from_fixture is None:
+        return NOTHING_KNOWN
+    in_base = transform_points(base_from_fixture, centre[None])[0]
+    basis, _, rows = terms_at(placement, base_from_fixture, in_base, radius)
+    # Columns along base axes become columns along those of the fixture.
+    base_from_fixture_axes = np.kron(np.eye(2), base_from_fixture[:3, :3])
+    return Known(rows @ base_from_fixture_axes, base_from_fixture_axes.T @ basis)
+
+
+@frozen_value
 class Objective:
     """The number to make small. corners (k, 3): scaled points of the fixture at which worst looks.
+
+    known: what is known beforehand; what is held is certain, and counts in no criterion.
 
     worst: the largest variance of a corner's position in any direction. d: minus the logarithm of the determinant of
     the information (D-optimal). e: minus its smallest eigenvalue, the square of the rows' smallest singular value.
@@ -46,10 +90,14 @@ class Objective:
     criterion: Criterion
     corners: Frozen
     sigma: float
+    known: Known = NOTHING_KNOWN
 
     def scores(self, information: Floats, rows: Floats) -> Floats:
         """The score (m,) of the information (6, 6) with each of the rows (m, 6), or blocks of them (m, r, 6), added."""
-        information = information + _RIDGE / self.sigma**2 * np.eye(6)
+        basis = self.known.basis
+        ridge = _RIDGE / self.sigma**2 * np.eye(self.known.unknowns)
+        information = basis.T @ (information + self.known.information) @ basis + ridge
+        rows = rows @ basis
         if rows.ndim == 3:
             return self._of_sums(information + np.swapaxes(rows, 1, 2) @ rows)
         match self.criterion:
@@ -62,7 +110,7 @@ class Objective:
                 return -smallest_eigenvalues(information, rows)
 
     def _of_sums(self, information: Floats) -> Floats:
-        """The score (m,) of each information (m, 6, 6)."""
+        """The score (m,) of each information (m, u, u)."""
         match self.criterion:
             case "worst":
                 seen = self._seen()
@@ -74,9 +122,9 @@ class Objective:
                 return np.asarray(-np.linalg.eigvalsh(information)[:, 0])
 
     def _seen(self) -> Floats:
-        """How each corner x moves by w and v, (k, 3, 6): v + w x x."""
+        """How each corner x moves by w and v, (k, 3, u), by the motions that are not held: v + w x x."""
         steady = np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))
-        return np.concatenate([-skew(self.corners), steady], axis=2)
+        return np.asarray(np.concatenate([-skew(self.corners), steady], axis=2) @ self.known.basis)
 
     def score(self, information: Floats) -> float:
         """The score of the information (6, 6)."""
@@ -84,13 +132,13 @@ class Objective:
 
     def sigma_of(self, score: float) -> float:
         """The score as a standard deviation, so that scores of all criteria compare by ratio: the largest, for worst;
-        the geometric mean of the six, for d; that of the weakest motion, for e.
+        the geometric mean of all, for d; that of the weakest motion, for e.
         """
         match self.criterion:
             case "worst":
                 return float(np.sqrt(score))
             case "d":
-                return float(np.exp(score / 12))
+                return float(np.exp(score / (2 * self.known.unknowns)))
             case "e":
                 return float(1 / np.sqrt(-score)) if score < 0 else np.inf
 
@@ -99,7 +147,7 @@ class Objective:
         seen = self._seen()
         told = rows @ covariance
         shrink = 1 + (told * rows).sum(axis=1)
-        change = ((told / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, 6).T).reshape(len(rows), -1, 3)
+        change = ((told / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, self.known.unknowns).T).reshape(len(rows), -1, 3)
         variances = seen @ covariance @ np.swapaxes(seen, 1, 2)
         return np.asarray(_largest_eigenvalues(variances, change).max(axis=1))
 
@@ -122,7 +170,7 @@ def _largest_eigenvalues(variances: Floats, change: Floats) -> Floats:
 
 
 def smallest_eigenvalues(information: Floats, rows: Floats) -> Floats:
-    """Smallest eigenvalues (m,) of information + row row^T for rows (m, 6).
+    """Smallest eigenvalues (m,) of information (u, u) + row row^T for rows (m, u).
 
     Bisection of the secular equation 1 + sum z_k^2 / (lambda_k - mu) = 0 between the two smallest eigenvalues, which
     interlace those of the update (Golub 1973).
@@ -130,7 +178,7 @@ def smallest_eigenvalues(information: Floats, rows: Floats) -> Floats:
     eigenvalues, vectors = np.linalg.eigh(information)
     z2 = (rows @ vectors) ** 2
     low = np.full(len(rows), eigenvalues[0])
-    high = np.minimum(eigenvalues[1], eigenvalues[0] + z2.sum(axis=1))
+    high = np.minimum(np.append(eigenvalues, np.inf)[1], eigenvalues[0] + z2.sum(axis=1))
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
         gaps = eigenvalues - middle[:, None]

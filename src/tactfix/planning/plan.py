@@ -31,6 +31,9 @@ def plan(
     the existing contacts, then to the fixture's probe. All touches are inside the touch boxes, clear of their edges
     and of other features, and square to the surface unless a turned approach is what makes the pose unique.
 
+    Where the fixture has a placement, the contacts are the best beside it: what is held takes as many contacts fewer, a
+    measurement counts, limits make unique. The plan then tells them in base too.
+
     The optimum is that of an exchange from several seeded starts, polished; it is no proof of the best plan. More
     starts are more likely to find it, and how many agree tells how likely; over, which is like map, may have a cluster
     follow them. Relations with a sigma of their own are taken as exact while choosing.

@@ -103,11 +103,12 @@ def _on_points(access: Access, which: Ints) -> Bools:
 
 
 def _touches(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: Floats) -> Touches:
-    return Touches(which, points, normals, sigmas, touch_rows(access, which, points, normals, sigmas, access.centre))
+    return Touches(which, points, normals, sigmas, _rows(access, which, points, normals, sigmas))
 
 
-def touch_rows(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: Floats, centre: Floats) -> Floats:
-    """The rows of touches about centre, in radii of the fixture; see Touches."""
+def _rows(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: Floats) -> Floats:
+    """The rows of touches about the middle of the fixture, in its radii; see Touches."""
+    centre = access.centre
     if not any(isinstance(surface, Point) for surface in access.surfaces.values()):
         return rows_of(points, normals, sigmas, centre, access.radius)
     held = _on_points(access, which)

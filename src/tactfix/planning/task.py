@@ -13,14 +13,16 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.rigid import inverse
 from tactfix.localization.locate import locate
+from tactfix.localization.nominal import standing
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
-from tactfix.planning.information import Criterion, Objective, flat
+from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
 from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
-from tactfix.planning.pool import Touches, joined, pool_of, touch_rows
+from tactfix.planning.pool import Touches, pool_of
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
+from tactfix.poses.pose_fit import covariance_at
 from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
 from tactfix.values import frozen_value
@@ -88,23 +90,33 @@ class Task:
         access = access_of(fixture, surfaces, probe[1])
         sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
         pool = pool_of(access, sigmas)
-        _refuse_free_motion(fixture, pool.touches)
-        corners = (access.corners - access.centre) / access.radius
-        objective = Objective(criterion, corners, min(sigmas.values()))
         made = None if existing is None else _made(fixture, existing)
+        stands = standing(fixture) if made is None else made.base_from_fixture
+        known = known_of(fixture.placement, stands, access.centre, access.radius)
+        _refuse_free_motion(fixture, pool.touches, known)
+        corners = (access.corners - access.centre) / access.radius
+        objective = Objective(criterion, corners, min(sigmas.values()), known)
         touches = touches_made(pool, None if made is None else made.contacts, fixture)
         return Task(fixture, Search(objective, pool, touches), made, probe, seed, progress, starts, over)
 
     @property
     def fewest(self) -> int:
-        """The fewest contacts that can hold the six degrees of freedom: a point holds up to three, others one each."""
-        touches = self.search.pool.touches
-        count, held = 0, np.zeros((0, 6))
+        """The fewest contacts that can hold what nothing else holds: a point holds up to three, others one each.
+
+        A measured pose spares none of them: what it says is to be checked.
+        """
+        touches, known = self.search.pool.touches, self.search.objective.known
+        count, held = 0, np.zeros((0, known.unknowns))
         for at in np.flatnonzero(self.search.pool.on_points(touches.which)):
-            more = np.concatenate([held, touches.rows[at]])
+            more = np.concatenate([held, touches.rows[at] @ known.basis])
             if _rank(more) > _rank(held):
                 count, held = count + 1, more
-        return count + 6 - _rank(held)
+        return count + known.unknowns - _rank(held)
+
+    @property
+    def stands(self) -> Floats | None:
+        """Where the fixture stands, base_from_fixture (4, 4): by contacts already made, else by its placement."""
+        return standing(self.fixture) if self.made is None else self.made.base_from_fixture
 
     def single(self, count: int, fewest: int) -> Plan:
         """The plan of count contacts."""
@@ -182,10 +194,11 @@ class Task:
         touches = touches.take(order)
         nominal = nominal_contacts(pool, touches, self.probe[0])
         fixed = None if self.made is None else self.made.contacts
-        verdict = judged(self.fixture, joined_contacts(fixed, nominal))
+        stands = self.stands
+        verdict = judged(self.fixture, joined_contacts(fixed, nominal), stands)
         if verdict.rivals:
             turned = telling_approaches(pool.access, nominal, touches.normals, verdict.rivals)
-            second = judged(self.fixture, joined_contacts(fixed, turned))
+            second = judged(self.fixture, joined_contacts(fixed, turned), stands)
             if second.located and len(second.rivals) < len(verdict.rivals):
                 nominal, verdict = turned, second
         # What locate says of the covariance counts relations with a sigma of their own; the search took them as exact.
@@ -193,12 +206,12 @@ class Task:
         covariance = self._covariance(touches) if covariance is None else covariance
         corners = pool.access.corners
         sigmas = worst_sigma(point_covariance(np.eye(4), covariance, corners))
-        base_from_fixture = None if self.made is None else self.made.base_from_fixture
         return Plan(
             fixture=self.fixture.name,
             units=self.fixture.units,
-            contacts=nominal if base_from_fixture is None else _moved(nominal, base_from_fixture),
-            base_from_fixture=base_from_fixture,
+            contacts=nominal if self.made is None else nominal.moved(self.made.base_from_fixture),
+            frame="fixture" if self.made is None else "base",
+            base_from_fixture=stands,
             criterion=self.search.objective.criterion,
             worst_sigma=float(sigmas.max()),
             worst_point=corners[np.argmax(sigmas)],
@@ -211,21 +224,20 @@ class Task:
 
     def _covariance(self, touches: Touches) -> Floats:
         """Covariance (6, 6) of the pose about the fixture's origin, rotation first."""
-        pool = self.search.pool
-        every = joined(touches, self.search.made)
-        rows = flat(touch_rows(pool.access, every.which, every.points, every.normals, every.sigmas, np.zeros(3)))
-        scale = np.array([1 / pool.access.radius] * 3 + [1.0] * 3)
-        return np.asarray(scale[:, None] * np.linalg.inv(rows.T @ rows) * scale)
+        access = self.search.pool.access
+        scale = np.array([1 / access.radius] * 3 + [1.0] * 3)
+        covariance = self.search.objective.known.covariance(self.search.information(touches))
+        return covariance_at(scale[:, None] * covariance * scale, -access.centre)
 
 
 def _rank(rows: Floats) -> int:
-    """How many degrees of freedom the rows (k, 6) hold."""
+    """How many degrees of freedom the rows (k, u) hold."""
     singular = np.linalg.svd(rows, compute_uv=False)
     return int((singular >= _RANK * singular.max(initial=0.0)).sum())
 
 
-def _refuse_free_motion(fixture: Fixture, touches: Touches) -> None:
-    if _rank(flat(touches.rows)) < 6:
+def _refuse_free_motion(fixture: Fixture, touches: Touches, known: Known) -> None:
+    if _rank(flat(touches.rows) @ known.basis) < known.unknowns:
         raise UsageError(
             f"{fixture.name}: a motion stays free whatever is touched, so no plan can fix the pose; "
             "design-check names the motion and what to add"
@@ -241,10 +253,4 @@ def _made(fixture: Fixture, existing: Contacts) -> _Made:
             f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
         )
     best = min(accepted, key=lambda candidate: candidate.chi2)
-    return _Made(_moved(existing, inverse(best.base_from_fixture)), best.base_from_fixture)
-
-
-def _moved(contacts: Contacts, a_from_b: Floats) -> Contacts:
-    """Contacts of frame b in frame a."""
-    points = transform_points(a_from_b, contacts.points)
-    return replace(contacts, points=points, approaches=contacts.approaches @ a_from_b[:3, :3].T)
+    return _Made(existing.moved(inverse(best.base_from_fixture)), best.base_from_fixture)

@@ -13,7 +13,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.surfaces import Point, outward_normals
-from tactfix.localization.locate import locate
+from tactfix.localization.nominal import locate_nominal
 from tactfix.noise import chi_square_limit
 from tactfix.results import Candidate, LocateResult
 from tactfix.values import frozen_value
@@ -41,14 +41,18 @@ class Verdict:
         return self.located and not self.rivals
 
 
-def judged(fixture: Fixture, contacts: Contacts) -> Verdict:
-    """The verdict on nominal contacts in the fixture frame: the right pose is the identity."""
-    result = locate(fixture, contacts, explain=False)
+def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Verdict:
+    """The verdict on nominal contacts in the fixture frame: the right pose is the identity.
+
+    base_from_fixture (4, 4): where the fixture stands, for what is known of that beforehand.
+    """
+    result = locate_nominal(fixture, contacts, base_from_fixture)
     if result.status not in ("located", "ambiguous"):
         return Verdict(result, False, ())
     if result.status == "located":
         coarse = BEHIND / np.sqrt(chi_square_limit(result.dof))
-        wide = locate(fixture, replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas), explain=False)
+        coarser = replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas)
+        wide = locate_nominal(fixture, coarser, base_from_fixture)
     else:
         wide = result
     accepted = [candidate for candidate in wide.candidates if candidate.accepted]

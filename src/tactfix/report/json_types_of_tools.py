@@ -77,13 +77,20 @@ class CheckJson(TypedDict):
 
 
 class ToolContactJson(TypedDict):
-    """A contact of a plan or a simulation."""
+    """A contact of a simulation."""
 
     row: int
     feature: str
     point: Vector
     approach: Vector | None
     sigma: float
+
+
+class PlannedContactJson(ToolContactJson):
+    """A contact of a plan; in base too where it is known where the fixture stands."""
+
+    point_in_base: Vector | None
+    approach_in_base: Vector | None
 
 
 class StepJson(TypedDict):
@@ -114,7 +121,7 @@ class PlanJson(TypedDict):
     worst_point: Vector | None
     covariance: Covariance | None
     tip_radius: float
-    contacts: list[ToolContactJson]
+    contacts: list[PlannedContactJson]
     steps: list[StepJson]
 
 

@@ -70,9 +70,23 @@ def plan_csv(plan: Plan) -> str:
 
 
 def _worth(plan: Plan) -> Iterator[str]:
-    frame = "fixture frame" if plan.base_from_fixture is None else "base, the frame of the contacts already made"
+    frame = "fixture frame" if plan.frame == "fixture" else "base, the frame of the contacts already made"
     yield f"plan for {plan.fixture}: nominal contacts in the {frame}"
     yield from plan_lines(plan)
+    yield from _targets(plan)
+
+
+def _targets(plan: Plan) -> Iterator[str]:
+    """Where to go in base, a line for each contact of a plan in the fixture frame, where the placement says it."""
+    targets = plan.in_base if plan.frame == "fixture" else None
+    if targets is None:
+        return
+    yield "plan: the same in base, as the placement has it: row, feature, x y z, and the approach"
+    digits = _digits(float(targets.sigmas.min()))
+    for i, (row, feature) in enumerate(zip(targets.rows, targets.features, strict=True)):
+        place = " ".join(map(decimal, np.round(targets.points[i], digits)))
+        way = " ".join(map(decimal, np.round(targets.approaches[i], _DIRECTION)))
+        yield f"plan: in base: {row}, {spreadsheet_cell(feature)}, {place}, {way}"
 
 
 def plan_lines(plan: Plan) -> Iterator[str]:

@@ -13,13 +13,13 @@ SIMULATE_SCHEMA: Final = "tactfix/simulate/1"
 
 
 def plan_json(plan: Plan) -> Json:
-    """The JSON of plan: contacts in the fixture frame, or in base where "transform" says where the fixture stands."""
+    """The JSON of plan: contacts in the frame that "frame" names, and in base where "transform" is known."""
     return {
         "schema": PLAN_SCHEMA,
         "tactfix_version": VERSION,
         "fixture": plan.fixture,
         "units": plan.units,
-        "frame": "fixture" if plan.base_from_fixture is None else "base",
+        "frame": plan.frame,
         "transform": array(plan.base_from_fixture),
         "criterion": plan.criterion,
         "unique": plan.unique,
@@ -31,7 +31,7 @@ def plan_json(plan: Plan) -> Json:
         "worst_point": array(plan.worst_point),
         "covariance": array(plan.covariance),
         "tip_radius": number(plan.contacts.tip_radius),
-        "contacts": _contacts(plan.contacts),
+        "contacts": _planned(plan),
         "steps": [
             {
                 "contacts": step.count,
@@ -58,6 +58,19 @@ def simulation_json(simulation: Simulation) -> Json:
         "tip_radius": number(simulation.contacts.tip_radius),
         "contacts": _contacts(simulation.contacts),
     }
+
+
+def _planned(plan: Plan) -> list[Json]:
+    """The contacts of a plan, with their place in base, null where that is not known."""
+    in_base = plan.in_base
+    return [
+        {
+            **contact,
+            "point_in_base": None if in_base is None else array(in_base.points[i]),
+            "approach_in_base": None if in_base is None else array(in_base.approaches[i]),
+        }
+        for i, contact in enumerate(_contacts(plan.contacts))
+    ]
 
 
 def _contacts(contacts: Contacts) -> list[Json]:

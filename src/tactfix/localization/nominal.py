@@ -1,0 +1,56 @@
+"""Contacts of a plan located: they are in the fixture frame, and the fixture stands where its placement says.
+
+What is known beforehand is known in base. Contacts are carried there, located, and the answer is carried back, so that
+the right pose is the identity whether the fixture has a placement or not.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse
+from tactfix.geometry.surfaces import Surface, moved
+from tactfix.localization.locate import locate
+from tactfix.results import LocateResult
+
+
+def standing(fixture: Fixture) -> Floats | None:
+    """Where the fixture is thought to stand, base_from_fixture (4, 4); None where nothing is known."""
+    return None if fixture.placement is None else fixture.placement.near
+
+
+def locate_nominal(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None) -> LocateResult:
+    """What locate says, without explanations, of contacts in the fixture frame while it stands at base_from_fixture.
+
+    The result is in the fixture frame, without the words of free motions and of the next contact. None: anywhere, which
+    is only allowed where nothing is known beforehand.
+    """
+    if base_from_fixture is None:
+        return locate(fixture, contacts, explain=False)
+    found: LocateResult = locate(fixture, contacts.moved(base_from_fixture), explain=False)
+    fixture_from_base = inverse(base_from_fixture)
+    turn = np.kron(np.eye(2), fixture_from_base[:3, :3])
+    pose, covariance = found.base_from_fixture, found.covariance
+    candidates = tuple(
+        replace(
+            c, base_from_fixture=fixture_from_base @ c.base_from_fixture, surfaces=_seen(c.surfaces, fixture_from_base)
+        )
+        for c in found.candidates
+    )
+    return replace(
+        found,
+        base_from_fixture=None if pose is None else fixture_from_base @ pose,
+        covariance=None if covariance is None else turn @ covariance @ turn.T,
+        candidates=candidates,
+        surfaces=_seen(found.surfaces, fixture_from_base),
+        free_motions=(),
+        next_contact=None,
+    )
+
+
+def _seen(surfaces: Mapping[str, Surface], fixture_from_base: Floats) -> Mapping[str, Surface]:
+    return {name: moved(fixture_from_base, surface) for name, surface in surfaces.items()}
