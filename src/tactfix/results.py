@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from tactfix.errors import NotLocatedError
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.surfaces import Surface
+from tactfix.mistakes import DiagnosisCode
 from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
@@ -20,22 +21,6 @@ if TYPE_CHECKING:
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
 ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path", "tip", "prior"]
-DiagnosisCode: TypeAlias = Literal[
-    "outlier",
-    "approach",
-    "swapped_labels",
-    "relabel",
-    "feature_exchange",
-    "unit",
-    "tip_radius",
-    "tip_offset",
-    "sigma",
-    "radius",
-    "diameter",
-    "feature_place",
-    "axes",
-    "mirrored",
-]
 
 
 @frozen_value(eq=True)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactfix.contacts import Contacts
-from tactfix.design.blind_spots import power_of
+from tactfix.design.blind_spot import power_of
 from tactfix.design.design_check import design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate

@@ -1,6 +1,6 @@
 """Every mistake of the list made on purpose and given to locate: what design-check says of it must then happen.
 
-The mistakes are made here anew, on contacts with noise: nothing of `mistakes.faults` or `design` is used for them but
+The mistakes are made here anew, on contacts with noise: nothing of `simulation` or `design` is used for them but
 the words of the report: how large each mistake is, and on which contacts or features it is made.
 """
 
@@ -15,6 +15,7 @@ from tactfix.design.design_check import Wishes, design_check
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
+from tactfix.mistakes import BLIND_SPOTS
 from tactfix.simulation.simulate import simulate
 from tests.support.project import BAD_DESIGNS, ROOT
 
@@ -26,10 +27,6 @@ FIXTURES = {
     "machine-tool-ball-bar": (ROOT / "fixtures" / "machine-tool-ball-bar.yaml", 12),
     "equal-balls": (BAD_DESIGNS / "equal-balls.yaml", 12),
 }
-MISTAKES = (
-    "tip_radius", "tip_sign", "pretravel", "scale", "unit", "approach", "labels", "swapped_contacts", "contact",
-    "radius", "distance",
-)  # fmt: skip
 
 
 def normal(surface, x):
@@ -67,11 +64,13 @@ def rows(message):
 def made_wrong(name, spot):
     """The fixture as its file says, and the contacts as their file says, with the mistake in one of them."""
     what = spot.message.rsplit(": ", 1)[0]
-    if spot.error in ("radius", "distance"):
+    if spot.error == "mirrored":
+        return mirror_image(judged(name)[0]), judged(name)[2]
+    if spot.error in ("radius", "distance", "diameter", "axes"):
         fixture, surfaces, plan, *_ = judged(name)
-        feature, surface = wrong_number(surfaces, what)
-        wrong = replace(fixture.features[feature], surface=surface, radius=getattr(surface, "radius", None))
-        return replace(fixture, features={**fixture.features, feature: wrong}), plan
+        wrong = wrong_surfaces(surfaces, what)
+        touch = {n: box for n, box in fixture.touch.items() if spot.error != "axes" or n not in wrong}
+        return with_surfaces(replace(fixture, touch=touch), wrong), plan
     return judged(name)[0], WRONG_CONTACTS[spot.error](*judged(name)[:4], what)
 
 
@@ -111,6 +110,30 @@ def two_labels_swapped(fixture, surfaces, plan, normals, what):
     return replace(plan, features=tuple(names))
 
 
+def noisier(fixture, surfaces, plan, normals, what):
+    scatter = np.random.default_rng(3).normal(size=len(plan)) * numbers(what)[0] * plan.sigmas
+    return replace(plan, points=plan.points + scatter[:, None] * normals)
+
+
+def one_reversed(fixture, surfaces, plan, normals, what):
+    approaches = plan.approaches.copy()
+    approaches[(rows(what) or [0])[0]] *= -1
+    return replace(plan, approaches=approaches)
+
+
+def one_wrong_label(fixture, surfaces, plan, normals, what):
+    names = list(plan.features)
+    names[rows(what)[0]] = re.search(r"labelled (\w+)", what)[1]
+    return replace(plan, features=tuple(names))
+
+
+def two_bad_contacts(fixture, surfaces, plan, normals, what):
+    points = plan.points.copy()
+    for i, size in zip(rows(what), numbers(what)[-2:], strict=True):
+        points[i] += size * np.hypot(plan.sigmas[i], fixture.features[plan.features[i]].sigma) * normals[i]
+    return replace(plan, points=points)
+
+
 def one_bad_contact(fixture, surfaces, plan, normals, what):
     (i,) = rows(what)
     points = plan.points.copy()
@@ -128,16 +151,53 @@ WRONG_CONTACTS = {
     "labels": exchanged_labels,
     "swapped_contacts": two_labels_swapped,
     "contact": one_bad_contact,
+    "contacts": two_bad_contacts,
+    "sigma": noisier,
+    "one_approach": one_reversed,
+    "wrong_label": one_wrong_label,
 }
 
 
-def wrong_number(surfaces, what):
-    """The feature whose radius or place the file has wrong, and the surface that the file has."""
+def with_surfaces(fixture, surfaces):
+    changed = {
+        n: replace(fixture.features[n], surface=s, radius=getattr(s, "radius", None)) for n, s in surfaces.items()
+    }
+    return replace(fixture, features={**fixture.features, **changed})
+
+
+def wrong_surfaces(surfaces, what):
+    """The features that the file has wrong, as it has them."""
+    if "doubled" in what:
+        names = re.split(r", | and ", re.match(r"radius of (.*) doubled", what)[1])
+        return {n: replace(surfaces[n], radius=2 * surfaces[n].radius) for n in names}
+    if "exchanged" in what:
+        a, b, point, name = re.match(r"(\w) and (\w) of (the point of )?(\w+) exchanged", what).groups()
+        order = ["xyz".index(axis) for axis in "xyz".replace(a, "-").replace(b, a).replace("-", b)]
+        return {name: mapped(surfaces[name], np.eye(3)[order], with_direction=not point)}
     if what.startswith("radius"):
         feature, off = re.match(r"radius of (\w+) off by ([\d.e-]+)", what).groups()
-        return feature, replace(surfaces[feature], radius=surfaces[feature].radius + float(off))
+        return {feature: replace(surfaces[feature], radius=surfaces[feature].radius + float(off))}
     one, off, other = re.match(r"(\w+) ([\d.e-]+) farther from (\w+)", what).groups()
-    return one, shifted(surfaces[one], surfaces[other], float(off))
+    return {one: shifted(surfaces[one], surfaces[other], float(off))}
+
+
+def mapped(surface, matrix, with_direction=True):
+    if isinstance(surface, Sphere):
+        return replace(surface, center=matrix @ surface.center)
+    direction = "normal" if isinstance(surface, Plane) else "direction"
+    turned = matrix if with_direction else np.eye(3)
+    return replace(surface, point=matrix @ surface.point, **{direction: turned @ getattr(surface, direction)})
+
+
+def mirror_image(fixture):
+    """The fixture mirrored in x, touch boxes and all."""
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    touch = {}
+    for name, box in fixture.touch.items():
+        (low, *lows), (high, *highs) = box.low, box.high
+        touch[name] = replace(box, low=np.array([-high, *lows]), high=np.array([-low, *highs]))
+    surfaces = {n: mapped(feature.surface, mirror) for n, feature in fixture.features.items()}
+    return with_surfaces(replace(fixture, touch=touch), surfaces)
 
 
 def exchanged(features, what):
@@ -177,13 +237,14 @@ def noisy(fixture, contacts, normals, seed):
     return replace(contacts, points=contacts.points + scatter[:, None] * normals)
 
 
-@pytest.mark.parametrize("error", MISTAKES)
+@pytest.mark.parametrize("error", BLIND_SPOTS)
 @pytest.mark.parametrize("name", FIXTURES)
 def test_the_mistake_made_on_purpose(name, error):
     _, _, _, normals, report = judged(name)
     spots = [s for s in report.blind_spots if s.error == error]
     if not spots:
-        assert (name, error) in {("corner", "radius"), ("corner", "distance")}, "only square planes have neither"
+        assert name == "corner", "only square planes have neither radius nor distance"
+        assert error in ("radius", "distance", "diameter")
         return
     (spot,) = spots
     fixture, contacts = made_wrong(name, spot)
@@ -201,14 +262,16 @@ def test_the_mistake_made_on_purpose(name, error):
     elif spot.power < 0.01:
         assert noticed <= 1, spot
         assert len(shifts) >= SEEDS - 1
-    if shifts and spot.pose_shift is not None:
+    if shifts and error == "sigma":
+        assert np.median(shifts) < 4 * spot.pose_shift
+    elif shifts and spot.pose_shift is not None:
         assert np.median(shifts) == pytest.approx(spot.pose_shift, rel=0.05, abs=4 * sigma), spot
 
 
 def test_the_cases_hold_mistakes_that_show_and_mistakes_that_do_not():
     """A test of blind spots that never meets one, or only such, would show little."""
     spots = [spot for name in FIXTURES for spot in judged(name)[4].blind_spots]
-    assert {spot.error for spot in spots} == set(MISTAKES)
+    assert {spot.error for spot in spots} == set(BLIND_SPOTS)
     hidden = {spot.error for spot in spots if spot.power < 0.01}
     shown = {spot.error for spot in spots if spot.detectable}
     assert {"tip_radius", "tip_sign", "pretravel", "scale", "unit", "labels"} <= hidden

@@ -6,7 +6,8 @@ import pytest
 from tactfix.errors import UsageError
 from tactfix.geometry.surfaces import Sphere
 from tactfix.localization.locate import locate
-from tactfix.simulation.faults import FAULT_KINDS, Fault, parse_fault
+from tactfix.mistakes import FAULT_KINDS
+from tactfix.simulation.faults import Fault, parse_fault
 from tactfix.simulation.simulate import simulate
 from tests.support.placed_cells import ball_and_bar, cube_corner, placed, three_balls
 
@@ -106,9 +107,16 @@ def test_faults_that_are_none_are_refused(text, said):
 
 
 @pytest.mark.parametrize("kind", FAULT_KINDS)
-def test_three_balls_show_every_fault(kind):
-    """Whether a mistake can be seen is the fixture's merit: here twelve contacts on three balls see each of them."""
+def test_three_balls_show_every_fault_but_one(kind):
+    """Whether a mistake can be seen is the fixture's merit: here twelve contacts on three balls see each of them, but
+    that three balls are their own mirror image.
+    """
     _, wrong = pair(Fault(kind), three_balls())
+    if kind == "mirrored":
+        result = locate(three_balls(), wrong.contacts)
+        turned = result.base_from_fixture[:3, :3].T @ wrong.base_from_fixture[:3, :3]
+        assert turned @ np.diag([-1.0, 1.0, 1.0]) == pytest.approx(np.diag([1.0, 1.0, -1.0]), abs=1e-3)
+        return
     assert locate(three_balls(), wrong.contacts, explain=False).status != "located"
 
 

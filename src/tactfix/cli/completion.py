@@ -54,7 +54,7 @@ def names(*known: str) -> Callable[[str], list[str]]:
 
 def fault_names(incomplete: str) -> list[str]:
     """The mistakes that simulate makes."""
-    from tactfix.simulation.faults import FAULT_KINDS
+    from tactfix.mistakes import FAULT_KINDS
 
     return [name for name in FAULT_KINDS if name.startswith(incomplete)]
 

@@ -8,7 +8,8 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
 from tactfix.cli.output import emit
-from tactfix.simulation.faults import FAULT_KINDS, parse_fault
+from tactfix.mistakes import FAULT_KINDS
+from tactfix.simulation.faults import parse_fault
 
 if TYPE_CHECKING:
     from tactfix.fixture import Fixture
@@ -61,8 +62,11 @@ def command(
     surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - gives the pose back. The pose is random too: one
     that the fixture's placement (or --near with --within, --near-sigma, --free) allows, or any.
 
-    Faults: outlier (length; default 20 sigma), reversed-approach (row), swapped-labels, wrong-unit (factor; 25.4),
-    forgotten-tip (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4).
+    Faults, and what VALUE is: outlier (length; default 20 sigma), outliers (how many; 2), reversed-approach (row),
+    reversed-approaches, swapped-labels, wrong-label, exchanged-features, wrong-unit (factor; 25.4), forgotten-tip and
+    tip-sign (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4), wrong-sigma (factor; 10). What
+    the fixture file has wrong: wrong-radius (length; 20 sigma), diameters, wrong-place (length; 20 sigma),
+    exchanged-axes, mirrored.
     """
     from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions

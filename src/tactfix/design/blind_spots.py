@@ -5,110 +5,56 @@ truth, by the same least squares that locate uses. The chi-square that is left i
 noisy contacts would have. A mistake counts as detectable when that chi-square would exceed its limit, the one at which
 locate begins to doubt the residuals (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
 Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches and a wrong unit are
-given to locate: they are detectable when no pose comes out. Only there do approach, touch box and path count; elsewhere
-it is the residuals alone, as they would be for contacts in the middle of a face.
+given to locate: they are detectable when no pose comes out. Only there, and where the file is another fixture's
+altogether (`wrong_files`), do approach and touch box count; elsewhere it is the residuals alone, as they would be for
+contacts in the middle of a face.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Final, Literal, TypeAlias
+from itertools import combinations
+from typing import Final
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.distance_errors import Misplaced
-from tactfix.design.nominal_contacts import Locator, Touched, most_telling, normals_of, shift_of
-from tactfix.design.swapped_contacts import least_visible_swaps
-from tactfix.design.symmetries import Symmetry
+from tactfix.design.blind_spot import (
+    FAR,
+    BlindSpot,
+    Case,
+    located,
+    no_pose,
+    power_of,
+    refined,
+    refitted,
+    spot_of,
+    worst,
+)
+from tactfix.design.nominal_contacts import SIGMAS_OFF, Touched, moments, most_telling, normals_of, shift_of
+from tactfix.design.wrong_files import diameters, exchanged_axes, mirror_image, wrong_place, wrong_radius
+from tactfix.design.wrong_labels import least_visible, relabels, swaps
+from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
-from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
+from tactfix.mistakes import BLIND_SPOTS, BlindSpotCode
 from tactfix.noise import SUSPICIOUS, chi_square_limit
-from tactfix.poses.points_as_planes import one_equation_each
-from tactfix.poses.pose_fit import PoseFit, refine
-from tactfix.simulation.faults import Fault, growth, mistaken
-from tactfix.values import frozen_value
+from tactfix.simulation.faults import NOISIER, Fault, growth, mistaken
 from tactfix.wording import listed
 
-Mistake: TypeAlias = Literal[
-    "tip_radius",
-    "tip_sign",
-    "pretravel",
-    "scale",
-    "unit",
-    "approach",
-    "labels",
-    "swapped_contacts",
-    "contact",
-    "distance",
-    "radius",
-]
-
-# A detectable mistake is seen this often.
-_POWER: Final = 0.95
-# So many times beyond the limit the distribution function is 0 to all digits, and its series long.
-_FAR: Final = 20.0
-# Errors of a radius, a distance or one contact, in sigma.
-SIGMAS_OFF: Final = 10.0
+# Pairs of contacts that are fitted exactly.
+_FOLLOWED: Final = 3
 _UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 
 
-@frozen_value(eq=True)
-class Alternatives:
-    """What the fixture can be mistaken for.
-
-    exchanges: the near symmetries by which features could change places unnoticed by side and touch box. misplaced: the
-    fixture with one distance wrong, each way that it can be.
-    """
-
-    exchanges: tuple[Symmetry, ...]
-    misplaced: tuple[Misplaced, ...]
+def blind_spots(case: Case) -> tuple[BlindSpot, ...]:
+    """Every mistake that the fixture allows, each at its worst: where it stays unseen and shifts the pose most."""
+    judged = {code: _worst_of(JUDGES[code](case)) for code in BLIND_SPOTS}
+    return tuple(spot for spot in judged.values() if spot is not None)
 
 
-@frozen_value(eq=True)
-class BlindSpot:
-    """One mistake: pose_shift (units) is how far the worst extreme point is off, None where no pose comes out.
-
-    power: the probability that the residuals show it.
-    """
-
-    error: Mistake
-    detectable: bool
-    pose_shift: float | None
-    power: float
-    message: str
-
-
-def blind_spots(
-    touched: Touched, tip_radius: float, alternatives: Alternatives, locator: Locator
-) -> tuple[BlindSpot, ...]:
-    """Every mistake, each at its worst: where it stays unseen and shifts the pose most.
-
-    tip_radius: of the tip that is forgotten.
-    """
-    spots = [
-        *tip_blind_spots(touched, tip_radius),
-        _pretravel(touched),
-        _growth(touched),
-        _wrong_unit(touched, locator),
-    ]
-    if touched.contacts.has_approach.any():
-        reversed_all = replace(touched.contacts, approaches=-touched.contacts.approaches)
-        spots.append(_located("approach", touched, reversed_all, "all approaches reversed", locator))
-    spots += [_exchanged_labels(touched, alternatives.exchanges), *_swapped(touched), _bad_contact(touched)]
-    return (*spots, *_wrong_numbers(touched, alternatives.misplaced))
-
-
-def power_of(noncentrality: float, dof: int) -> float:
-    """How often the chi-square of dof degrees of freedom, with this noncentrality, exceeds locate's limit of doubt."""
-    from scipy.special import chndtr
-
-    if dof < 1:
-        # Six contacts have no residuals, unless no pose fits them at all.
-        return float(noncentrality > chi_square_limit(1))
-    limit = chi_square_limit(dof, SUSPICIOUS)
-    return 1.0 if noncentrality > _FAR * limit else float(1 - chndtr(limit, dof, noncentrality))
+def _worst_of(spots: Iterable[BlindSpot]) -> BlindSpot | None:
+    found = list(spots)
+    return worst(found) if found else None
 
 
 def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, BlindSpot]:
@@ -120,134 +66,144 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
     change = touched.standoffs(tip_radius - touched.contacts.tip_radius)
     centres = replace(touched.contacts, points=touched.contacts.points + change[:, None] * normals)
     return (
-        _refitted("tip_radius", touched, replace(centres, tip_radius=0.0), f"tip radius {tip_radius:g} forgotten"),
-        _refitted("tip_sign", touched, replace(centres, tip_radius=-tip_radius), f"tip radius {-tip_radius:g} taken"),
+        refitted("tip_radius", touched, replace(centres, tip_radius=0.0), f"tip radius {tip_radius:g} forgotten"),
+        refitted("tip_sign", touched, replace(centres, tip_radius=-tip_radius), f"tip radius {-tip_radius:g} taken"),
     )
 
 
-def _pretravel(touched: Touched) -> BlindSpot:
+def _pretravel(case: Case) -> Iterator[BlindSpot]:
+    touched = case.touched
     normals = normals_of(touched)
     # A point has no way in.
     square = replace(touched.contacts, approaches=np.where(touched.on_points[:, None], np.nan, -normals))
     late, what = mistaken(Fault("late-trigger"), square, normals, np.random.default_rng(0))
-    return _refitted("pretravel", touched, late, f"late trigger: {what}")
+    yield refitted("pretravel", touched, late, f"late trigger: {what}")
 
 
-def _growth(touched: Touched) -> BlindSpot:
+def _growth(case: Case) -> Iterator[BlindSpot]:
     """The fixture is warmer than when it was measured: the surface points grow, the tip does not."""
-    factor = growth(Fault("thermal-growth"))
+    touched, factor = case.touched, growth(Fault("thermal-growth"))
     off = touched.standoffs(touched.contacts.tip_radius)[:, None] * normals_of(touched)
     points = factor * (touched.contacts.points - off) + off
     larger = replace(touched.contacts, points=points)
-    return _refitted("scale", touched, larger, f"fixture larger by {factor - 1:.2g} (aluminium, 10 K)")
+    yield refitted("scale", touched, larger, f"fixture larger by {factor - 1:.2g} (aluminium, 10 K)")
 
 
-def _bad_contact(touched: Touched) -> BlindSpot:
-    """Each contact in turn off along its normal."""
-    normals = normals_of(touched)
-
-    def moved_one(index: int) -> Contacts:
-        points = touched.contacts.points.copy()
-        points[index] += SIGMAS_OFF * touched.sigmas[index] * normals[index]
-        return replace(touched.contacts, points=points)
-
-    order = most_telling(touched)
-    found = [
-        _refitted("contact", touched, moved_one(i), f"{touched.contacts.label(i)} off by {SIGMAS_OFF:g} sigma")
-        for i in order
-    ]
-    return _worst(found)
-
-
-def _wrong_numbers(touched: Touched, misplaced: Iterable[Misplaced]) -> Iterator[BlindSpot]:
-    """One radius, and one distance, of the fixture file off by ten sigma of a contact."""
-    off = SIGMAS_OFF * float(np.sqrt((touched.sigmas**2).mean()))
-    radii = [
-        _refitted("radius", replace(touched, surfaces=surfaces), touched.contacts, f"radius of {name} off by {off:.3g}")
-        for name, surfaces in _with_wrong_radius(touched.surfaces, off)
-    ]
-    distances = [
-        _refitted("distance", replace(touched, surfaces=wrong.surfaces), touched.contacts, wrong.message)
-        for wrong in misplaced
-    ]
-    yield from (_worst(found) for found in (radii, distances) if found)
-
-
-def _with_wrong_radius(surfaces: Mapping[str, Surface], off: float) -> Iterator[tuple[str, Mapping[str, Surface]]]:
-    for name, surface in surfaces.items():
-        if isinstance(surface, Sphere | Cylinder):
-            yield name, {**surfaces, name: replace(surface, radius=surface.radius + off)}
-
-
-def _wrong_unit(touched: Touched, locator: Locator) -> BlindSpot:
+def _unit(case: Case) -> Iterator[BlindSpot]:
     """Coordinates in another unit: locate decides, where two contacts alone do not rule them out."""
-    found = []
+    touched = case.touched
     for factor in _UNITS:
         contacts = replace(touched.contacts, points=touched.contacts.points * factor)
         what = f"coordinates {factor:.4g} times as large"
         least = least_chi_square(touched.surfaces, contacts, touched.sigmas)
-        is_impossible = least > _FAR * chi_square_limit(max(touched.dof, 1))
-        found.append(_no_pose("unit", what) if is_impossible else _located("unit", touched, contacts, what, locator))
-    return _worst(found)
+        is_impossible = least > FAR * chi_square_limit(max(touched.dof, 1))
+        yield no_pose("unit", what) if is_impossible else located("unit", touched, contacts, what, case.locator)
 
 
-def _exchanged_labels(touched: Touched, exchanges: Iterable[Symmetry]) -> BlindSpot:
+def _sigma(case: Case) -> Iterator[BlindSpot]:
+    """Every contact noisier than its sigma: chi-square is as many times larger."""
+    from scipy.special import chdtrc
+
+    dof = case.touched.dof
+    power = float(chdtrc(dof, chi_square_limit(dof, SUSPICIOUS) / NOISIER**2)) if dof > 0 else 0.0
+    yield spot_of("sigma", power, NOISIER * case.worst_sigma, f"contacts {NOISIER:g} times as noisy as sigma says")
+
+
+def _approach(case: Case) -> Iterator[BlindSpot]:
+    contacts = case.touched.contacts
+    if contacts.has_approach.any():
+        reversed_all = replace(contacts, approaches=-contacts.approaches)
+        yield located("approach", case.touched, reversed_all, "all approaches reversed", case.locator)
+
+
+def _one_approach(case: Case) -> Iterator[BlindSpot]:
+    """The true pose falls where one approach is reversed; another one may be left, against which it alone spoke."""
+    touched, contacts = case.touched, case.touched.contacts
+    if not contacts.has_approach.any():
+        return
+    yield no_pose("one_approach", "one approach reversed")
+    for candidate in case.locator(contacts).candidates:
+        against = {(reason.code, reason.row) for reason in candidate.reasons}
+        if len(against) == 1 and next(iter(against))[0] == "approach":
+            (row,) = (row for _, row in against if row is not None)
+            what = f"approach of {contacts.label(contacts.rows.index(row))} reversed"
+            shift = shift_of(candidate.base_from_fixture, touched.corners)
+            yield spot_of("one_approach", power_of(candidate.chi2, touched.dof), shift, what)
+
+
+def _labels(case: Case) -> Iterator[BlindSpot]:
     """The labels of features that can nearly change places, exchanged; the fixture then seems to stand otherwise."""
-    found = [_no_pose("labels", "labels exchanged")]
-    for exchange in exchanges:
+    touched = case.touched
+    if len(touched.surfaces) > 1:
+        yield no_pose("labels", "labels exchanged")
+    for exchange in case.exchanges:
         features = tuple(exchange.images[name] for name in touched.contacts.features)
         contacts = replace(touched.contacts, features=features)
-        fit = _refined(touched, contacts, inverse(exchange.image_from_fixture))
+        fit = refined(touched, contacts, inverse(exchange.image_from_fixture))
         what = f"labels of {listed([n for n, image in exchange.images.items() if n != image])} exchanged"
-        found.append(
-            _spot("labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), what)
-        )
-    return _worst(found)
+        yield spot_of("labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), what)
 
 
-def _swapped(touched: Touched) -> Iterator[BlindSpot]:
+def _swapped(case: Case) -> Iterator[BlindSpot]:
     """Two contacts with their labels exchanged; none where all are on one feature."""
-    found = [
-        _refitted("swapped_contacts", touched, swap.contacts, swap.message) for swap in least_visible_swaps(touched)
-    ]
-    yield from [_worst(found)] if found else []
+    for wrong in least_visible(case.touched, swaps(case.touched)):
+        yield refitted("swapped_contacts", case.touched, wrong.contacts, wrong.message)
 
 
-def _no_pose(error: Mistake, what: str) -> BlindSpot:
-    return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
+def _wrong_label(case: Case) -> Iterator[BlindSpot]:
+    """One contact said to be on another feature."""
+    for wrong in least_visible(case.touched, relabels(case.touched)):
+        yield refitted("wrong_label", case.touched, wrong.contacts, wrong.message)
 
 
-def _refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
-    single = one_equation_each(touched.surfaces, contacts, touched.sigmas)
-    return refine(single.surfaces, single.contacts, single.sigmas, start)
+def _contact(case: Case) -> Iterator[BlindSpot]:
+    """Each contact in turn off along its normal."""
+    for i in most_telling(case.touched):
+        what = f"{case.touched.contacts.label(i)} off by {SIGMAS_OFF:g} sigma"
+        yield refitted("contact", case.touched, _off(case.touched, {i: SIGMAS_OFF}), what)
 
 
-def _refitted(error: Mistake, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
-    """The verdict on a small mistake: contacts and surfaces as they are believed to be, fitted from the truth."""
-    fit = _refined(touched, contacts, np.eye(4))
-    power = power_of(fit.chi2, touched.dof)
-    return _spot(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
+def _contacts(case: Case) -> Iterator[BlindSpot]:
+    """Two contacts off along their normals: those pairs that, to first order, leave the least of chi-square."""
+    touched, index = case.touched, sorted(most_telling(case.touched))
+    span = span_of(moments(touched, normals_of(touched)) / touched.sigmas[:, None])[index]
+    shown = np.eye(len(index)) - span @ span.T
+    own = np.add.outer(np.diag(shown), np.diag(shown))
+    pairs = list(combinations(range(len(index)), 2))
+    either = [(float(own[p] + 2 * sign * shown[p]), *p, sign) for p in pairs for sign in (1.0, -1.0)]
+    for _, i, k, sign in sorted(either)[:_FOLLOWED]:
+        off = {index[i]: SIGMAS_OFF, index[k]: sign * SIGMAS_OFF}
+        what = (
+            f"{listed([touched.contacts.label(j) for j in off])} off by {SIGMAS_OFF:g} and {sign * SIGMAS_OFF:g} sigma"
+        )
+        yield refitted("contacts", touched, _off(touched, off), what)
 
 
-def _located(error: Mistake, touched: Touched, contacts: Contacts, what: str, locator: Locator) -> BlindSpot:
-    """The verdict of locate on a mistake."""
-    result = locator(contacts)
-    if result.base_from_fixture is None:
-        return _no_pose(error, what)
-    power = power_of(result.chi2 or 0.0, touched.dof)
-    return _spot(error, power, shift_of(result.base_from_fixture, touched.corners), what)
+def _off(touched: Touched, sigmas_off: Mapping[int, float]) -> Contacts:
+    """The contacts with these off their surfaces by so many sigma."""
+    normals, points = normals_of(touched), touched.contacts.points.copy()
+    for i, size in sigmas_off.items():
+        points[i] += size * touched.sigmas[i] * normals[i]
+    return replace(touched.contacts, points=points)
 
 
-def _spot(error: Mistake, power: float, shift: float, what: str) -> BlindSpot:
-    seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
-    seen = "the residuals do not show it" if power < _SELDOM else seen
-    return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")
-
-
-# Little more often than by chance: not worth a number.
-_SELDOM: Final = 0.01
-
-
-def _worst(spots: list[BlindSpot]) -> BlindSpot:
-    """The one that stays unseen and shifts the pose most; where all are seen, the one with the largest shift."""
-    return max(spots, key=lambda spot: (not spot.detectable, spot.pose_shift or 0.0))
+JUDGES: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
+    "tip_radius": lambda case: tip_blind_spots(case.touched, case.tip_radius)[:1],
+    "tip_sign": lambda case: tip_blind_spots(case.touched, case.tip_radius)[1:],
+    "pretravel": _pretravel,
+    "scale": _growth,
+    "unit": _unit,
+    "sigma": _sigma,
+    "approach": _approach,
+    "one_approach": _one_approach,
+    "labels": _labels,
+    "swapped_contacts": _swapped,
+    "wrong_label": _wrong_label,
+    "contact": _contact,
+    "contacts": _contacts,
+    "distance": wrong_place,
+    "radius": wrong_radius,
+    "diameter": diameters,
+    "axes": exchanged_axes,
+    "mirrored": mirror_image,
+}

@@ -10,14 +10,15 @@ from tactfix.accessibility.access import Access, access_of
 from tactfix.accessibility.touchable import extreme_points
 from tactfix.contacts import Contacts
 from tactfix.design.accuracy import Certainty, certainty, free_of
-from tactfix.design.blind_spots import SIGMAS_OFF, Alternatives, BlindSpot, blind_spots, tip_blind_spots
+from tactfix.design.blind_spot import BlindSpot, Case
+from tactfix.design.blind_spots import blind_spots, tip_blind_spots
 from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
 from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.layout import Source, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
-from tactfix.design.nominal_contacts import Locator, Touched
+from tactfix.design.nominal_contacts import SIGMAS_OFF, Locator, Touched
 from tactfix.design.plan_findings import (
     blind_spot_findings,
     certainty_findings,
@@ -128,7 +129,7 @@ def _judged(
         return replace(so_far, certainty=sure, findings=tuple(findings))
     tip = _forgotten_tip(fixture, touched)
     margin = margins(touched, locator, with_losses=sure.source != "spread")
-    spots = blind_spots(touched, tip, _alternatives(fixture, touched), locator)
+    spots = blind_spots(_case(fixture, touched, tip, sure.worst.sigma, locator))
     sees_tip = spread is not None and tip_blind_spots(spread, tip)[0].detectable
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
     findings += margin_findings(margin, sure.source, is_symmetric, fixture.units)
@@ -139,13 +140,13 @@ def _judged(
     )
 
 
-def _alternatives(fixture: Fixture, touched: Touched) -> Alternatives:
-    """What the fixture can be mistaken for when labels are exchanged or a distance is wrong."""
+def _case(fixture: Fixture, touched: Touched, tip_radius: float, worst_sigma: float, locator: Locator) -> Case:
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
     ratio = min(_LOOSEST, max(_LOOSE, SIGMAS_OFF * sigma / (size_of(touched.surfaces.values()) or np.inf)))
     near = symmetries(touched.surfaces, fixture.touch, ratio)
     exchanges = tuple(s for s in near if s.confusable)
-    return Alternatives(exchanges, tuple(misplaced(touched.surfaces, SIGMAS_OFF * sigma)))
+    wrong = tuple(misplaced(touched.surfaces, SIGMAS_OFF * sigma))
+    return Case(touched, tip_radius, worst_sigma, exchanges, wrong, fixture, locator)
 
 
 def _in_fixture_frame(

@@ -12,7 +12,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.accuracy import Certainty
-from tactfix.design.blind_spots import BlindSpot
+from tactfix.design.blind_spot import BlindSpot
 from tactfix.design.contact_check import ContactCheck, check_contacts
 from tactfix.design.contact_counts import ContactCounts, separate_counts
 from tactfix.design.cylinder_layouts import CylinderLayout

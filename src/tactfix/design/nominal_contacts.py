@@ -12,6 +12,9 @@ from tactfix.geometry.surfaces import Point, Surface, outward_normals
 from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 
+SIGMAS_OFF: Final = 10.0
+"""Errors of a radius, a distance or one contact, in sigma."""
+
 Locator: TypeAlias = Callable[[Contacts], LocateResult]
 
 

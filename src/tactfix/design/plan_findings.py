@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.design.accuracy import Certainty
-from tactfix.design.blind_spots import BlindSpot
+from tactfix.design.blind_spot import BlindSpot
 from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity
 from tactfix.design.layout import Source
@@ -40,6 +40,13 @@ _REMEDIES: Final = {
     "pretravel": "add an opposite face or a sphere touched from several sides, and calibrate the probe's pretravel",
     "scale": "add a known length, such as a second sphere or an opposite face, along the direction that grows",
     "unit": "say the unit in the contact file; a sphere or cylinder of known radius makes a wrong one show",
+    "sigma": "add three contacts or more, so that their residuals show how much they scatter",
+    "one_approach": "add a contact where the two poses differ: tactfix plan --add 1 proposes one",
+    "wrong_label": "touch each feature more often: a contact that is labelled as another one is then hard to fit",
+    "contacts": "touch those features once more each: two bad contacts then stand against more good ones",
+    "diameter": "add contacts around the feature, on opposite sides of it",
+    "axes": "add contacts or a feature that measures where this one stands, and have the fixture measured",
+    "mirrored": "add a feature off the plane of symmetry, or touch boxes that tell one side from the other",
     "approach": "let the contact file say how the probe came (ax, ay, az)",
     "labels": "make the features differ in type, radius or distance, or check the labels on the first part",
     "swapped_contacts": "touch each feature more often, and in one run: two labels are then hard to exchange unseen",
@@ -146,7 +153,7 @@ def blind_spot_findings(
     for spot in spots:
         matters = spot.pose_shift is not None and spot.pose_shift > _HARMLESS * certainty.worst.sigma
         # One bad contact among the spread ones says nothing of the contacts that will be made.
-        if spot.detectable or not matters or (source == "spread" and spot.error == "contact"):
+        if spot.detectable or not matters or (source == "spread" and spot.error in ("contact", "contacts")):
             if spot.error == "tip_radius":
                 harm = "shows" if spot.detectable else "does no harm"
                 yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius {harm}: {spot.message} {units}")

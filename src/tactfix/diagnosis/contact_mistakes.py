@@ -23,6 +23,11 @@ def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothes
     ]
 
 
+def single_outliers(problem: Problem) -> list[Hypothesis]:
+    """Each contact left out, where one more than a pose takes is left."""
+    return outliers(problem, [(i,) for i in range(len(problem.contacts))]) if problem.dof > 0 else []
+
+
 def relabels(problem: Problem) -> list[Hypothesis]:
     """Each contact on each other feature; points, whose contacts are three equations, are left as they are."""
     names, sided = problem.contacts.features, _sided(problem)

@@ -15,8 +15,8 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, circle_axes
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.mistakes import DiagnosisCode
 from tactfix.poses.points_as_planes import Equations, one_equation_each
-from tactfix.results import DiagnosisCode
 from tactfix.values import frozen_value
 
 Free: TypeAlias = Literal["tip", "radius", "place"]

@@ -11,6 +11,7 @@ from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.mistakes import DiagnosisCode
 
 AXES = "xyz"
 MOST_PERMUTED = 4
@@ -19,18 +20,25 @@ SAME = 1e-9
 """Share of the fixture's coordinates within which a change of them changes nothing."""
 
 
-def sizes(problem: Problem) -> list[Hypothesis]:
-    """A radius that is another one, or a diameter: of each round feature that is touched, and of all."""
-    touched = problem.contacts.by_feature
-    round_ = {n: s for n in touched if isinstance(s := problem.surfaces[n], Sphere | Cylinder)}
-    halves: dict[str, Surface] = {n: replace(s, radius=s.radius / 2) for n, s in round_.items()}
-    count = len(round_)
-    found = [Hypothesis("radius", features=(name,), alternatives=count, free="radius") for name in round_]
-    found += [
-        Hypothesis("diameter", features=(name,), alternatives=count + 1, surfaces={name: half})
+def radii(problem: Problem) -> list[Hypothesis]:
+    """The radius of each round feature that is touched is another one."""
+    round_ = _round(problem)
+    return [Hypothesis("radius", features=(name,), alternatives=len(round_), free="radius") for name in round_]
+
+
+def diameters(problem: Problem) -> list[Hypothesis]:
+    """The radius of each round feature that is touched is a diameter, and those of all are."""
+    halves: dict[str, Surface] = {n: replace(s, radius=s.radius / 2) for n, s in _round(problem).items()}
+    found = [
+        Hypothesis("diameter", features=(name,), alternatives=len(halves) + 1, surfaces={name: half})
         for name, half in halves.items()
     ]
-    return found if count < 2 else [*found, all_diameters(halves)]
+    return found if len(halves) < 2 else [*found, all_diameters(halves)]
+
+
+def _round(problem: Problem) -> dict[str, Sphere | Cylinder]:
+    touched = problem.contacts.by_feature
+    return {n: s for n in touched if isinstance(s := problem.surfaces[n], Sphere | Cylinder)}
 
 
 def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
@@ -39,25 +47,34 @@ def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
 
 
 def places(problem: Problem) -> list[Hypothesis]:
-    """Each touched feature elsewhere, with two of its coordinates exchanged, or one of the wrong sign."""
+    """Each touched feature elsewhere."""
+    names = _touched_of_several(problem)
+    return [Hypothesis("feature_place", features=(name,), alternatives=len(names), free="place") for name in names]
+
+
+def exchanged_coordinates(problem: Problem) -> list[Hypothesis]:
+    """Each touched feature with two of its coordinates exchanged."""
+    return [h for name in _touched_of_several(problem) for h in _mapped_feature(problem, name, "axes", _exchanges())]
+
+
+def signs(problem: Problem) -> list[Hypothesis]:
+    """Each touched feature with one coordinate of the wrong sign."""
+    return [h for name in _touched_of_several(problem) for h in _mapped_feature(problem, name, "mirrored", _mirrors())]
+
+
+def _touched_of_several(problem: Problem) -> list[str]:
+    """The touched features; of one alone nobody knows where it should be."""
     touched = list(problem.contacts.by_feature)
-    if len(touched) < 2:
-        return []
-    found = [Hypothesis("feature_place", features=(n,), alternatives=len(touched), free="place") for n in touched]
-    return [*found, *(h for name in touched for h in _wrong_coordinates(problem, name, len(touched)))]
+    return touched if len(touched) > 1 else []
 
 
-def _wrong_coordinates(problem: Problem, name: str, count: int) -> Iterator[Hypothesis]:
-    surface = problem.surfaces[name]
-    for matrix, note in (*_exchanges(), *_mirrors()):
-        for other in _ways_mapped(surface, matrix):
-            yield Hypothesis(
-                "axes" if len(note) == 2 else "mirrored",
-                features=(name,),
-                alternatives=3 * (count + 1),
-                surfaces={name: other},
-                note=note,
-            )
+def _mapped_feature(
+    problem: Problem, name: str, code: DiagnosisCode, ways: list[tuple[Floats, str]]
+) -> Iterator[Hypothesis]:
+    alternatives = 3 * (len(problem.contacts.by_feature) + 1)
+    for matrix, note in ways:
+        for other in _ways_mapped(problem.surfaces[name], matrix):
+            yield Hypothesis(code, features=(name,), alternatives=alternatives, surfaces={name: other}, note=note)
 
 
 def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
@@ -70,13 +87,16 @@ def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
     return different[:1] if len(different) == 2 and _is_same(*different) else different
 
 
+def exchanged_axes(problem: Problem) -> list[Hypothesis]:
+    """The whole fixture with two coordinates exchanged: which two matters only for where its frame stands."""
+    matrix, axes = _exchanges()[0]
+    return [Hypothesis("axes", surfaces={n: mapped(s, matrix) for n, s in problem.surfaces.items()}, note=axes)]
+
+
 def reflections(problem: Problem) -> list[Hypothesis]:
-    """The whole fixture with two coordinates exchanged, or mirrored: alike but for where its frame stands."""
-    (exchanged, axes), (mirror, axis) = _exchanges()[0], _mirrors()[0]
-    return [
-        Hypothesis("axes", surfaces={n: mapped(s, exchanged) for n, s in problem.surfaces.items()}, note=axes),
-        Hypothesis("mirrored", surfaces={n: mapped(s, mirror) for n, s in problem.surfaces.items()}, note=axis),
-    ]
+    """The whole fixture mirrored: alike but for where its frame stands."""
+    matrix, axis = _mirrors()[0]
+    return [Hypothesis("mirrored", surfaces={n: mapped(s, matrix) for n, s in problem.surfaces.items()}, note=axis)]
 
 
 def exchanges(problem: Problem) -> list[Hypothesis]:
@@ -115,13 +135,19 @@ def _blocks_reordered(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
 
 
 def _exchanges() -> list[tuple[Floats, str]]:
-    return [(np.eye(3)[_order(a, b)], AXES[a] + AXES[b]) for a, b in combinations(range(3), 2)]
+    return [(exchange(a, b), AXES[a] + AXES[b]) for a, b in combinations(range(3), 2)]
 
 
-def _order(a: int, b: int) -> list[int]:
+def exchange(a: int, b: int) -> Floats:
+    """The matrix (3, 3) that exchanges two coordinates."""
     order = [0, 1, 2]
     order[a], order[b] = b, a
-    return order
+    return np.eye(3)[order]
+
+
+def changed_by(surface: Surface, matrix: Floats) -> bool:
+    """Whether mapping its coordinates by an orthogonal matrix (3, 3) makes it another surface."""
+    return not _is_same(surface, mapped(surface, matrix))
 
 
 def _mirrors() -> list[tuple[Floats, str]]:

@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 from tactfix.contacts import Contacts
+from tactfix.mistakes import DiagnosisCode
 from tactfix.poses.solution import Solutions
-from tactfix.results import Diagnosis, DiagnosisCode
+from tactfix.results import Diagnosis
 from tactfix.values import frozen_value
 
 MOST_CONTACTS = 12

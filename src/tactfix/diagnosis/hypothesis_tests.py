@@ -1,22 +1,32 @@
 """Which mistakes explain contacts on a rigid fixture: all hypotheses fitted, tested, and ranked."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_mistakes import outliers, relabels, swaps
+from tactfix.diagnosis.contact_mistakes import outliers, relabels, single_outliers, swaps
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.file_mistakes import tips, units
-from tactfix.diagnosis.fixture_mistakes import exchanges, places, reflections, sizes
+from tactfix.diagnosis.fixture_mistakes import (
+    diameters,
+    exchanged_axes,
+    exchanged_coordinates,
+    exchanges,
+    places,
+    radii,
+    reflections,
+    signs,
+)
 from tactfix.diagnosis.ranking import told_apart, without_generalizations
 from tactfix.diagnosis.telling import one_of, told
 from tactfix.diagnosis.trial_search import NOTHING, Explanation, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
+from tactfix.mistakes import CAUSES, DiagnosisCode
 from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit, normal_limit
 from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
@@ -24,6 +34,27 @@ from tactfix.results import Diagnosis
 
 Accepts: TypeAlias = Callable[[Fixture, Contacts, Solution], str | None]
 """A remark on a pose that nothing speaks against, empty where there is none to make; None where something does."""
+
+FromProblem: TypeAlias = Callable[[Problem], list[Hypothesis]]
+FROM_KNOWN_POSES: Final[Mapping[DiagnosisCode, FromProblem]] = {
+    "outlier": single_outliers,
+    "relabel": relabels,
+    "swapped_labels": swaps,
+    "radius": radii,
+    "diameter": diameters,
+    "feature_place": places,
+    "axes": exchanged_coordinates,
+    "mirrored": signs,
+    "tip_radius": tips,
+}
+"""Mistakes that leave the pose on which all else agrees where it is."""
+ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
+    "feature_exchange": exchanges,
+    "axes": exchanged_axes,
+    "mirrored": reflections,
+    "unit": units,
+}
+"""Mistakes that change everything."""
 
 MOST_TOLD = 8
 MOST_ASKED = 40
@@ -41,10 +72,11 @@ def mistakes_that_explain(
     """The mistakes after which a pose is left, most plausible first; solutions: those that fit as it is, or nearly."""
     known = [solution.base_from_fixture for solution in solutions]
     search = TrialSearch(problem, known)
-    found = search.explanations([*_few(problem), *sizes(problem), *places(problem), *tips(problem)])
-    found += searched_anew(problem, [*exchanges(problem), *reflections(problem), *units(problem)])
-    found += _sigma(problem, search)
-    found += [one for solution in solutions for one in _approaches(problem, solution)]
+    found = search.explanations(
+        [h for code in CAUSES if code in FROM_KNOWN_POSES for h in FROM_KNOWN_POSES[code](problem)]
+    )
+    found += searched_anew(problem, [h for code in CAUSES if code in ANEW for h in ANEW[code](problem)])
+    found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
     accepted = _accepted(fixture, problem, found, accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
         if any(_is_enough(problem, one) for one, _ in accepted) or problem.dof < size:
@@ -54,14 +86,13 @@ def mistakes_that_explain(
     return _ranked(fixture, problem, dict(accepted))
 
 
+def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[Hypothesis]:
+    return [hypothesis for code in CAUSES if code in makers for hypothesis in makers[code](problem)]
+
+
 def _is_enough(problem: Problem, one: Explanation) -> bool:
     """Whether more mistakes at once need not be looked for; another sigma explains whatever they leave."""
     return one.hypothesis.code != "sigma" and one.chi2 <= _limit(problem, one, SUSPICIOUS)
-
-
-def _few(problem: Problem) -> list[Hypothesis]:
-    single = outliers(problem, [(i,) for i in range(len(problem.contacts))]) if problem.dof > 0 else []
-    return [*single, *relabels(problem), *swaps(problem)]
 
 
 def _limit(problem: Problem, one: Explanation, probability: float) -> float:
@@ -107,7 +138,7 @@ def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]
     return (one_of(say), *rest)
 
 
-def _sigma(problem: Problem, search: TrialSearch) -> list[Explanation]:
+def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
     """One factor on every sigma, where then no contact stands out."""
     best = search.explanations([NOTHING])[0]
     factor = math.sqrt(best.chi2 / max(problem.dof, 1))
@@ -124,7 +155,11 @@ def _sigma(problem: Problem, search: TrialSearch) -> list[Explanation]:
     return [replace(ways[0], others=tuple(ways[1:]))]
 
 
-def _approaches(problem: Problem, solution: Solution) -> list[Explanation]:
+def _approaches(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
+    return [one for solution in solutions for one in _approaches_at(problem, solution)]
+
+
+def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:
     """All approaches reversed, or those that come out of the material at a pose that fits."""
     contacts = problem.contacts
     cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, solution.normals), -1.0)
@@ -143,3 +178,8 @@ def _approaches(problem: Problem, solution: Solution) -> list[Explanation]:
         for h in hypotheses
         if len(against) < len(given) or not h.index
     ]
+
+
+AtPoses: TypeAlias = Callable[[Problem, TrialSearch, Sequence[Solution]], list[Explanation]]
+AT_POSES: Final[Mapping[DiagnosisCode, AtPoses]] = {"approach": _approaches, "sigma": _sigma}
+"""Mistakes that are told from the residuals and sides at poses that are known."""

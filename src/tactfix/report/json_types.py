@@ -6,7 +6,8 @@ many entries.
 
 from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
 
-from tactfix.results import DiagnosisCode, ReasonCode, Status
+from tactfix.mistakes import DiagnosisCode
+from tactfix.results import ReasonCode, Status
 
 Number: TypeAlias = float | None
 """A finite number, or null where none is known."""

@@ -2,8 +2,8 @@
 
 from typing import Annotated, Literal, TypedDict
 
+from tactfix.mistakes import FaultKind
 from tactfix.report.json_types import Covariance, LocateJson, Matrix, Number, Vector
-from tactfix.simulation.faults import FaultKind
 
 
 class MovedJson(TypedDict):

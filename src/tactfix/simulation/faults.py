@@ -1,46 +1,43 @@
-"""The mistakes that a cell makes, one of each kind, done to contacts that were right: for simulate and for the blind
-spots of design_check.
+"""The mistakes that a cell makes in its contacts, done to contacts that were right: for simulate and for the blind
+spots of design_check. Those in the fixture file are in `fixture_faults`.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Final, Literal, TypeAlias, get_args
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
+from tactfix.mistakes import FAULT_KINDS, FaultKind
 from tactfix.values import frozen_value
-from tactfix.wording import did_you_mean
-
-FaultKind: TypeAlias = Literal[
-    "outlier",
-    "reversed-approach",
-    "swapped-labels",
-    "wrong-unit",
-    "forgotten-tip",
-    "late-trigger",
-    "thermal-growth",
-]
-FAULT_KINDS: Final[tuple[FaultKind, ...]] = get_args(FaultKind)
+from tactfix.wording import did_you_mean, listed
 
 # Far enough outside the noise that a consistent set of contacts must notice it.
-_SIGMAS_OFF = 20.0
+SIGMAS_OFF = 20.0
 # Aluminium, 10 K warmer than when the fixture was measured.
 _GROWTH = 23e-6 * 10
 _INCH = 25.4
+NOISIER = 10.0
+"""Times its sigma that contacts scatter where sigma is too small."""
 
 
 @frozen_value(eq=True)
 class Fault:
     """One mistake. value, where given, says how large (lengths in fixture units), else a typical size is taken.
 
-    outlier: one contact is off by value along the normal (default 20 sigma). reversed-approach: the contact in row
-    value (default: any) says the opposite of how the probe came. swapped-labels: two contacts exchange their features.
-    wrong-unit: coordinates are numbers of a unit value times as large as the file says (default 25.4). forgotten-tip:
-    a tip of radius value (default: the probe's) touched, and the file says 0. late-trigger: every contact is reported
-    value (default 20 sigma) further along the approach. thermal-growth: the fixture is larger than its file says, by
-    the share value about its origin (default 2.3e-4: aluminium, 10 K).
+    outlier: one contact is off by value along the normal (default 20 sigma). outliers: so many are (2).
+    reversed-approach: the contact in row value (default: any) says the opposite of how the probe came.
+    reversed-approaches: all do. swapped-labels: two contacts exchange their features. wrong-label: one is said to be on
+    another feature. exchanged-features: all contacts on two features are. wrong-unit: coordinates are numbers of a unit
+    value times as large as the file says (25.4). forgotten-tip: a tip of radius value (the probe's) touched, and the
+    file says 0. tip-sign: it was taken off on the wrong side, and the file says 0. late-trigger: every contact is
+    reported value (20 sigma) further along the approach. thermal-growth: the fixture is larger than its file says, by
+    the share value about its origin (2.3e-4: aluminium, 10 K). wrong-sigma: contacts scatter value times as much as
+    sigma says (10). Of the fixture file: wrong-radius (off by value, 20 sigma), diameters (the radii are), wrong-place
+    (a feature is value elsewhere, 20 sigma), exchanged-axes (two coordinates of a feature), mirrored.
     """
 
     kind: FaultKind
@@ -84,40 +81,58 @@ def touching_radius(fault: Fault | None, tip_radius: float) -> float:
     return radius
 
 
+def scatter(fault: Fault | None) -> float:
+    """What the noise is multiplied by. Raises UsageError for a factor that is none."""
+    if fault is None or fault.kind != "wrong-sigma":
+        return 1.0
+    times = NOISIER if fault.value is None else fault.value
+    if times < 0:
+        raise UsageError(f"contacts cannot scatter {times:g} times as much; give a positive factor: wrong-sigma:10")
+    return times
+
+
 def mistaken(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     """The contacts with the fault in them, and what was done in words; normals (n, 3) are outward, in base.
 
-    thermal-growth and forgotten-tip are mistakes of the touching (growth, touching_radius): only said here. Raises
-    UsageError where the contacts do not allow the fault.
+    thermal-growth, forgotten-tip and wrong-sigma are mistakes of the touching (growth, touching_radius, scatter): only
+    said here. Raises UsageError where the contacts do not allow the fault.
     """
-    match fault.kind:
-        case "outlier":
-            return _outlier(fault, contacts, normals, rng)
-        case "reversed-approach":
-            return _reversed(fault, contacts, rng)
-        case "swapped-labels":
-            return _swapped(contacts, rng)
-        case "wrong-unit":
-            return _rescaled(fault, contacts)
-        case "late-trigger":
-            return _late(fault, contacts)
-        case "forgotten-tip":
-            touched = touching_radius(fault, contacts.tip_radius)
-            mistake = replace(contacts, tip_radius=0.0), f"a tip of radius {touched:g} touched, the file says 0"
-        case "thermal-growth":
-            mistake = contacts, f"the fixture is {growth(fault):.9g} times as large as its file says"
-    return mistake
+    return CONTACT_FAULTS[fault.kind](fault, contacts, normals, rng)
 
 
-def _rescaled(fault: Fault, contacts: Contacts) -> tuple[Contacts, str]:
+def _forgotten(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    touched = touching_radius(fault, contacts.tip_radius)
+    return replace(contacts, tip_radius=0.0), f"a tip of radius {touched:g} touched, the file says 0"
+
+
+def _wrong_side(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    tip = contacts.tip_radius if fault.value is None else fault.value
+    if tip <= 0:
+        raise UsageError("a tip without a radius has no wrong side; give its radius: tip-sign:RADIUS")
+    # A point holds the tip's centre, and knows no radius.
+    points = contacts.points + np.where(contacts.has_approach[:, None], tip * normals, 0.0)
+    return replace(contacts, points=points, tip_radius=0.0), (
+        f"the tip's radius {tip:g} was taken off out of the material instead of into it, the file says 0"
+    )
+
+
+def _grown(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    return contacts, f"the fixture is {growth(fault):.9g} times as large as its file says"
+
+
+def _noisy(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    return contacts, f"contacts scatter {scatter(fault):g} times as much as sigma says"
+
+
+def _rescaled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     factor = _INCH if fault.value is None else fault.value
     if factor <= 0:
         raise UsageError(f"a unit cannot be {factor:g} times as large; give a positive factor: wrong-unit:25.4")
     return replace(contacts, points=contacts.points / factor), f"coordinates are divided by {factor:g}"
 
 
-def _late(fault: Fault, contacts: Contacts) -> tuple[Contacts, str]:
-    late = _SIGMAS_OFF * contacts.sigmas if fault.value is None else np.full(len(contacts), fault.value)
+def _late(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    late = SIGMAS_OFF * contacts.sigmas if fault.value is None else np.full(len(contacts), fault.value)
     if not contacts.has_approach.any():
         return contacts, "no contact has an approach along which it could be late"
     points = contacts.points + late[:, None] * np.where(contacts.has_approach[:, None], contacts.approaches, 0.0)
@@ -126,13 +141,25 @@ def _late(fault: Fault, contacts: Contacts) -> tuple[Contacts, str]:
 
 def _outlier(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     i = int(rng.integers(len(contacts)))
-    off = _SIGMAS_OFF * contacts.sigmas[i] if fault.value is None else fault.value
+    off = SIGMAS_OFF * contacts.sigmas[i] if fault.value is None else fault.value
     points = contacts.points.copy()
     points[i] += off * normals[i]
     return replace(contacts, points=points), f"{contacts.label(i)} is off by {off:g} along the normal"
 
 
-def _reversed(fault: Fault, contacts: Contacts, rng: np.random.Generator) -> tuple[Contacts, str]:
+def _outliers(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    count = 2.0 if fault.value is None else fault.value
+    if count != int(count) or not 1 < count < len(contacts):
+        raise UsageError(f"{count:g} of {len(contacts)} contacts cannot be off; give a whole number: outliers:2")
+    index = np.sort(rng.choice(len(contacts), int(count), replace=False))
+    off = SIGMAS_OFF * contacts.sigmas[index] * rng.choice([-1.0, 1.0], len(index))
+    points = contacts.points.copy()
+    points[index] += off[:, None] * normals[index]
+    told = listed([f"{contacts.label(int(i))} by {by:g}" for i, by in zip(index, off, strict=True)])
+    return replace(contacts, points=points), f"off along the normal are {told}"
+
+
+def _reversed(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     known = np.flatnonzero(contacts.has_approach)
     if not len(known):
         raise UsageError("no contact says how the probe came, so none can be reversed")
@@ -146,7 +173,7 @@ def _reversed(fault: Fault, contacts: Contacts, rng: np.random.Generator) -> tup
     return replace(contacts, approaches=approaches), f"the approach of {contacts.label(i)} is reversed"
 
 
-def _swapped(contacts: Contacts, rng: np.random.Generator) -> tuple[Contacts, str]:
+def _swapped(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     pairs = [(i, j) for i in range(len(contacts)) for j in range(i) if contacts.features[i] != contacts.features[j]]
     if not pairs:
         raise UsageError("labels can only be swapped between contacts on two features")
@@ -156,3 +183,44 @@ def _swapped(contacts: Contacts, rng: np.random.Generator) -> tuple[Contacts, st
     return replace(
         contacts, features=tuple(names)
     ), f"{contacts.label(j)} and {contacts.label(i)} exchange their features"
+
+
+def _all_reversed(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    return replace(contacts, approaches=-contacts.approaches), "all approaches are reversed"
+
+
+def _relabelled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    names, i = list(contacts.features), int(rng.integers(len(contacts)))
+    others = [name for name in contacts.by_feature if name != names[i]]
+    if not others:
+        raise UsageError("a contact can only be on another feature where two features are touched")
+    right, names[i] = names[i], others[int(rng.integers(len(others)))]
+    return replace(contacts, features=tuple(names)), f"{contacts.label(i)} is on {right}, the file says {names[i]}"
+
+
+def _exchanged(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    touched = list(contacts.by_feature)
+    if len(touched) < 2:
+        raise UsageError("features can only be taken for each other where two are touched")
+    a, b = (touched[int(i)] for i in rng.choice(len(touched), 2, replace=False))
+    other = {a: b, b: a}
+    names = tuple(other.get(name, name) for name in contacts.features)
+    return replace(contacts, features=names), f"the contacts on {a} are said to be on {b}, and those on {b} on {a}"
+
+
+_Maker: TypeAlias = Callable[[Fault, Contacts, Floats, np.random.Generator], tuple[Contacts, str]]
+CONTACT_FAULTS: Final[Mapping[FaultKind, _Maker]] = {
+    "outlier": _outlier,
+    "outliers": _outliers,
+    "reversed-approach": _reversed,
+    "reversed-approaches": _all_reversed,
+    "swapped-labels": _swapped,
+    "wrong-label": _relabelled,
+    "exchanged-features": _exchanged,
+    "wrong-unit": _rescaled,
+    "forgotten-tip": _forgotten,
+    "tip-sign": _wrong_side,
+    "late-trigger": _late,
+    "thermal-growth": _grown,
+    "wrong-sigma": _noisy,
+}

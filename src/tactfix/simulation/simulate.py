@@ -19,7 +19,8 @@ from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transf
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
-from tactfix.simulation.faults import Fault, growth, mistaken, touching_radius
+from tactfix.simulation.faults import CONTACT_FAULTS, Fault, growth, mistaken, scatter, touching_radius
+from tactfix.simulation.fixture_faults import Touches, really
 from tactfix.simulation.placed_poses import placed_pose
 from tactfix.units import factor
 from tactfix.values import frozen_value
@@ -78,28 +79,30 @@ def simulate(
     touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(surfaces, plan)
     if base_from_fixture is None:
         base_from_fixture = drawn_pose(fixture, pose_stream)
-    names, points, normals, approaches = touches
+    mistake = None
+    if fault is not None:
+        touches, mistake = really(fault, surfaces, touches, probe_sigma, fault_stream)
+    names, points, normals = touches.features, touches.points, touches.normals
     sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
-    scatter = with_feature_sigmas(sigmas, (fixture.features[name] for name in names))
+    noises = scatter(fault) * with_feature_sigmas(sigmas, (fixture.features[name] for name in names))
     standoffs = np.array([standoff(surfaces[name], access.tip_radius) for name in names])
-    off = standoffs + scatter * noise_stream.standard_normal(len(names))
+    off = standoffs + noises * noise_stream.standard_normal(len(names))
     noise = off[:, None] * normals
     held = np.array([isinstance(surfaces[name], Point) for name in names])
     # A point holds the tip from all sides, and so has noise in all directions.
-    noise[held] = scatter[held, None] * noise_stream.standard_normal((int(held.sum()), 3))
+    noise[held] = noises[held, None] * noise_stream.standard_normal((int(held.sum()), 3))
     rotation = base_from_fixture[:3, :3]
     contacts = Contacts(
         features=names,
         points=transform_points(base_from_fixture, growth(fault) * points + noise),
-        approaches=np.where(held[:, None], np.nan, approaches @ rotation.T),
+        approaches=np.where(held[:, None], np.nan, touches.approaches @ rotation.T),
         sigmas=sigmas,
         tip_radius=said_tip,
         rows=tuple(range(1, len(names) + 1)),
         ids=(None,) * len(names) if plan is None else plan.ids,
         units=fixture.units,
     )
-    mistake = None
-    if fault is not None:
+    if fault is not None and fault.kind in CONTACT_FAULTS:
         contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
     return Simulation(
         fixture=fixture.name,
@@ -151,16 +154,12 @@ def random_pose(rng: np.random.Generator, metre: float) -> Floats:
     return homogeneous(rotation, translation)
 
 
-Touches = tuple[tuple[str, ...], Floats, Floats, Floats]
-"""Features (n names), surface points, outward normals and approaches (n, 3), in the fixture frame."""
-
-
 def _planned_touches(surfaces: Mapping[str, Surface], plan: Contacts) -> Touches:
     """Where the plan's contacts touch; square to the surface where it does not say the approach."""
     points = np.array([feet(surfaces[f], p) for f, p in zip(plan.features, plan.points, strict=True)])
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
-    return plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches
+    return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches)
 
 
 def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]:
@@ -200,7 +199,7 @@ def _random_touches(access: Access, count: int | None, rng: np.random.Generator)
         names += [name] * wanted
         chosen.append((points[pick], normals[pick], approaches[pick]))
     points, normals, approaches = (np.concatenate(part) for part in zip(*chosen, strict=True))
-    return tuple(names), points, normals, approaches
+    return Touches(tuple(names), points, normals, approaches)
 
 
 def _tilted(directions: Floats, rng: np.random.Generator) -> Floats:

@@ -1,0 +1,105 @@
+"""One mistake, and the verdict on it: how often would the residuals show it, how far is the pose off?"""
+
+from typing import Final
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.design.distance_errors import Misplaced
+from tactfix.design.nominal_contacts import Locator, Touched, shift_of
+from tactfix.design.symmetries import Symmetry
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.mistakes import BlindSpotCode
+from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.poses.points_as_planes import one_equation_each
+from tactfix.poses.pose_fit import PoseFit, refine
+from tactfix.values import frozen_value
+
+# A detectable mistake is seen this often.
+_POWER: Final = 0.95
+# Little more often than by chance: not worth a number.
+_SELDOM: Final = 0.01
+# So many times beyond the limit the distribution function is 0 to all digits, and its series long.
+FAR: Final = 20.0
+
+
+@frozen_value(eq=True)
+class BlindSpot:
+    """One mistake: pose_shift (units) is how far the worst extreme point is off, None where no pose comes out.
+
+    power: the probability that the residuals show it.
+    """
+
+    error: BlindSpotCode
+    detectable: bool
+    pose_shift: float | None
+    power: float
+    message: str
+
+
+@frozen_value
+class Case:
+    """What is judged. tip_radius: of the tip that is forgotten. worst_sigma: of the extreme point known worst.
+
+    exchanges: the near symmetries by which features could change places unnoticed by side and touch box. misplaced: the
+    fixture with one distance wrong, each way that it can be.
+    """
+
+    touched: Touched
+    tip_radius: float
+    worst_sigma: float
+    exchanges: tuple[Symmetry, ...]
+    misplaced: tuple[Misplaced, ...]
+    fixture: Fixture
+    locator: Locator
+
+
+def power_of(noncentrality: float, dof: int) -> float:
+    """How often the chi-square of dof degrees of freedom, with this noncentrality, exceeds locate's limit of doubt."""
+    from scipy.special import chndtr
+
+    if dof < 1:
+        # Six contacts have no residuals, unless no pose fits them at all.
+        return float(noncentrality > chi_square_limit(1))
+    limit = chi_square_limit(dof, SUSPICIOUS)
+    return 1.0 if noncentrality > FAR * limit else float(1 - chndtr(limit, dof, noncentrality))
+
+
+def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
+    """The verdict where no pose comes out."""
+    return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
+
+
+def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
+    """The pose that contacts on these surfaces give from start (4, 4)."""
+    single = one_equation_each(touched.surfaces, contacts, touched.sigmas)
+    return refine(single.surfaces, single.contacts, single.sigmas, start)
+
+
+def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
+    """The verdict on a small mistake: contacts and surfaces as they are believed to be, fitted from the truth."""
+    fit = refined(touched, contacts, np.eye(4))
+    power = power_of(fit.chi2, touched.dof)
+    return spot_of(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
+
+
+def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str, locator: Locator) -> BlindSpot:
+    """The verdict of locate on a mistake."""
+    result = locator(contacts)
+    if result.base_from_fixture is None:
+        return no_pose(error, what)
+    power = power_of(result.chi2 or 0.0, touched.dof)
+    return spot_of(error, power, shift_of(result.base_from_fixture, touched.corners), what)
+
+
+def spot_of(error: BlindSpotCode, power: float, shift: float, what: str) -> BlindSpot:
+    """The verdict where a pose comes out that is off by shift."""
+    seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
+    seen = "the residuals do not show it" if power < _SELDOM else seen
+    return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")
+
+
+def worst(spots: list[BlindSpot]) -> BlindSpot:
+    """The one that stays unseen and shifts the pose most; where all are seen, the one with the largest shift."""
+    return max(spots, key=lambda spot: (not spot.detectable, spot.pose_shift or 0.0))

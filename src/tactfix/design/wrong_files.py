@@ -1,0 +1,119 @@
+"""Mistakes in the fixture file: would contacts on the fixture as it is show them?
+
+A small one is followed from the truth. One that makes it another fixture altogether is searched for like a diagnosis:
+the fixture of the file then seems to stand wherever it fits best, unless approaches or touch boxes speak against it.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refitted, spot_of
+from tactfix.design.nominal_contacts import SIGMAS_OFF, shift_of
+from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections
+from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
+from tactfix.fixture import TouchBox
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.localization.elimination import judge
+from tactfix.mistakes import BlindSpotCode
+from tactfix.poses.rigid import solution_at
+from tactfix.wording import listed
+
+
+def wrong_place(case: Case) -> Iterator[BlindSpot]:
+    """One feature in the file farther from another one than it is, by ten sigma of a contact."""
+    for wrong in case.misplaced:
+        yield refitted("distance", replace(case.touched, surfaces=wrong.surfaces), case.touched.contacts, wrong.message)
+
+
+def wrong_radius(case: Case) -> Iterator[BlindSpot]:
+    """One radius off by ten sigma of a contact."""
+    touched = case.touched
+    off = SIGMAS_OFF * float(np.sqrt((touched.sigmas**2).mean()))
+    for name, surface in touched.surfaces.items():
+        if isinstance(surface, Sphere | Cylinder):
+            wrong = {**touched.surfaces, name: replace(surface, radius=surface.radius + off)}
+            what = f"radius of {name} off by {off:.3g}"
+            yield refitted("radius", replace(touched, surfaces=wrong), touched.contacts, what)
+
+
+def diameters(case: Case) -> list[BlindSpot]:
+    """The diameter in the place of the radius: of one feature, or of all."""
+    doubled: dict[str, Surface] = {
+        name: replace(surface, radius=2 * surface.radius)
+        for name, surface in case.touched.surfaces.items()
+        if isinstance(surface, Sphere | Cylinder)
+    }
+    wrong = [{name: surface} for name, surface in doubled.items()] + ([doubled] if len(doubled) > 1 else [])
+    words = {_key(one): f"radius of {listed(list(one))} doubled" for one in wrong}
+    hypotheses = [Hypothesis("diameter", features=tuple(one), surfaces=one) for one in wrong]
+    return _judged("diameter", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+
+
+def exchanged_axes(case: Case) -> list[BlindSpot]:
+    """Two coordinates of one feature exchanged."""
+    hypotheses = exchanged_coordinates(_problem(case))
+    words = {_key(h.surfaces): f"{h.note[0]} and {h.note[1]} of {_what(case, h)} exchanged" for h in hypotheses}
+    return _judged("axes", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+
+
+def _what(case: Case, hypothesis: Hypothesis) -> str:
+    """What has its coordinates exchanged: a feature, or its point alone and not its direction."""
+    (name,) = hypothesis.features
+    given, other = case.touched.surfaces[name], hypothesis.surfaces[name]
+    if isinstance(given, Plane) and isinstance(other, Plane) and np.array_equal(given.normal, other.normal):
+        return f"the point of {name}"
+    if isinstance(given, Cylinder) and isinstance(other, Cylinder) and np.array_equal(given.direction, other.direction):
+        return f"the point of {name}"
+    return name
+
+
+def mirror_image(case: Case) -> list[BlindSpot]:
+    """The file is that of the mirror image, touch boxes and all."""
+    boxes = {}
+    for name, box in case.fixture.touch.items():
+        low, high = box.low.copy(), box.high.copy()
+        low[0], high[0] = -box.high[0], -box.low[0]
+        boxes[name] = TouchBox(low, high)
+    mirrored = replace(case, fixture=replace(case.fixture, touch=boxes))
+    hypotheses = reflections(_problem(case))
+    words = {_key(h.surfaces): "file of the mirror image" for h in hypotheses}
+    return _judged("mirrored", mirrored, searched_anew(_problem(case), hypotheses), words)
+
+
+def _key(surfaces: Mapping[str, Surface]) -> tuple[int, ...]:
+    return tuple(map(id, surfaces.values()))
+
+
+def _problem(case: Case) -> Problem:
+    return Problem(case.touched.surfaces, case.touched.contacts, case.touched.sigmas)
+
+
+def _judged(
+    code: BlindSpotCode, case: Case, found: Sequence[Explanation], words: Mapping[tuple[int, ...], str]
+) -> list[BlindSpot]:
+    """The verdict on each hypothesis: at the best of its poses against which neither approach nor box speaks."""
+    fits = {_key(one.hypothesis.surfaces): _best_left(case, one) for one in found}
+    spots = []
+    for key, what in words.items():
+        way = fits.get(key)
+        if way is None:
+            spots.append(no_pose(code, what))
+        else:
+            shift = shift_of(way.base_from_fixture, case.touched.corners)
+            spots.append(spot_of(code, power_of(way.chi2, case.touched.dof), shift, what))
+    return spots
+
+
+def _best_left(case: Case, one: Explanation) -> Explanation | None:
+    moved = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}
+    touch = {name: box for name, box in case.fixture.touch.items() if name not in moved}
+    fixture = replace(case.fixture, touch=touch, placement=None)
+    for way in one.ways:
+        problem = way.hypothesis.corrected(_problem(case), way.values)
+        pose = solution_at(way.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
+        if not judge(fixture, problem.contacts, pose, use_path=False).reasons:
+            return way
+    return None

@@ -1,0 +1,111 @@
+"""Every mistake that tactfix knows, named once: simulation makes it, diagnosis names it, design_check judges it.
+
+Where one of the three does not know a mistake, `but` says why.
+"""
+
+from typing import Final, Literal, TypeAlias
+
+from tactfix.values import frozen_value
+
+FaultKind: TypeAlias = Literal[
+    "outlier",
+    "outliers",
+    "reversed-approach",
+    "reversed-approaches",
+    "swapped-labels",
+    "wrong-label",
+    "exchanged-features",
+    "wrong-unit",
+    "forgotten-tip",
+    "tip-sign",
+    "late-trigger",
+    "thermal-growth",
+    "wrong-sigma",
+    "wrong-radius",
+    "diameters",
+    "wrong-place",
+    "exchanged-axes",
+    "mirrored",
+]
+DiagnosisCode: TypeAlias = Literal[
+    "outlier",
+    "approach",
+    "swapped_labels",
+    "relabel",
+    "feature_exchange",
+    "unit",
+    "tip_radius",
+    "tip_offset",
+    "sigma",
+    "radius",
+    "diameter",
+    "feature_place",
+    "axes",
+    "mirrored",
+]
+BlindSpotCode: TypeAlias = Literal[
+    "tip_radius",
+    "tip_sign",
+    "pretravel",
+    "scale",
+    "unit",
+    "sigma",
+    "approach",
+    "one_approach",
+    "labels",
+    "swapped_contacts",
+    "wrong_label",
+    "contact",
+    "contacts",
+    "distance",
+    "radius",
+    "diameter",
+    "axes",
+    "mirrored",
+]
+
+
+@frozen_value(eq=True)
+class Mistake:
+    """One mistake in words; fault, cause, blind_spot: what simulate, diagnosis and design_check call it.
+
+    None where one of them does not know it, and but: why. needs: without what it cannot be made.
+    """
+
+    words: str
+    fault: FaultKind | None
+    cause: DiagnosisCode | None
+    blind_spot: BlindSpotCode | None
+    needs: str = ""
+    but: str = ""
+
+
+MISTAKES: Final = (
+    Mistake("the tip radius is forgotten", "forgotten-tip", "tip_radius", "tip_radius", "a tip"),
+    Mistake("the tip radius is taken off on the wrong side", "tip-sign", "tip_radius", "tip_sign", "a tip"),
+    Mistake("the probe triggers late", "late-trigger", "tip_radius", "pretravel"),
+    Mistake(
+        "the fixture is warmer than when it was measured",
+        "thermal-growth",
+        None,
+        "scale",
+        but="growth by a few kelvin is seldom more than contacts can say, and is then found as sigma, place or radius",
+    ),
+    Mistake("the coordinates are in another unit", "wrong-unit", "unit", "unit"),
+    Mistake("contacts are noisier than sigma says", "wrong-sigma", "sigma", "sigma", "eight contacts"),
+    Mistake("all approaches are reversed", "reversed-approaches", "approach", "approach", "approaches"),
+    Mistake("one approach is reversed", "reversed-approach", "approach", "one_approach", "approaches"),
+    Mistake("features are taken for each other", "exchanged-features", "feature_exchange", "labels", "two features"),
+    Mistake("two labels are swapped", "swapped-labels", "swapped_labels", "swapped_contacts", "two features"),
+    Mistake("one contact is on another feature", "wrong-label", "relabel", "wrong_label", "two features"),
+    Mistake("one contact is off its surface", "outlier", "outlier", "contact"),
+    Mistake("two or three contacts are off", "outliers", "outlier", "contacts", "nine contacts"),
+    Mistake("one radius is another one", "wrong-radius", "radius", "radius", "a sphere or cylinder"),
+    Mistake("radii are diameters", "diameters", "diameter", "diameter", "a sphere or cylinder"),
+    Mistake("one feature stands elsewhere", "wrong-place", "feature_place", "distance", "two features"),
+    Mistake("two coordinates of a feature are exchanged", "exchanged-axes", "axes", "axes", "a feature that it moves"),
+    Mistake("the fixture is mirrored", "mirrored", "mirrored", "mirrored"),
+)  # fmt: skip
+FAULT_KINDS: Final = tuple(dict.fromkeys(one.fault for one in MISTAKES if one.fault))
+CAUSES: Final = tuple(dict.fromkeys(one.cause for one in MISTAKES if one.cause))
+BLIND_SPOTS: Final = tuple(dict.fromkeys(one.blind_spot for one in MISTAKES if one.blind_spot))
