@@ -128,6 +128,10 @@ BAD_CELLS = {
     "a loop of places": (
         ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
     ),
+    "joined and placed": (
+        ("left: plate", "left: {fixture: plate, placement: {near: {kuka: x}}, place: {of: front, kuka: x}}"),
+        "'left' is joined to 'front' and has a placement of its own",
+    ),
     "no fixture file": (("seats.yaml", "seat.yaml"), "seat.yaml: there is no such file"),
 }  # fmt: skip
 

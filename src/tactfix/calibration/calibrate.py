@@ -28,6 +28,7 @@ from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import skew
 from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.poses.prior import contradiction
 from tactfix.values import frozen_value
 from tactfix.wording import listed
 
@@ -63,8 +64,11 @@ def calibrate(cell: Cell, touches: Touches, hold_out: Sequence[str] = (), unchec
     fit = _fitted(cell, train, unchecked)
     parts = reduced(cell, fit.groups, fit.after)
     told = _certainty(fit, parts)
-    status, reasons = _status(fit, told, unchecked)
-    result = _result(fit, parts, told, status, reasons)
+    spread = np.zeros((len(fit.free), len(fit.free)))
+    spread[np.ix_(fit.free, fit.free)] = told.covariance
+    places = _places(fit, parts, spread)
+    status, reasons = _status(fit, told, places, unchecked)
+    result = _result(fit, parts, told, places, spread, status, reasons)
     left = [LeftOut(name, *rms, False) for name, rms in fit.choice.left_out.items()]
     left += [_held_out(fit, touches.at([name]), name) for name in hold_out]
     warnings = (*_warnings(fit), *(reasons if unchecked else ()))
@@ -109,16 +113,20 @@ def _certainty(fit: _Fit, parts: tuple[Eliminated, ...]) -> accuracy.Certainty:
     return accuracy.certainty(matrix, fit.prior[fit.free], fit.choice.factor, fit.noise**2, chosen)
 
 
-def _status(fit: _Fit, told: accuracy.Certainty, unchecked: bool) -> tuple[CalibrationStatus, tuple[str, ...]]:
+def _status(
+    fit: _Fit, told: accuracy.Certainty, places: tuple[PlaceResult, ...], unchecked: bool
+) -> tuple[CalibrationStatus, tuple[str, ...]]:
     """The status, and why it is not "calibrated"."""
     rows = sum(len(group.touches) for group in fit.groups)
     if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
         named = listed([str(row) for row in fit.suspicious])
         return "inconsistent", (f"row {named}: no robot explains them beside all others; touch there anew",)
+    reasons = [reason for place in places if (reason := _against_placement(fit.cell, place))]
     if fit.noise > BEYOND:
         what = f"the residuals are {fit.noise:.0f} times sigma after calibration"
-        return "inconsistent", (f"{what}: check units, labels, the fixtures' files and the robot's model",)
-    reasons = []
+        reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
+    if reasons:
+        return "inconsistent", tuple(reasons)
     if len(fit.touches.touched) < 2:
         reasons.append("touches at one place cannot check a calibration: touch the fixture at another place too")
     elif fit.choice.factor == 0:
@@ -136,12 +144,12 @@ def _result(
     fit: _Fit,
     parts: tuple[Eliminated, ...],
     told: accuracy.Certainty,
+    places: tuple[PlaceResult, ...],
+    spread: Floats,
     status: CalibrationStatus,
     reasons: tuple[str, ...],
 ) -> Calibration:
     matrix, prior = accuracy.information(parts, fit.free), fit.prior[fit.free]
-    spread = np.zeros((len(fit.free), len(fit.free)))
-    spread[np.ix_(fit.free, fit.free)] = told.covariance
     before = accuracy.prediction(fit.cell, fit.touches, fit.before.values, fit.free, np.diag(prior**2))
     after = accuracy.prediction(fit.cell, fit.touches, fit.after.values, fit.free, told.covariance)
     return Calibration(
@@ -151,7 +159,7 @@ def _result(
         covariance=spread,
         parameters=_parameters(fit, told),
         not_identified=(*(held.message for held in fit.held), *told.unknown),
-        places=_places(fit, parts, spread),
+        places=places,
         left_out=(),
         shrinkage=fit.choice.factor,
         prediction=(before, after),
@@ -203,12 +211,37 @@ def _places(fit: _Fit, parts: tuple[Eliminated, ...], spread: Floats) -> tuple[P
     return tuple(found)
 
 
+@frozen_value
+class _Standing:
+    """A place as it was found; infinite variances where its touches leave motions free."""
+
+    base_from_fixture: Floats
+    covariance: Floats
+    free_twists: Floats
+
+
+def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
+    """What is known of a place beforehand, where it contradicts where the place was found."""
+    placement = cell.places[place.name].placement
+    if placement is None:
+        return None
+    covariance = np.full((6, 6), np.inf) if place.covariance is None else place.covariance
+    found = contradiction(
+        placement, _Standing(place.base_from_fixture, covariance, np.zeros((0, 6))), cell.units, fitted=True
+    )
+    remedy = "check its placement in the cell file, and that the touches are of this place"
+    return (
+        None if found is None else f"what is known of {place.name!r} contradicts the touches: {found.message}; {remedy}"
+    )
+
+
 def _place_covariance(part: Eliminated, spread: Floats, noise: float, pose: Floats) -> Floats | None:
     """Covariance (6, 6) of a pose about its origin, noise and robot together; None where a motion is free."""
-    if part.rank < 6:
+    if not part.is_located:
         return None
-    by_robot = part.steps @ part.basis.T @ part.block.robot
-    own = part.steps @ part.steps.T * noise**2 + by_robot @ spread @ by_robot.T
+    steps = part.block.motions @ part.steps
+    by_robot = steps @ part.basis.T @ part.block.robot
+    own = steps @ steps.T * noise**2 + by_robot @ spread @ by_robot.T
     shift = np.eye(6)
     shift[:3, :3] /= part.block.scale
     shift[3:, :3] = -skew(pose[:3, 3] - part.block.centre) / part.block.scale

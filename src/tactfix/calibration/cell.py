@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.fixture import Fixture
+from tactfix.fixture import Fixture, Placement
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.kinematics.chain import Chain, Parameter
 from tactfix.values import ReadOnly, frozen_value
@@ -33,15 +33,13 @@ class Prior:
 class Place:
     """A fixture somewhere in the cell.
 
-    near: base_from_fixture (4, 4) where it is roughly known; near_covariance (6, 6): where that is a measurement, of
-    (d_rot, d_t) as the covariance of a pose. of: the place it is rigidly joined to, standing there at of_from_place
-    (4, 4); None: it stands by itself.
+    placement: what is known of where it stands, None: nothing. of: the place it is rigidly joined to, standing there at
+    of_from_place (4, 4); None: it stands by itself. What is joined has no placement of its own.
     """
 
     name: str
     fixture: Fixture
-    near: Floats | None = None
-    near_covariance: Floats | None = None
+    placement: Placement | None = None
     of: str | None = None
     of_from_place: Floats | None = None
 

@@ -14,11 +14,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.calibration.cell import Cell, Touches
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.charts import equations
-from tactfix.geometry.rigid import axial, homogeneous, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.kinematics.chain import TipMotion
+from tactfix.poses.placement_terms import onto_placement, terms_at
 from tactfix.probe import with_feature_sigmas
 from tactfix.values import frozen_value
 
@@ -36,29 +38,34 @@ class Patch:
 class Group:
     """All touches on fixtures that stand rigidly to each other: one unknown pose, base_from_root.
 
-    sigmas (n,): of each touch, the feature's own in quadrature. near, near_covariance: a measurement of the pose.
+    sigmas (n,): of each touch, the feature's own in quadrature. placement: what is known of the pose.
     """
 
     root: str
     touches: Touches
     sigmas: Floats
     patches: tuple[Patch, ...]
-    near: Floats | None
-    near_covariance: Floats | None
+    placement: Placement | None
+
+    @property
+    def measured(self) -> int:
+        """How many rows measure the pose."""
+        return 0 if self.placement is None or self.placement.covariance is None else 6
 
 
 @frozen_value
 class Block:
-    """The linearised equations of a group: residuals (r,) and their derivatives by robot (r, m) and place (r, 6).
+    """The linearised equations of a group: residuals (r,) and their derivatives by robot (r, m) and place (r, k).
 
     touch (r,): the touch of each row, -1 for rows that measure the place. The place moves about centre (3,) by
-    rotations in units of 1 / scale.
+    rotations in units of 1 / scale and translations, in k combinations (6, k) of these: those that are not held.
     """
 
     residuals: Floats
     robot: Floats
     place: Floats
     touch: Ints
+    motions: Floats
     centre: Floats
     scale: float
 
@@ -82,7 +89,7 @@ def _group(cell: Cell, root: str, touches: Touches) -> Group:
         patches.append(Patch(place, moved(cell.root(place)[1], feature.surface), index))
     itself = cell.places[root]
     sigmas = with_feature_sigmas(touches.sigmas, (cell.places[place].fixture.features[name] for place, name in pairs))
-    return Group(root, touches, sigmas, tuple(patches), itself.near, itself.near_covariance)
+    return Group(root, touches, sigmas, tuple(patches), itself.placement)
 
 
 def tip_places(cell: Cell, group: Group, values: Floats) -> Floats:
@@ -99,7 +106,10 @@ def residuals(cell: Cell, group: Group, base_from_root: Floats, values: Floats, 
          / group.sigmas[patch.index, None]).ravel()
         for patch in group.patches
     ]  # fmt: skip
-    return np.concatenate([*rows, _near_rows(group, base_from_root)[0]])
+    if group.measured:
+        centre, scale = _centre(points)
+        rows.append(_known(group, base_from_root, centre, scale)[1])
+    return np.concatenate(rows)
 
 
 def block(cell: Cell, group: Group, base_from_root: Floats, values: Floats, still: Floats | None = None) -> Block:
@@ -108,9 +118,8 @@ def block(cell: Cell, group: Group, base_from_root: Floats, values: Floats, stil
         motion = cell.chain.tip(group.touches.joints, values[:-1])
     else:
         motion = TipMotion(still, np.zeros((len(still), 3, len(values) - 1)))
-    centre = motion.points.mean(axis=0)
+    centre, scale = _centre(motion.points)
     arms = motion.points - centre
-    scale = float(np.sqrt((arms**2).sum() / len(arms))) or 1.0
     radius = cell.tip_radius + values[-1]
     rows, robot, place, touch = [], [], [], []
     for patch in group.patches:
@@ -124,12 +133,13 @@ def block(cell: Cell, group: Group, base_from_root: Floats, values: Floats, stil
         turned = normals @ skew(arms[index]) / scale
         place.append(np.concatenate([turned, -normals], axis=2).reshape(-1, 6))
         touch.append(np.repeat(index, count))
-    measured, derivative = _near_rows(group, base_from_root, centre, scale)
+    motions, measured, derivative = _known(group, base_from_root, centre, scale)
     return Block(
         np.concatenate([*rows, measured]),
         np.concatenate([*robot, np.zeros((len(measured), len(values)))]),
-        np.concatenate([*place, derivative]),
+        np.concatenate([*place, derivative]) @ motions,
         np.concatenate([*touch, np.full(len(measured), -1)]),
+        motions,
         centre,
         scale,
     )
@@ -142,28 +152,26 @@ def _gradients(surface: Surface, points: Floats) -> Floats:
     return outward_normals(surface, points)[:, None, :]
 
 
-def _near_rows(
-    group: Group, base_from_root: Floats, centre: Floats | None = None, scale: float = 1.0
-) -> tuple[Floats, Floats]:
-    """The rows by which a measured pose is held (6,), and their derivative (6, 6) by motions about centre."""
-    if group.near is None or group.near_covariance is None:
-        return np.zeros(0), np.zeros((0, 6))
-    root = np.linalg.cholesky(np.linalg.inv(group.near_covariance)).T
-    turn = base_from_root[:3, :3] @ group.near[:3, :3].T
-    away = np.concatenate([axial(turn), base_from_root[:3, 3] - group.near[:3, 3]])
-    moves = np.zeros((6, 6))
-    moves[:3, :3] = np.eye(3) / scale
-    moves[3:, 3:] = np.eye(3)
-    if centre is not None:
-        moves[3:, :3] = -skew(base_from_root[:3, 3] - centre) / scale
-    return root @ away, root @ moves
+def _centre(points: Floats) -> tuple[Floats, float]:
+    """The middle (3,) of the tip's places, and how far they are from it (rms)."""
+    centre = points.mean(axis=0)
+    return centre, float(np.sqrt(((points - centre) ** 2).sum() / len(points))) or 1.0
 
 
-def moved_place(base_from_root: Floats, step: Floats, block_: Block) -> Floats:
-    """The pose after a motion (6,) in the block's columns."""
-    turn = rotation_from_vector(step[:3] / block_.scale)
+def _known(group: Group, base_from_root: Floats, centre: Floats, scale: float) -> tuple[Floats, Floats, Floats]:
+    """The motions (6, k) of a place that are not held, and the rows (m,), (m, 6) by which its pose is measured."""
+    if group.placement is None:
+        return np.eye(6), np.zeros(0), np.zeros((0, 6))
+    return terms_at(group.placement, base_from_root, centre, scale)
+
+
+def moved_place(group: Group, base_from_root: Floats, step: Floats, block_: Block) -> Floats:
+    """The pose after a step (k,) in the block's columns; what is held of it stays."""
+    motion = block_.motions @ step
+    turn = rotation_from_vector(motion[:3] / block_.scale)
     rotation = orthonormalized(turn @ base_from_root[:3, :3])
-    return homogeneous(rotation, block_.centre + step[3:] + turn @ (base_from_root[:3, 3] - block_.centre))
+    moved_ = homogeneous(rotation, block_.centre + motion[3:] + turn @ (base_from_root[:3, 3] - block_.centre))
+    return moved_ if group.placement is None else onto_placement(group.placement, moved_)
 
 
 def distances(cell: Cell, groups: tuple[Group, ...], poses: Mapping[str, Floats], values: Floats) -> dict[int, float]:

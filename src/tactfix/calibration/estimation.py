@@ -37,7 +37,10 @@ class State:
 
 @frozen_value
 class Eliminated:
-    """A block without its place: rows and robot as there, and what gives the place's step back (basis, its factor)."""
+    """A block without its place: rows and robot as there, and what gives the place's step back (basis, its factor).
+
+    The step (k,) is in the columns of the block's motions.
+    """
 
     block: Block
     rows: Floats
@@ -50,11 +53,16 @@ class Eliminated:
         """How many motions of the place its touches hold."""
         return int(self.basis.shape[1])
 
+    @property
+    def is_located(self) -> bool:
+        """Whether the touches, and what is known besides, leave no motion of the place free."""
+        return self.rank == int(self.block.motions.shape[1])
+
 
 def eliminated(found: Block) -> Eliminated:
     """The block with its place eliminated."""
     basis, values, motions = np.linalg.svd(found.place, full_matrices=False)
-    held = values > _RANK * max(float(values[0]), TINY)
+    held = values > _RANK * max(float(values[:1].max(initial=0.0)), TINY)
     basis, steps = basis[:, held], motions[held].T / values[held]
     rows = found.residuals - basis @ (basis.T @ found.residuals)
     robot = found.robot - basis @ (basis.T @ found.robot)
@@ -102,7 +110,7 @@ def located(cell: Cell, group: Group, start: Floats, values: Floats, steps: int 
         part = eliminated(block(cell, group, pose, values, tips))
         step = -part.steps @ (part.basis.T @ part.block.residuals)
         for halving in range(_DAMPINGS):
-            tried = moved_place(pose, step * 0.5**halving, part.block)
+            tried = moved_place(group, pose, step * 0.5**halving, part.block)
             then = residuals(cell, group, tried, values, tips)
             if then @ then <= rows @ rows:
                 break
@@ -130,5 +138,5 @@ def _stepped(
     poses = dict(state.poses)
     for group, part in zip(groups, parts, strict=True):
         ahead = part.block.residuals + part.block.robot @ change
-        poses[group.root] = moved_place(poses[group.root], -part.steps @ (part.basis.T @ ahead), part.block)
+        poses[group.root] = moved_place(group, poses[group.root], -part.steps @ (part.basis.T @ ahead), part.block)
     return State(frozen(state.values + change), poses)

@@ -19,6 +19,7 @@ import numpy as np
 from tactfix.calibration.cell import Cell, Touches
 from tactfix.geometry.arrays import Bools, Floats, cross
 from tactfix.kinematics.chain import Parameter
+from tactfix.poses.placement_terms import terms_at
 from tactfix.values import frozen_value
 
 CONFIGURATIONS: Final = 80
@@ -83,19 +84,39 @@ def base_motions(points: Floats) -> Floats:
     return np.concatenate([turns, shifts], axis=2).reshape(-1, 6)
 
 
+def _free_base(cell: Cell, touches: Touches | None, centre: Floats) -> Floats:
+    """The motions (6, k) of the base that all places touched allow: rotations about centre (3,) in rad, translations.
+
+    Each place that is known beforehand allows a subspace of them; what all allow is their intersection.
+    """
+    names = cell.places if touches is None else touches.touched
+    placements = [cell.places[cell.root(name)[0]].placement for name in names]
+    forbidden = np.zeros((6, 6))
+    scale = float(np.linalg.norm(centre)) or 1.0
+    for placement in placements:
+        if placement is None:
+            continue
+        allowed, _, _ = terms_at(placement, placement.near, centre, scale)
+        forbidden += np.eye(6) if placement.covariance is not None else np.eye(6) - allowed @ allowed.T
+    values, vectors = np.linalg.eigh(forbidden)
+    free = vectors[:, values < _LEFT]
+    free[:3] /= scale
+    return np.asarray(free)
+
+
 def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held, ...]]:
     """Which of the cell's parameters (m,) are estimated, and those held because they trade off exactly.
 
-    A base that a place measured beforehand ties down is no free motion.
+    A motion of the base that a place known beforehand does not allow is none that parameters could trade with.
     """
     asked = asked_for(cell)
     motion = cell.chain.tip(
         random_configurations(joint_ranges(cell, touches), CONFIGURATIONS), np.zeros(len(cell.chain.parameters))
     )
     columns = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
-    tied = any(place.near_covariance is not None for place in cell.places.values())
-    basis = [] if tied else list(np.linalg.qr(base_motions(motion.points))[0].T)
-    names = [] if tied else ["where the fixtures stand"] * 6
+    moves = base_motions(motion.points) @ _free_base(cell, touches, motion.points.mean(axis=0))
+    basis = list(np.linalg.qr(moves)[0].T)
+    names = ["where the fixtures stand"] * len(basis)
     scales = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
     largest = float((np.linalg.norm(columns, axis=0) * scales[:-1])[asked[:-1]].max(initial=0.0))
     free, held = np.zeros(len(asked), dtype=bool), []

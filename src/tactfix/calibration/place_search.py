@@ -18,6 +18,8 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import Point, moved, outward_normals
+from tactfix.poses.placement_terms import onto_placement
+from tactfix.poses.prior import deviation
 from tactfix.poses.rigid import rigid_solutions
 
 _COVERING: Final = tuple(
@@ -36,20 +38,30 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
 
     robot_sigmas (n,): how far the robot may put the tip off at each touch, along any direction.
     """
-    if group.near is not None:
-        starts = [group.near]
-    elif all(isinstance(patch.surface, Point) for patch in group.patches):
+    if all(isinstance(patch.surface, Point) for patch in group.patches):
         starts = [_superposed(cell, group, values)]
     else:
         starts = _searched(cell, group, values, robot_sigmas)
+    if group.placement is not None:
+        starts = [onto_placement(group.placement, start) for start in (group.placement.near, *starts)]
     if not starts:
         tips = tip_places(cell, group, values)
         middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
         starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _COVERING]
     tried = [located(cell, group, start, values) for start in starts]
+    tried = [found for found in tried if _is_within(group, found[0])] or tried
     least = min(cost for _, cost in tried)
     alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _ALIKE]
     return min(alike, key=lambda pose: _wrong_approaches(cell, group, pose, values))
+
+
+def _is_within(group: Group, base_from_root: Floats) -> bool:
+    """Whether a pose is within the limits of what is known of it."""
+    if group.placement is None or group.placement.within is None:
+        return True
+    off = deviation(group.placement, base_from_root)
+    shift, turn = group.placement.within
+    return bool(np.linalg.norm(off[:3]) <= turn and np.linalg.norm(off[3:]) <= shift)
 
 
 def _superposed(cell: Cell, group: Group, values: Floats) -> Floats:

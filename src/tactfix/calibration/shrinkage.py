@@ -99,7 +99,7 @@ def left_out(cell: Cell, test: Group, near: State, values: Floats) -> tuple[floa
     pose, _ = located(cell, test, near.poses[test.root], values, 12)
     rows = residuals(cell, test, pose, values)
     count = len(test.touches)
-    used = rows[: len(rows) - (6 if test.near_covariance is not None else 0)]
+    used = rows[: len(rows) - test.measured]
     sigma = float(np.sqrt((test.sigmas**2).mean()))
     return float(used @ used / count), float(sigma * np.sqrt(used @ used / count))
 

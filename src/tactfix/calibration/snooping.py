@@ -46,13 +46,13 @@ def _stacked(
 ) -> tuple[Floats, Floats, Ints]:
     """Rows, the design with robot and places side by side, and the data row that owns each (-1: none)."""
     robot = np.concatenate([part.block.robot[:, free] for part in parts])
-    places = np.zeros((len(robot), 6 * len(parts)))
-    first = 0
+    places = np.zeros((len(robot), sum(part.block.place.shape[1] for part in parts)))
+    first = column = 0
     owner = []
-    for number, (group, part) in enumerate(zip(groups, parts, strict=True)):
-        size = len(part.rows)
-        places[first : first + size, 6 * number : 6 * number + 6] = part.block.place
-        first += size
+    for group, part in zip(groups, parts, strict=True):
+        size, width = part.block.place.shape
+        places[first : first + size, column : column + width] = part.block.place
+        first, column = first + size, column + width
         rows = np.array([*group.touches.rows, -1])
         owner.append(rows[part.block.touch])
     believed = np.hstack([np.diag(1 / prior[free]), np.zeros((int(free.sum()), places.shape[1]))])

@@ -12,7 +12,7 @@ from tactfix.calibration.independence import asked_for
 from tactfix.errors import FileError
 from tactfix.files.fixture_file import load_fixture, placed
 from tactfix.files.reading import decode, read_bytes
-from tactfix.fixture import Fixture
+from tactfix.fixture import Fixture, Placement
 from tactfix.fixture_format.cell import read_cell
 from tactfix.fixture_format.placement import check_placement, read_placement
 from tactfix.fixture_format.problems import Finding
@@ -159,27 +159,41 @@ def _places(document: "CellDocument", value: Any, folder: Path) -> dict[str, Pla
         return load_pose(folder.absolute() / file)
 
     places = {}
+    entries = value["places"]
     for name, entry in document.places.items():
         if isinstance(entry, str):
-            places[name] = Place(name, fixtures[entry])
+            places[name] = Place(name, fixtures[entry], _own_placement(document, name, entry, fixtures))
             continue
-        near = covariance = None
+        placement = _own_placement(document, name, entry.fixture, fixtures) if entry.place is None else None
         if entry.placement is not None:
-            near, covariance = _placement(value["places"][name]["placement"], name, document.units, pose_files)
+            placement = _placement(entries[name]["placement"], name, document.units, pose_files)
         of, of_from_place = None, None
         if entry.place is not None:
             of = str(entry.place["of"])
-            pose = {key: item for key, item in value["places"][name]["place"].items() if key != "of"}
-            of_from_place, _ = _placement({"near": pose}, name, document.units, pose_files)
-        places[name] = Place(name, fixtures[entry.fixture], near, covariance, of, of_from_place)
+            pose = {key: item for key, item in entries[name]["place"].items() if key != "of"}
+            of_from_place = _placement({"near": pose}, name, document.units, pose_files).near
+        places[name] = Place(name, fixtures[entry.fixture], placement, of, of_from_place)
     return places
 
 
-def _placement(entry: Any, name: str, units: str, pose_files: Any) -> tuple[Floats, Floats | None]:
+def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: dict[str, Fixture]) -> Placement | None:
+    """What the fixture's own file says of where it stands; at several places it cannot mean all of them."""
+    placement = fixtures[fixture].placement
+    users = [entry if isinstance(entry, str) else entry.fixture for entry in document.places.values()]
+    entry = document.places[name]
+    if placement is None or (not isinstance(entry, str) and entry.placement is not None):
+        return None
+    if users.count(fixture) > 1:
+        what = f"the file of fixture {fixture!r} has a placement, and the fixture is at {users.count(fixture)} places"
+        raise _CellError(Finding(("places", name), what, "give each of these places a placement of its own"))
+    return placement
+
+
+def _placement(entry: Any, name: str, units: str, pose_files: Any) -> Placement:
     found = list(check_placement(entry)) or read_placement(entry, units, pose_files)
     if isinstance(found, list):
         raise _CellError(*(Finding(("places", name), item.what, item.remedy) for item in found))
-    return found.near, found.covariance
+    return found
 
 
 def _in_units(fixture: Fixture, units: str) -> Fixture:
@@ -192,4 +206,17 @@ def _in_units(fixture: Fixture, units: str) -> Fixture:
         assert feature.surface is not None
         surface = rescaled(feature.surface, np.zeros(3), unit)
         features[name] = replace(feature, sigma=feature.sigma / unit, surface=surface)
-    return replace(fixture, units=units, features=features)
+    known = None if fixture.placement is None else _placement_times(fixture.placement, 1 / unit)
+    return replace(fixture, units=units, features=features, placement=known)
+
+
+def _placement_times(placement: Placement, ratio: float) -> Placement:
+    """A placement with its lengths in another unit."""
+    near = placement.near.copy()
+    near[:3, 3] *= ratio
+    within, covariance = placement.within, placement.covariance
+    if covariance is not None:
+        units = np.array([1.0] * 3 + [ratio] * 3)
+        covariance = covariance * np.outer(units, units)
+    limits = None if within is None else (within[0] * ratio, within[1])
+    return Placement(near, limits, covariance, placement.free)

@@ -89,6 +89,9 @@ def _joined_findings(document: CellDocument, name: str, joined: dict[str, Any]) 
     if other not in document.places or len(joined) != 2:
         what = f"place {name!r} must be joined to one place by one pose"
         return [Finding(path, what, "write place: {of: base_plate, matrix: [[...], ...]}, or a pose in another format")]
+    if document.places[name].placement is not None:  # type: ignore[union-attr]
+        what = f"place {name!r} is joined to {other!r} and has a placement of its own"
+        return [Finding(path, what, f"keep one; a placement of {other!r} holds for both")]
     seen = {name}
     while isinstance(other, str):
         if other in seen:

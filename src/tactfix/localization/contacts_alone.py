@@ -11,7 +11,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Direction, Fixture, Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.outcome import Outcome, outcome_of, status_of
-from tactfix.localization.prior import Contradiction, component, contradiction, deviation
+from tactfix.poses.prior import Contradiction, component, contradiction, deviation
 from tactfix.poses.solution import Solution
 from tactfix.results import Candidate, Reason, Status, WithoutPrior
 from tactfix.values import frozen_value

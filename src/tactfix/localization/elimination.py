@@ -16,8 +16,8 @@ from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import feet, moved
-from tactfix.localization.prior import contradiction
 from tactfix.noise import SURE
+from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import Solution
 from tactfix.results import Reason, ReasonCode
 from tactfix.values import frozen_value

@@ -11,6 +11,7 @@ import numpy as np
 
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import homogeneous
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.measured_pose import MeasuredPose
@@ -53,6 +54,15 @@ def terms_at(
     values, jacobian = measured.evaluate(*still)
     # The equations have motions of the contacts, the other way.
     return basis, values[:, 0], jacobian[:, :, 0].T / -scale
+
+
+def onto_placement(placement: Placement, base_from_fixture: Floats) -> Floats:
+    """The pose (4, 4) nearest to this one of which nothing that is held has changed."""
+    domain, _ = _terms(placement, np.zeros(3), base_from_fixture, 1.0, 1.0)
+    if domain.is_free:
+        return base_from_fixture
+    rotation, offset = (part[..., 0] for part in domain.onto(np.eye(3)[:, :, None], np.zeros((3, 1))))
+    return np.asarray(homogeneous(rotation.T, -rotation.T @ offset) @ base_from_fixture)
 
 
 def search_limits(placement: Placement, dof: int) -> tuple[float, float]:

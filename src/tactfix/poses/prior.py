@@ -7,13 +7,14 @@ that are held, where d is more than chance explains:
     d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in the directions that are held.
 """
 
+from typing import Protocol
+
 import numpy as np
 
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.sigma_points import motions_between
-from tactfix.poses.solution import Solution
 from tactfix.values import frozen_value
 
 
@@ -25,12 +26,28 @@ class Contradiction:
     ratio: float
 
 
+class LocatedPose(Protocol):
+    """A pose (4, 4), its covariance (6, 6), and the motions (k, 6) that its contacts leave free."""
+
+    @property
+    def base_from_fixture(self) -> Floats:
+        """The pose (4, 4)."""
+
+    @property
+    def covariance(self) -> Floats:
+        """Of it (6, 6), in the order of a pose's."""
+
+    @property
+    def free_twists(self) -> Floats:
+        """Motions (k, 6)."""
+
+
 def deviation(placement: Placement, base_from_fixture: Floats) -> Floats:
     """How far (6,) a pose is from near: rotation vector (rad) and translation of the origin, base axes."""
     return np.asarray(motions_between(placement.near, base_from_fixture[None])[:, 0])
 
 
-def contradiction(placement: Placement, solution: Solution, units: str, fitted: bool) -> Contradiction | None:
+def contradiction(placement: Placement, solution: LocatedPose, units: str, fitted: bool) -> Contradiction | None:
     """What speaks against a pose; fitted: a measured pose and directions held were part of its fit."""
     off = deviation(placement, solution.base_from_fixture)
     if placement.within is not None and (beyond := _beyond_limits(placement.within, off, solution.covariance, units)):
