@@ -36,6 +36,19 @@ GOOD = {
     ),
     "kuka decimal commas": ("kuka", "X;Y;Z;A;B;C\n1025,5;-20,25;300,0;0,0;90,0;0\n1030,25;-18,5;301;0;0;0\n"),
     "kuka Latin-1": ("kuka", b"; Pr\xfcfk\xf6rper\n" + "\n".join(f"{{{KUKA.format(*p)}}}" for p in (P, Q)).encode()),
+    "kuka .src": (
+        "kuka",
+        "DEF touch( )\n;FOLD INI\nBAS (#INITMOV,0 )\n$TOOL=TOOL_DATA[1]\n$BASE = BASE_DATA[3]\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\n"
+        f"LIN {{{KUKA.format(*P)}}} C_DIS\n$BASE=BASE_DATA[3]\nSPTP {{{KUKA.format(*Q)}{STATUS}}}\nEND\n",
+    ),
+    "kuka without braces": (
+        "kuka",
+        f"P1: {KUKA.format(*P).replace(',', ' ')}\nX={Q[0]} Y={Q[1]} Z={Q[2]} A=10 B=90 C=0\n",
+    ),
+    "kuka columns with names": (
+        "kuka",
+        "Name;Time;X;Y;Z;A;B;C;\nP1;12:00:01;1025,5;-20,25;300,0;10;90;0;\nP2;12:00:02;1030,25;-18,5;301;10;90;0;\n",
+    ),
     "abb module": (
         "abb",
         "MODULE Touch\n  ! a comment with [[1,2,3]]\n  TASK PERS tooldata t1:=[TRUE,[[0,0,120],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
@@ -48,6 +61,14 @@ GOOD = {
         "abb",
         f"MoveL {ABB.format(*P)},v100,fine,tool1\\WObj:=wobj1;\n MoveJ {ABB.format(*Q)}, v200, z10, tool1\\WObj:=wobj1;",
     ),
+    "abb named motions": (
+        "abb",
+        f"CONST robtarget p10:={ABB.format(*P)}; CONST robtarget p20:={ABB.format(*Q)}; ! two\nPROC main()\n"
+        f"MoveAbsJ [[0,0,0,0,30,0],{EXTERNAL}]\\NoEOffs,v100,fine,tool0;\nMoveL p10,v100,fine,probe\\WObj:=table;\n"
+        "SearchL\\Stop,di1,p20,p10,v20,probe\\WObj:=table;\nENDPROC\n",
+    ),
+    "abb stamps": ("abb", f"12:00:01 {ABB.format(*P)}\n2025-11-28 12:00:02 p20 = {ABB.format(*Q)}\n"),
+    "abb columns of EGM": ("abb", "time,X,Y,Z,Q0,Q1,Q2,Q3\n0.1,1025.5,-20.25,300,1,0,0,0\n0.2,1030.25,-18.5,301,0,1,0,0\n"),
     "abb columns": ("abb", "x\ty\tz\tq1\tq2\tq3\tq4\n1025,5\t-20,25\t300\t1\t0\t0\t0\n1030,25\t-18,5\t301\t1\t0\t0\t0"),
     "fanuc .ls": (
         "fanuc",
@@ -71,6 +92,15 @@ GOOD = {
         f"     [1,2] =   Group: 1   Config: N D B, 0, 0, 0\n  X: {Q[0]}   Y:   {Q[1]}   Z:   {Q[2]}\n"
         "  W:     0.000   P:     0.000   R:     0.000\n",
     ),
+    "fanuc single lines": (
+        "fanuc",
+        f"CURPOS.DG\n Frame #: 1 Tool #: 2\nX: {P[0]} Y: {P[1]} Z: {P[2]}\nW: 180.0 P: 0.0 R: 0.0\n"
+        f"PR[2:seat] = X: {Q[0]} Y: {Q[1]} Z: {Q[2]} W: 180.0 P: 0.0 R: 0.0\n",
+    ),
+    "fanuc columns with names": (
+        "fanuc",
+        "Point,X,Y,Z,W,P,R\nP[1],1025.5,-20.25,300,0,0,0\nP[2],1030.25,-18.5,301,0,0,0\n",
+    ),
     "fanuc columns": ("fanuc", "X,Y,Z,W,P,R\n1025.5,-20.25,300,0,0,0\n1030.25,-18.5,301,0,0,0\n"),
     "ur names and remarks": (
         "ur",
@@ -82,6 +112,23 @@ GOOD = {
         + " ".join(f"actual_TCP_pose_{i}" for i in range(6)) + " output_int_register_0\n"
         + "100.0 0 0 0 0 0 0 1.0255 -0.02025 0.3 0 3.14 0 1\n101.0 0 0 0 0 0 0 1.03025 -0.0185 0.301 0 3.14 0 2\n",
     ),
+    "ur lists of Python": ("ur", "[1.0255, -0.02025, 0.3, 0, 3.14, 0]\n1701212345.123 (1.03025, -0.0185, 0.301, 0, 3.14, 0)\n"),
+    "ur variables": (
+        "ur",
+        "#Fri Nov 28\n global touch_1_p=p[1.0255,-0.02025,.3,.0,3.14,.0]\n global touch_1_q=[0.1, -1.5, 1.6, 0, 0, 0]\ncount=3\n"
+        "touch_2=p[1.03025, -0.0185, 0.301, 0, 3.14, 0]\n",
+    ),
+    "ur recorder of all": (
+        "ur",
+        "timestamp,robot_mode,wrench_calc_from_currents_0,TCP_offset_0,TCP_offset_1,"
+        + ",".join(f"actual_TCP_pose_{i}" for i in range(6))
+        + ",\n100.0,7,0.5,0.1,0.2,1.0255,-0.02025,0.3,0,3.14,0,\n101.0,7,0.6,0.1,0.2,1.03025,-0.0185,0.301,0,3.14,0,\n",
+    ),
+    "dmis of one sensor": (
+        "dmis",
+        "UNITS/MM,ANGDEC\nTEXT/OPER,'PTMEAS follow'\nSNSLCT/S(A0)\nPRCOMP/ON\nROTAB/RT(1),ABSL,CW,90\nPTMEAS/CART,1025.5,-20.25,300\n"
+        "SNSLCT/S(A0)\nPTMEAS/CART,1030.25,-18.5,301\n",
+    ),
     "dmis": (
         "dmis",
         "DMISMN/'T', 4.0\nUNITS/MM,ANGDEC\n$$ PTMEAS/CART,9,9,9\nF(TOP)=FEAT/PLANE,CART,0,0,0,0,0,1\nMEAS/PLANE,F(TOP),2\n"
@@ -89,8 +136,18 @@ GOOD = {
     ),
     "xyz names": ("xyz", "PT_001\t1025.5\t-20.25\t300.0\nPT_002\t1030.25\t-18.5\t301.0\n"),
     "xyz columns": ("xyz", "x y z nx ny nz\n1025.5 -20.25 300 0 0 1\n1030.25 -18.5 301 0 0 1\n"),
+    "xyz of names": (
+        "xyz",
+        "Group;Point ID;X [mm];Y [mm];Z [mm];I;J;K\nA;p1;1025,5;-20,25;300;0;0;1\nA;p2;1030,25;-18,5;301;0;0;1\n",
+    ),
+    "xyz of letters": ("xyz", "X1025.5Y-20.25Z300.0A0\nP2, X=1030.25, Y=-18.5, Z=301, A=0\n"),
+    "xyz in any case": ("xyzijk", "xyzijk metric\n1025.5,-20.25,300,0,0,1\n1030.25,-18.5,301,0,0,1\n"),
     "xyz of eight": ("xyzijk", "XYZIJK METRIC\n1025.5,-20.25,300.0,0,0,1,0.1,-0.1\n1030.25,-18.5,301.0,0,0,1,0.1,-0.1\n"),
     "xyz of seven": ("xyzijk", "XYZIJK METRIC\n1025.5,-20.25,300.0,0,0,1,4.0\n1030.25,-18.5,301.0,0,0,1,4.0\n"),
+    "linuxcnc with remarks": (
+        "linuxcnc",
+        f"# top\n{P[0]} {P[1]} {P[2]} 0 0 0 0 0 0\n; front\n{Q[0]} {Q[1]} {Q[2]} 0 0 0 0 0 0\n",
+    ),
     "linuxcnc": ("linuxcnc", f"{P[0]} {P[1]} {P[2]} 0 0 0 0 0 0\n{Q[0]} {Q[1]} {Q[2]} 0 0 0 0 0 0\n"),
     "grbl of CNCjs": (
         "grbl",

@@ -25,6 +25,13 @@ def kuka_position(lexer: Lexer) -> dict[str, float]:
     """{X 1,Y 2,Z 3,A 0,B 90,C 0}, with S, T and E1 to E6 or without, by name; S and T are read and say nothing."""
     lexer.mark("{", KUKA)
     lexer.match(_KUKA_TYPE)
+    said = kuka_items(lexer)
+    lexer.mark("}", KUKA)
+    return said
+
+
+def kuka_items(lexer: Lexer, *, loose: bool = False) -> dict[str, float]:
+    """X 1,Y 2,Z 3,A 0,B 90,C 0 by name. loose: with = or : after the names too, and blanks alone between."""
     said: dict[str, float] = {}
     while True:
         name = lexer.name(KUKA).upper()
@@ -32,14 +39,15 @@ def kuka_position(lexer: Lexer) -> dict[str, float]:
             lexer.refuse(f"{name} is not known in a position", KUKA)
         if name in said:
             lexer.refuse(f"{name} stands twice", KUKA)
+        if loose and not lexer.take("="):
+            lexer.take(":")
         bits = name in ("S", "T") and lexer.match(_KUKA_BITS)
         said[name] = 0.0 if bits else lexer.integer(KUKA) if name in ("S", "T") else lexer.number(KUKA)
-        if not lexer.take(","):
+        if not lexer.take(",") and not (loose and lexer.blanks().rest[:1].isalpha()):
             break
     lacking = [label for label in KUKA_LABELS if label not in said]
     if lacking:
         lexer.refuse(f"the position lacks {', '.join(lacking)}", KUKA)
-    lexer.mark("}", KUKA)
     return said
 
 

@@ -3,14 +3,17 @@
     [LOCAL|TASK] CONST|VAR|PERS robtarget p10:=[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[eax_a, ... eax_f]];
     MoveL [[...],[...],[...],[...]],v100,fine,tool0\\WObj:=wobj1;
 
-or the value alone, or three or seven columns. External axes must stand still; 9E+09 is one that is not there.
+or the value alone, or three or seven columns. External axes must stand still; 9E+09 is one that is not there. Tool and
+work object are those of the motions to a target, and must be the same for all.
 """
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
+from tactfix.files.logs.columns import is_header
 from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, log_lines, passed_over, try_reading, vector
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
@@ -24,7 +27,12 @@ _DECLARED: Final = re.compile(
     re.IGNORECASE | re.ASCII,
 )
 _NAMED: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(?::=|=|:)", re.ASCII)
-_MOTION: Final = re.compile(r"\s*Move[A-Za-z]+\s*(?=\[)", re.IGNORECASE)
+_MOTION: Final = re.compile(r"\s*Move(?:L|J)\w*\s*(?:\\\s*Conc\s*,)?\s*(?=\[)", re.IGNORECASE)
+_JOINTS: Final = re.compile(r"\s*MoveAbsJ\b", re.IGNORECASE)
+_NAMED_MOTION: Final = re.compile(
+    r"\s*(?:Move|Search)[A-Za-z]+((?:\s*\\\s*\w+)*\s*,?[^\[\]]*?),\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?;?\s*",
+    re.IGNORECASE | re.ASCII,
+)
 _AFTER_MOTION: Final = re.compile(
     r"\s*,[A-Za-z0-9_,\s\\:=.]*?,\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?(?=;|$)", re.IGNORECASE | re.ASCII
 )
@@ -39,10 +47,11 @@ class _Reader:
     standing: Standing
     contacts: list[LogContact] = field(default_factory=list)
     other: list[int] = field(default_factory=list)
+    motions: dict[str, list[tuple[int, str, str]]] = field(default_factory=dict)
 
     def statement(self, lexer: Lexer) -> None:
         declared = _DECLARED.match(lexer.text)
-        if declared is not None and declared.group(1).upper() not in _POINTS:
+        if _JOINTS.match(lexer.text) or (declared is not None and declared.group(1).upper() not in _POINTS):
             self.other.append(lexer.line)
         elif declared is not None:
             lexer.position = declared.end()
@@ -52,11 +61,26 @@ class _Reader:
             self._bare(lexer)
         elif "[" in lexer.text or "]" in lexer.text:
             lexer.refuse("this is not a whole robtarget", ABB)
-        elif _ROW.match(lexer.text) or self.columns.columns or _is_names(lexer.text):
+        elif motion := _NAMED_MOTION.fullmatch(lexer.text):
+            self._motion(lexer, motion)
+        elif _ROW.match(lexer.text) or self.columns.columns or is_header(lexer.text):
             contact = self.columns.line(lexer)
             self.contacts.extend([contact] if contact else [])
         else:
             self.other.append(lexer.line)
+
+    def _motion(self, lexer: Lexer, motion: re.Match[str]) -> None:
+        """MoveL p10,v100,fine,tool0\\WObj:=wobj1; tool and work object of the targets that it names."""
+        for name in re.findall(r"[A-Za-z_]\w*", motion.group(1)):
+            self.motions.setdefault(name.upper(), []).append((lexer.line, motion.group(2), motion.group(3) or "wobj0"))
+        self.other.append(lexer.line)
+
+    def check_motions(self, problems: list[Problem]) -> None:
+        """All targets must be of one tool and work object, where motions tell them."""
+        for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
+            for line, tool, work_object in self.motions.get(name.upper(), []):
+                for what, value in (("the tool", tool), ("the work object", work_object)):
+                    try_reading(Lexer("", line), problems, partial(self.standing.keep, what, value))
 
     def _bare(self, lexer: Lexer) -> None:
         """A value with a name before it, in a motion, or alone."""
@@ -73,6 +97,7 @@ class _Reader:
         named = lexer.match(_NAMED)
         if named is None:
             read_opening(lexer)
+            named = lexer.match(_NAMED)
         self._values(lexer, named.group(1) if named else None, array=False)
 
     def _values(self, lexer: Lexer, name: str | None, *, array: bool) -> None:
@@ -107,12 +132,8 @@ class _Reader:
         return Log(tuple(self.contacts), "mm", notes)
 
 
-def _is_names(text: str) -> bool:
-    return [word.upper() for word in re.split(r"[\s,;]+", text.strip())][:3] == ["X", "Y", "Z"]
-
-
 def _statements(text: str) -> list[Lexer]:
-    """Lines without comments, joined as long as brackets are open."""
+    """Lines without comments, joined as long as brackets are open, and divided where a statement ends within one."""
     found: list[Lexer] = []
     begun: list[str] = []
     for number, line in enumerate(log_lines(text), 1):
@@ -120,11 +141,23 @@ def _statements(text: str) -> list[Lexer]:
         joined = "\n".join(begun)
         if joined.count("[") > joined.count("]") and len(begun) < _MOST_LINES:
             continue
-        if joined.strip():
-            found.append(Lexer(joined, number - len(begun) + 1))
+        first = number - len(begun) + 1
+        found.extend(
+            _divided(Lexer(joined, first)) if "[" in joined else [Lexer(joined, first)] if joined.strip() else []
+        )
         begun = []
     rest = "\n".join(begun)
     return [*found, Lexer(rest, text.count("\n") + 2 - len(begun))] if rest.strip() else found
+
+
+def _divided(lexer: Lexer) -> list[Lexer]:
+    """The statements of a text, each to its ; outside of a string."""
+    found = []
+    for part in re.finditer(r'(?:"[^"]*"|[^;"])+;?', lexer.text):
+        lexer.position = part.start()
+        if part.group().strip():
+            found.append(Lexer(part.group(), lexer.line, lexer.column))
+    return found
 
 
 def read_abb(text: str, problems: list[Problem]) -> Log:
@@ -135,4 +168,5 @@ def read_abb(text: str, problems: list[Problem]) -> Log:
     reader = _Reader(PoseColumns(numbers, standing), standing)
     for statement in _statements(text):
         try_reading(statement, problems, reader.statement)
+    reader.check_motions(problems)
     return reader.log()

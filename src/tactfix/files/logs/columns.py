@@ -23,6 +23,21 @@ class Cell:
     column: int
 
 
+NAMING: Final = frozenset({"NAME", "ID", "POINT", "POINT ID", "POINT NAME", "LABEL", "PT"})
+COUNTING: Final = frozenset(
+    {"NO", "NO.", "NR", "NR.", "N", "#", "INDEX", "COUNT", "TIME", "TIMESTAMP", "DATE", "GROUP"}
+)
+"""Columns beside the coordinates: what a contact is called, and what says nothing of where it is."""
+
+
+def is_header(text: str) -> bool:
+    """Whether a line names columns: X, Y and Z are among its cells, and no number is."""
+    separator = separator_of(text)
+    parts = [part.strip().strip('"') for part in (text.split(separator) if separator != " " else text.split())]
+    names = {part.split("[")[0].split("(")[0].strip().upper() for part in parts}
+    return {"X", "Y", "Z"} <= names and not any(part[:1] in set("+-.0123456789") for part in parts if part)
+
+
 def separator_of(line: str) -> str:
     """What divides this line."""
     return next((mark for mark in ";\t," if mark in line.strip()), " ")

@@ -1,7 +1,7 @@
 """DMIS: PTMEAS/CART,x,y,z,i,j,k in the unit of UNITS/; i, j, k is the normal out of the material.
 
 A statement goes on in the next line after a $ at its end; $$ begins a comment. All other statements say nothing of
-contacts, but the unit and the part coordinate system must not change between them.
+contacts, but unit, part coordinate system, sensor, tip compensation and rotary table must not change between them.
 """
 
 import re
@@ -15,6 +15,13 @@ from tactfix.lexer import Lexer
 _POINT: Final = re.compile(r"\s*(?:PTMEAS|PTDATA)\s*/", re.IGNORECASE)
 _UNITS: Final = re.compile(r"\s*UNITS\s*/\s*([A-Z]+)", re.IGNORECASE)
 _FRAME: Final = re.compile(r"\s*(?:RECALL\s*/|D\s*\(|DA\s*\()", re.IGNORECASE)
+_STATES: Final = (
+    ("the sensor", re.compile(r"\s*SNSLCT\s*/", re.IGNORECASE)),
+    ("the compensation of the tip", re.compile(r"\s*PRCOMP\s*/", re.IGNORECASE)),
+    ("the rotary table", re.compile(r"\s*ROT(?:AB|SET)\s*/", re.IGNORECASE)),
+)
+_RAW: Final = re.compile(r"\s*RAWDAT\s*/", re.IGNORECASE)
+_TEXT: Final = re.compile(r"'[^']*'")
 _REMEDY: Final = "write PTMEAS/CART,x,y,z or PTMEAS/CART,x,y,z,i,j,k"
 _KNOWN_UNITS: Final = {"MM": "mm", "M": "m", "INCH": "in"}
 
@@ -24,6 +31,7 @@ class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
     units: str | None = None
     frame: str = ""
+    states: dict[str, str] = field(default_factory=dict)
     standing: Standing = field(default_factory=Standing)
     other: list[int] = field(default_factory=list)
 
@@ -31,7 +39,9 @@ class _Reader:
         units = _UNITS.match(lexer.text)
         if lexer.match(_POINT):
             self._point(lexer)
-        elif re.match(r"\s*PT(MEAS|DATA)", lexer.text, re.IGNORECASE) or "PTMEAS" in lexer.text.upper():
+        elif _RAW.match(lexer.text):
+            lexer.refuse("RAWDAT is data as the machine has it, not a touch", _REMEDY)
+        elif re.match(r"\s*PT(MEAS|DATA)", lexer.text, re.IGNORECASE) or "PTMEAS" in _TEXT.sub("", lexer.text).upper():
             lexer.refuse("this is not a whole PTMEAS", _REMEDY)
         elif units:
             if units.group(1).upper() not in _KNOWN_UNITS:
@@ -39,6 +49,11 @@ class _Reader:
             self.units = _KNOWN_UNITS[units.group(1).upper()]
         else:
             self.frame = lexer.text.strip() if _FRAME.match(lexer.text) else self.frame
+            for what, statement in _STATES:
+                if statement.match(lexer.text):
+                    said = re.sub(r"\s+", "", lexer.text)
+                    # Every move of the table is another place of it, even if it is told in the same words.
+                    self.states[what] = f"{said} in line {lexer.line}" if said.upper().startswith("ROT") else said
             self.other.append(lexer.line)
 
     def _point(self, lexer: Lexer) -> None:
@@ -52,6 +67,8 @@ class _Reader:
         lexer.end(_REMEDY)
         self.standing.keep("the unit", self.units, lexer)
         self.standing.keep("the part coordinate system", self.frame, lexer)
+        for what, _ in _STATES:
+            self.standing.keep(what, self.states.get(what, "as at the beginning"), lexer)
         self.contacts.append(LogContact(lexer.line, vector(numbers), against(normal)))
 
     def log(self) -> Log:

@@ -3,7 +3,7 @@
     P[1:"name"]{ GP1: UF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0', X = 1.0 mm, ... R = 0.0 deg };
     [1,2] = 'name' Group: 1 Config: N U T, 0, 0, 0   X: 1.0 Y: 2.0 Z: 3.0   W: 0.0 P: 0.0 R: 0.0
 
-or six columns. User frame, tool and the axes of other groups must be the same throughout.
+or six columns. List, user frame, tool and the axes of other groups must be the same throughout.
 """
 
 import re
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
+from tactfix.files.logs.columns import is_header
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
@@ -21,7 +22,12 @@ _POINT: Final = re.compile(
     r"[ \t]*P[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[ \t]*\"([^\"\n]*)\"[ \t]*)?\][ \t]*\{", re.IGNORECASE
 )
 _LISTED: Final = re.compile(r"[ \t]*\[[ \t]*([0-9]{1,3}[ \t]*(?:,[ \t]*[0-9]{1,3})?)[ \t]*\][ \t]*=")
-_ITEM: Final = re.compile(r"[ \t]*X[ \t]*[=:]", re.IGNORECASE)
+_ITEM: Final = re.compile(
+    r"[ \t]*(?:(P|PR)[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[^\]\n]*)?\][ \t]*[=:]?)?[ \t]*(?=X[ \t]*[=:])", re.IGNORECASE
+)
+_LIST: Final = re.compile(r"[ \t]*\[\*\w+\*\][ \t]*(\$\w+)")
+_SHOWN: Final = re.compile(r"[ \t]*Frame[ \t]*#[ \t]*:[ \t]*(\w+)[ \t]+Tool[ \t]*#[ \t]*:[ \t]*(\w+)", re.IGNORECASE)
+_COORDINATE: Final = re.compile(r"(?<![A-Za-z])X[ \t]*[=:][ \t]*[-+.0-9][^\n]*(?<![A-Za-z])Y[ \t]*[=:][ \t]*[-+.0-9]")
 _CONFIGURATION: Final = re.compile(
     r"\s*(?:[A-Z][ \t,]*){1,4}(?:[ \t]*,?[ \t]*-?[0-9]{1,2}){0,4}[ \t]*,?", re.IGNORECASE
 )
@@ -37,6 +43,7 @@ class _Reader:
     other: list[int] = field(default_factory=list)
     empty: list[int] = field(default_factory=list)
     joints: list[int] = field(default_factory=list)
+    now: dict[str, str] = field(default_factory=dict)
 
     def part(self, lexer: Lexer) -> None:
         """One position with all its lines, or one line."""
@@ -44,18 +51,29 @@ class _Reader:
             self._taught(lexer, point.group(2) or f"P[{point.group(1)}]")
         elif listed := lexer.match(_LISTED):
             self._listed(lexer, f"[{listed.group(1)}]")
-        elif _ITEM.match(lexer.text):
-            self._contact(lexer, fanuc_pose(lexer), None)
+        elif item := _ITEM.match(lexer.text):
+            lexer.position = item.end()
+            pose = fanuc_pose(lexer)
             lexer.end(FANUC)
-        elif _ROW.match(lexer.text) and not re.match(r"\s*[0-9]+\s*:", lexer.text):
+            self._contact(lexer, pose, f"{item.group(1)}[{item.group(2)}]" if item.group(1) else None)
+        elif begun := _LIST.match(lexer.text):
+            self.now["the list"] = begun.group(1).upper()
+            self.other.append(lexer.line)
+        elif shown := _SHOWN.match(lexer.text):
+            self.now |= {"the user frame, UF,": shown.group(1), "the tool, UT,": shown.group(2)}
+            self.other.append(lexer.line)
+        elif self._is_row(lexer.text):
             contact = self.columns.line(lexer)
             self.contacts.extend([contact] if contact else [])
-        elif [word.upper() for word in re.split(r"[\s,;]+", lexer.text.strip())][:3] == ["X", "Y", "Z"]:
-            self.columns.line(lexer)
-        elif re.search(r"(?<![A-Za-z])[XYZWPR]\s*=\s*[-+.0-9]", lexer.text):
+        elif _COORDINATE.search(lexer.text):
             lexer.refuse("this is not a whole position", FANUC)
         else:
             self.other.append(lexer.line)
+
+    def _is_row(self, text: str) -> bool:
+        """Whether a line is one of columns: their names, numbers, or cells below names; a line of a program is none."""
+        numbers = _ROW.match(text) and not re.match(r"\s*[0-9]+\s*:", text)
+        return bool(numbers) or is_header(text) or (self.columns.columns != () and any(mark in text for mark in ",;\t"))
 
     def _taught(self, lexer: Lexer, name: str) -> None:
         """P[n]{ groups };"""
@@ -94,7 +112,7 @@ class _Reader:
     def _listed(self, lexer: Lexer, name: str) -> None:
         """What stands after [1,2] = in a list of position registers or frames."""
         if lexer.follows("'"):
-            name = lexer.quoted("'", FANUC) or name
+            name = lexer.quoted("'", FANUC).strip() or name
         if lexer.take("Uninitialized") or _UNKNOWN.search(lexer.text):
             self.empty.append(lexer.line)
             return
@@ -117,6 +135,8 @@ class _Reader:
 
     def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
         begin = Lexer("", lexer.first_line)
+        for what, value in self.now.items():
+            self.standing.keep(what, value, begin)
         self.contacts.append(pose_contact(begin, self.columns.numbers, pose, name))
 
     def log(self) -> Log:
@@ -146,7 +166,8 @@ def _parts(text: str) -> list[Lexer]:
     for number, line in enumerate(text.split("\n"), 1):
         opened = bool(begun)
         taught = opened and _POINT.match(begun[0])
-        goes_on = opened and (taught or (line.strip() and not _begins(line)))
+        again = opened and _ITEM.match(begun[0]) and _ITEM.match(line)
+        goes_on = opened and (taught or (line.strip() and not again and not _begins(line)))
         if opened and not goes_on:
             found.append(Lexer("\n".join(begun), number - len(begun)))
             begun = []
@@ -163,7 +184,11 @@ def _parts(text: str) -> list[Lexer]:
 
 def _begins(line: str) -> bool:
     """Whether a line begins something of its own."""
-    return bool(_POINT.match(line) or _LISTED.match(line) or re.match(r"[ \t]*(?:\[\*|/|X[ \t]*=)", line))
+    return bool(
+        _POINT.match(line)
+        or _LISTED.match(line)
+        or re.match(r"[ \t]*(?:\[\*|/|X[ \t]*=|PR?[ \t]*\[|Frame[ \t]*#)", line, re.IGNORECASE)
+    )
 
 
 def read_fanuc(text: str, problems: list[Problem]) -> Log:

@@ -1,9 +1,10 @@
 """KUKA: positions as KRL writes them, one a line, of .dat and .src files and of what a program wrote; mm and degrees.
 
     {X 1,Y 2,Z 3,A 0,B 90,C 0,S 2,T 35,E1 0.0, ...}      also {POS: ...}, {E6POS: ...}, {FRAME: ...}
-    DECL E6POS XP1={...}    GLOBAL FRAME P1={...}    $POS_ACT={...}    LIN {...} C_DIS
+    DECL E6POS XP1={...}    GLOBAL FRAME P1={...}    $POS_ACT={...}    LIN {...} C_DIS    P1: X 1 Y 2 Z 3 A 0 B 90 C 0
 
-or six columns. External axes must stand still; DECL FDAT tells tool and base, which must be the same throughout.
+or six columns. External axes must stand still; DECL FDAT, $TOOL, $BASE and BAS tell tool and base, which must be the
+same throughout.
 """
 
 import re
@@ -12,21 +13,26 @@ from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.columns import separator_of
+from tactfix.files.logs.columns import is_header, separator_of
 from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, try_reading
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
-from tactfix.pose_formats.literals import KUKA, KUKA_AXES, KUKA_LABELS, kuka_position
+from tactfix.pose_formats.literals import KUKA, KUKA_AXES, KUKA_LABELS, kuka_items, kuka_position
 
 _COMMENT: Final = re.compile(r";.*")
-_POSITION: Final = re.compile(r"(?<![A-Za-z0-9_])[XYZ]\s*[-+.0-9]", re.IGNORECASE)
+_POSITION: Final = re.compile(r"(?<![A-Za-z0-9_])[XYZ]\s*[=:]?\s*\"?[-+.0-9]", re.IGNORECASE)
+_LABELLED: Final = re.compile(r"X\s*[=:]?\s*[-+.0-9]", re.IGNORECASE)
+_RELATIVE: Final = re.compile(r"\s*S?(?:PTP|LIN|CIRC)_REL\b", re.IGNORECASE)
+_ACTIVE: Final = re.compile(
+    r"\s*(?:\$(TOOL|BASE)\s*=\s*([^;]*)|BAS\s*\(\s*#(TOOL|BASE)\s*,\s*([^)]*)\))", re.IGNORECASE
+)
 _BEFORE: Final = re.compile(
     r"\s*(?:(?:GLOBAL|DECL|CONST)\s+)*(?:(E6POS|POS|FRAME|FDAT)\s+)?([A-Za-z_$][\w$.]*(?:\[\s*\d*\s*\])?)\s*[=:]\s*",
     re.IGNORECASE | re.ASCII,
 )
-_MOTION: Final = re.compile(r"\s*S?(?:PTP|LIN|PTP_REL|LIN_REL)\s*(?=\{)", re.IGNORECASE)
+_MOTION: Final = re.compile(r"\s*S?(?:PTP|LIN)\s*(?=\{)", re.IGNORECASE)
 _APPROXIMATE: Final = re.compile(r"\s*C_(?:DIS|PTP|ORI|VEL|SPL)\b", re.IGNORECASE)
 _INSIDE: Final = re.compile(r"\{\s*([A-Za-z_]\w*)", re.ASCII)
 _TAUGHT: Final = re.compile(r"\bF(\w+)\s*=", re.ASCII)
@@ -41,6 +47,7 @@ class _Reader:
     talk: list[int] = field(default_factory=list)
     axes: list[int] = field(default_factory=list)
     taught: dict[str, tuple[int, list[tuple[str, str]]]] = field(default_factory=dict)
+    active: dict[str, str] = field(default_factory=dict)
 
     def line(self, lexer: Lexer) -> None:
         comment = lexer.text.lstrip().startswith((";", "#"))
@@ -48,6 +55,12 @@ class _Reader:
         word = inside.group(1).upper() if inside else ""
         if comment:
             self.talk.append(lexer.line)
+        elif active := _ACTIVE.match(lexer.text):
+            what, value = active.group(1) or active.group(3), active.group(2) or active.group(4) or ""
+            self.active[f"${what.upper()}"] = value.strip()
+            self.talk.append(lexer.line)
+        elif _RELATIVE.match(lexer.text):
+            lexer.refuse("a relative motion tells no place", KUKA)
         elif word in ("X", "E6POS", "POS", "FRAME"):
             self._position(lexer)
         elif word in ("A1", "E6AXIS", "AXIS"):
@@ -56,13 +69,15 @@ class _Reader:
             self._tool(lexer)
         elif not _POSITION.search(lexer.text) and not _is_row(lexer.text) and self.columns.columns == ():
             self._talk_or_names(lexer)
-        elif "{" in lexer.text or "}" in lexer.text or _POSITION.search(lexer.text):
+        elif "{" in lexer.text or "}" in lexer.text:
             lexer.refuse("this is not a whole position", KUKA)
+        elif _POSITION.search(lexer.text):
+            self._labelled(lexer)
         else:
             self._row(lexer)
 
     def _talk_or_names(self, lexer: Lexer) -> None:
-        if [word.upper() for word in re.split(r"[\s,;]+", lexer.text.strip())][:3] == ["X", "Y", "Z"]:
+        if is_header(lexer.text):
             self._row(lexer)
         else:
             self.talk.append(lexer.line)
@@ -85,6 +100,27 @@ class _Reader:
         lexer.match(_APPROXIMATE)
         lexer.blanks().match(_COMMENT)
         lexer.end(KUKA)
+        self._contact(lexer, said, name)
+
+    def _labelled(self, lexer: Lexer) -> None:
+        """P1: X 1 Y 2 Z 3 A 0 B 90 C 0, as programs write it without braces."""
+        if not _LABELLED.match(lexer.text.lstrip()):
+            before = lexer.match(_BEFORE)
+            if before is None:
+                read_opening(lexer)
+                before = None if _LABELLED.match(lexer.rest) else lexer.match(_BEFORE)
+            name = before.group(2) if before else None
+        else:
+            name = None
+        if not _LABELLED.match(lexer.blanks().rest):
+            lexer.refuse("this is not a whole position", KUKA)
+        said = kuka_items(lexer, loose=True)
+        lexer.end(KUKA)
+        self._contact(lexer, said, name)
+
+    def _contact(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
+        for what in ("$TOOL", "$BASE"):
+            self.standing.keep(what, self.active.get(what, "that before the program"), lexer)
         self.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
         self.contacts.append(pose_contact(lexer, self.columns.numbers, [said[label] for label in KUKA_LABELS], name))
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.log import Log, LogContact, Standing, read_lines, vector
+from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, vector
 from tactfix.lexer import Lexer
 
 _REMEDY: Final = "write nine numbers, X Y Z A B C U V W, with blanks between"
@@ -18,8 +18,12 @@ _MISSES: Final = (
 class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
     standing: Standing = field(default_factory=Standing)
+    comments: list[int] = field(default_factory=list)
 
     def line(self, lexer: Lexer) -> None:
+        if lexer.text.lstrip().startswith(("#", ";")):
+            self.comments.append(lexer.line)
+            return
         axes = [lexer.number(_REMEDY) for _ in range(9)]
         lexer.end(_REMEDY)
         self.standing.keep("A B C U V W", tuple(axes[3:]), lexer)
@@ -30,4 +34,5 @@ def read_linuxcnc(text: str, problems: list[Problem]) -> Log:
     """A log of straight probes (G38.2 to G38.5). Rotary and parallel axes must stand still throughout."""
     reader = _Reader()
     read_lines(text, problems, reader.line)
-    return Log(tuple(reader.contacts), notes=(_MISSES, *reader.standing.notes("A B C U V W")))
+    told = (_MISSES, *reader.standing.notes("A B C U V W"), *passed_over(reader.comments, "comments"))
+    return Log(tuple(reader.contacts), notes=told)

@@ -1,10 +1,15 @@
-"""Universal Robots: p[x, y, z, rx, ry, rz] a line, columns, or the recorder of RTDE; metres, rotation vector."""
+"""Universal Robots: p[x, y, z, rx, ry, rz] a line, columns, or the recorder of RTDE; metres, rotation vector.
+
+A list without p, as Python prints it, is a pose too, where no name stands before it: in the robot's own script a named
+list may be joints.
+"""
 
 import re
 from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
+from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
@@ -13,6 +18,8 @@ from tactfix.pose_formats.literals import UR, ur_pose
 
 _POSE: Final = re.compile(r"(?<![A-Za-z0-9_])p\s*\[")
 # A time stamp, then a name or a remark of words, which may end in a count, then = or :.
+_LIST: Final = re.compile(r"([\[(])([^\[\]()]*)[\])]\s*")
+_VARIABLE: Final = re.compile(r"\s*(?:(?:global|local)\s+)?[A-Za-z_]\w*\s*=", re.ASCII)
 _BEFORE: Final = re.compile(
     r"\s*(?:[0-9]{1,4}[-:/.][0-9:./T Z-]*[,;:]?\s+)?((?:[A-Za-z_]\w*(?:\s+\w+)*)?)\s*(?::=|=|:|,)?\s*", re.ASCII
 )
@@ -23,15 +30,33 @@ class _Reader:
     columns: PoseColumns
     contacts: list[LogContact] = field(default_factory=list)
     comments: list[int] = field(default_factory=list)
+    variables: list[int] = field(default_factory=list)
 
     def line(self, lexer: Lexer) -> None:
         if lexer.text.lstrip().startswith("#"):
             self.comments.append(lexer.line)
             return
         literal = _POSE.search(lexer.text)
-        contact = self.columns.line(lexer) if literal is None else self._pose(lexer, literal)
+        if literal is None and _VARIABLE.match(lexer.text):
+            self.variables.append(lexer.line)
+            return
+        contact = self._list(lexer) if literal is None else self._pose(lexer, literal)
         if contact is not None:
             self.contacts.append(contact)
+
+    def _list(self, lexer: Lexer) -> LogContact | None:
+        """[x, y, z, rx, ry, rz], as Python prints it, with a stamp before or none; else columns."""
+        begin = lexer.position
+        read_opening(lexer)
+        if lexer.rest[:1] not in ("[", "(") or _LIST.fullmatch(lexer.rest) is None:
+            lexer.position = begin
+            return self.columns.line(lexer)
+        closing = {"[": "]", "(": ")"}[lexer.rest[0]]
+        lexer.take(lexer.rest[0])
+        values = lexer.numbers(6, UR)
+        lexer.mark(closing, UR)
+        lexer.end(UR)
+        return pose_contact(lexer, self.columns.numbers, values)
 
     def _pose(self, lexer: Lexer, literal: re.Match[str]) -> LogContact:
         before = _BEFORE.fullmatch(lexer.text, 0, literal.start())
@@ -53,4 +78,5 @@ def read_ur(text: str, problems: list[Problem]) -> Log:
     read_lines(text, problems, reader.line)
     passed = reader.columns.passed
     notes = (f"the columns {', '.join(passed[:5])} say nothing of the pose; passed over",) if passed else ()
-    return Log(tuple(reader.contacts), "m", (*notes, *passed_over(reader.comments, "comments")))
+    other = (*passed_over(reader.comments, "comments"), *passed_over(reader.variables, "variables that are no poses"))
+    return Log(tuple(reader.contacts), "m", (*notes, *other))

@@ -2,25 +2,34 @@
 
 What the numbers of a line mean is PC-DMIS's: 3 or 5 a point (the last two say nothing), 6 or 8 a point with its
 normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is refused. A name may stand before.
+A row of names says what the columns are, and perhaps the unit: X [mm]. Letters may stand with the numbers: X1.0 Y2.0
+Z3.0, as controllers write point clouds, with axes that must stand still.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from tactfix.errors import Problem
-from tactfix.files.logs.columns import Cell, cells_of, is_number, numbers_of
+from tactfix.files.logs.columns import COUNTING, NAMING, Cell, cells_of, is_header, is_number, numbers_of
 from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
 from tactfix.lexer import Lexer
+from tactfix.units import UNITS, which_unit
 
 _REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
 _HEADER: Final = "write XYZIJK METRIC, or XYZIJK for inch, above"
 _COMMA: Final = "write a decimal point in each of x, y and z: a comma divides numbers here"
 _WITH_NORMAL: Final = (6, 7, 8)
 _NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
-_NAMES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ", "NAME", "ID"})
+_NORMALS: Final = (("I", "J", "K"), ("NX", "NY", "NZ"))
+_COORDINATES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ"})
+_COLUMN: Final = re.compile(r'"?([^"\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?"?')
+_LETTERED: Final = re.compile(r'\s*(?:("?[A-Za-z_][\w #-]*"?)\s*[,;:]\s*)?(?=X\s*[=:]?\s*[-+.0-9])', re.IGNORECASE)
+_LETTERS: Final = "write X1.0 Y2.0 Z3.0, or x,y,z"
+_AXES: Final = "ABCUVW"
 # A normal that was printed with few digits; numbers of another kind are off by far more.
 _MOST_OFF_UNIT: Final = 0.01
 
@@ -29,15 +38,17 @@ _MOST_OFF_UNIT: Final = 0.01
 class _Reader:
     needs_header: bool
     begun: bool = False
+    columns: tuple[str, ...] = ()
     units: str | None = None
     contacts: list[LogContact] = field(default_factory=list)
     circles: list[int] = field(default_factory=list)
     comments: list[int] = field(default_factory=list)
     standing: Standing = field(default_factory=Standing)
+    notes: list[str] = field(default_factory=list)
 
     def line(self, lexer: Lexer) -> None:
         words = lexer.text.split()
-        if not self.begun and words[0] == "XYZIJK":
+        if not self.begun and words[0].upper() == "XYZIJK":
             self._header(lexer, words)
         elif lexer.text.lstrip().startswith(("#", "//")):
             self.comments.append(lexer.line)
@@ -48,18 +59,84 @@ class _Reader:
             self._point(lexer)
 
     def _header(self, lexer: Lexer, words: list[str]) -> None:
-        if words[1:] not in ([], ["METRIC"]):
+        said = " ".join(words[1:]).upper()
+        if said not in ("", "METRIC", "INCH"):
             lexer.refuse(f"{' '.join(words[1:])!r} stands after XYZIJK", _HEADER)
-        self.units = "mm" if words[1:] else "in"
+        self.units = "mm" if said == "METRIC" else "in"
         self.begun = True
 
+    def _names(self, lexer: Lexer) -> None:
+        """A row of names: each one must be known, and those of the point be there."""
+        columns: list[str] = []
+        for cell in cells_of(lexer, self.standing):
+            lexer.position = cell.column - 1
+            match = _COLUMN.fullmatch(cell.text)
+            name = match.group(1).strip().upper() if match else ""
+            if name not in _COORDINATES | NAMING | COUNTING or name in columns:
+                lexer.refuse(f"the column {cell.text[:40]!r} is not known, or stands twice", _REMEDY)
+            columns.append(name)
+            unit = match.group(2) if match else None
+            if unit is not None and (unit not in UNITS or self.units not in (None, unit)):
+                lexer.refuse(f"the unit {unit[:40]!r} is not known, or another one than before", which_unit(unit))
+            self.units = unit or self.units
+        normals = [[axis for axis in normal if axis in columns] for normal in _NORMALS]
+        if not {"X", "Y", "Z"} <= set(columns) or sorted(map(len, normals)) not in ([0, 0], [0, 3]):
+            lexer.refuse("the names are not those of a point, with its normal or without", _REMEDY)
+        self.columns = tuple(columns)
+
+    def _named(self, lexer: Lexer) -> None:
+        """A line below a row of names."""
+        cells = cells_of(lexer, self.standing)
+        if len(cells) != len(self.columns):
+            lexer.refuse(f"{len(cells)} cells where there are {len(self.columns)} columns", _REMEDY)
+        by_name = dict(zip(self.columns, cells, strict=True))
+        numbered = {name: cell for name, cell in by_name.items() if name in _COORDINATES}
+        said = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
+        called = next((cell.text.strip('"') for name, cell in by_name.items() if name in NAMING), None)
+        self._add(lexer, said, called or None)
+
+    def _lettered(self, lexer: Lexer, name: str | None) -> None:
+        """X1.0 Y2.0 Z3.0, with = between or none, I J K after them or not, and axes that stand still."""
+        said: dict[str, float] = {}
+        while lexer.blanks().rest:
+            letter = lexer.rest[0].upper()
+            if letter not in "XYZIJK" + _AXES or letter in said:
+                lexer.refuse(f"{lexer.rest[0]!r} is no letter of a point, or stands twice", _LETTERS)
+            lexer.position += 1
+            if not lexer.take("="):
+                lexer.take(":")
+            said[letter] = lexer.number(_LETTERS, glued=True)
+            if not lexer.take(","):
+                lexer.take(";")
+        if not {"X", "Y", "Z"} <= said.keys() or len(said.keys() & set("IJK")) not in (0, 3):
+            lexer.refuse("a point has X, Y and Z, and I, J and K or none of them", _LETTERS)
+        for axis in _AXES:
+            if axis in said:
+                self.standing.keep(f"the axis {axis}", said[axis], lexer)
+        self._add(lexer, said, name)
+
+    def _add(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
+        normal = next(([said[axis] for axis in axes] for axes in _NORMALS if axes[0] in said), [0.0, 0.0, 0.0])
+        self._check_normal(lexer, normal)
+        self.contacts.append(LogContact(lexer.line, vector([said[axis] for axis in "XYZ"]), against(normal), id=name))
+
     def _point(self, lexer: Lexer) -> None:
+        begun, self.begun = self.begun, True
+        lettered = _LETTERED.match(lexer.text)
+        if not begun and is_header(lexer.text):
+            self._names(lexer)
+        elif self.columns:
+            self._named(lexer)
+        elif lettered:
+            lexer.position = lettered.end()
+            self._lettered(lexer, lettered.group(1))
+        else:
+            self._numbers(lexer)
+
+    def _numbers(self, lexer: Lexer) -> None:
+        """A line of numbers, perhaps with a name before them."""
         cells = cells_of(lexer, self.standing)
         name = cells[0].text if not is_number(cells[0]) else None
-        if not self.begun and {cell.text.strip('"').upper() for cell in cells} <= _NAMES:
-            self.begun = True
-            return
-        self.begun = True
         if name is not None and not _NAME.fullmatch(name):
             lexer.refuse(f"{name[:40]!r} is neither a number nor a name", _REMEDY)
         cells = cells if name is None else cells[1:]
@@ -73,22 +150,29 @@ class _Reader:
         if len(numbers) not in (3, 6):
             self._check(lexer, cells, numbers)
         normal = numbers[3:6] if len(numbers) in _WITH_NORMAL else (0.0, 0.0, 0.0)
+        self._check_normal(lexer, normal)
         self.contacts.append(LogContact(lexer.line, vector(numbers[:3]), against(normal), id=name))
 
     def _check(self, lexer: Lexer, cells: tuple[Cell, ...], numbers: tuple[float, ...]) -> None:
         """Lines of 5, 7 and 8 numbers could be shorter ones with a decimal comma in them."""
         if len({"." in cell.text for cell in cells[:3]}) > 1:
             lexer.refuse(f"{len(numbers)} numbers, some with a decimal point and some without", _COMMA)
-        if len(numbers) in _WITH_NORMAL and abs(float(np.linalg.norm(numbers[3:6])) - 1) > _MOST_OFF_UNIT:
-            lexer.refuse("i, j, k have not the length 1", _REMEDY)
         if len(numbers) == 7 and numbers[-1] != 0:
             self.circles.append(lexer.line)
 
+    def _check_normal(self, lexer: Lexer, normal: Sequence[float]) -> None:
+        """A normal has the length 1, or is none: numbers of another kind, or decimal commas, have not."""
+        length = float(np.linalg.norm(normal))
+        if length and abs(length - 1) > _MOST_OFF_UNIT:
+            lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", _REMEDY)
+
     def log(self) -> Log:
+        for axis in _AXES:
+            self.notes.extend(self.standing.notes(f"the axis {axis}"))
         notes = [
             f"line {line}: a circle with its diameter; its centre is taken for the contact" for line in self.circles
         ]
-        return Log(tuple(self.contacts), self.units, (*notes, *passed_over(self.comments, "comments")))
+        return Log(tuple(self.contacts), self.units, (*notes, *self.notes, *passed_over(self.comments, "comments")))
 
 
 def read_xyzijk(text: str, problems: list[Problem]) -> Log:
@@ -99,7 +183,7 @@ def read_xyzijk(text: str, problems: list[Problem]) -> Log:
 
 
 def read_xyz(text: str, problems: list[Problem]) -> Log:
-    """Any XYZ file; the unit is only known where XYZIJK stands above."""
+    """Any XYZ file; the unit is only known where XYZIJK stands above, or a row of names says it."""
     reader = _Reader(needs_header=False)
     read_lines(text, problems, reader.line)
     return reader.log()
