@@ -220,3 +220,76 @@ def test_the_row_that_is_accused_is_marked(tmp_path):
     assert result.status == "inconsistent"
     page = page_of(fixture, contacts, result)
     assert re.findall(r'<tr class="accused"><td class="n">(\d+)</td>', page) == ["3"]
+
+
+@pytest.fixture(scope="module")
+def ambiguous():
+    fixture = load_fixture(ROOT / "fixtures" / "cylinder-sphere.yaml")
+    contacts = load_contacts(ROOT / "samples" / "cylinder-sphere" / "contacts-normal.csv", fixture)
+    return fixture, contacts, locate(fixture, contacts)
+
+
+def test_both_poses_of_an_ambiguous_result_are_drawn_and_told_apart(ambiguous):
+    fixture, contacts, result = ambiguous
+    page = page_of(fixture, contacts, result)
+    shown = [trace for trace in figure_of(page)["data"] if trace.get("visible", True) is True]
+    balls = [trace for trace in shown if trace["type"] == "surface" and trace["name"] == "ball"]
+    left = [candidate for candidate in result.candidates if candidate.accepted]
+    assert len(balls) == len(left) == 2
+    for ball, candidate in zip(balls, left, strict=True):
+        points = np.stack([np.array(ball[k], dtype=float) for k in "xyz"], axis=-1)
+        np.testing.assert_allclose(
+            np.linalg.norm(points - candidate.surfaces["ball"].center, axis=-1), candidate.surfaces["ball"].radius
+        )
+    colors = [ball["colorscale"][0][1] for ball in balls]
+    assert len(set(colors)) == 2
+    assert all(f"background: {color}" in page for color in colors), "the table has the colours of the scene"
+    assert {"pose 1", "pose 2"} <= {trace["name"] for trace in shown if trace.get("showlegend", True)}
+    assert sum(trace["name"] == "bar" for trace in shown) == 1, "what both share is drawn once"
+
+
+def test_the_next_contact_is_marked_in_scene_and_table(ambiguous):
+    fixture, contacts, result = ambiguous
+    page = page_of(fixture, contacts, result)
+    (trace,) = (t for t in figure_of(page)["data"] if t.get("mode") == "markers" and t["name"].startswith("next"))
+    np.testing.assert_allclose([trace[k][0] for k in "xyz"], result.next_contact.point)
+    assert '<tr class="next"><td>ball</td><td data-name="frame">base</td>' in page
+
+
+def test_the_accused_contact_is_ringed_in_the_scene(tmp_path):
+    path = tmp_path / "outlier.csv"
+    assert run(["simulate", str(PLATE_FILE), "--seed", "4", "--fault", "outlier:1", "--output", str(path)]) == 0
+    fixture = load_fixture(PLATE_FILE)
+    contacts = load_contacts(path, fixture)
+    result = locate(fixture, contacts)
+    (row,) = result.diagnosis[0].rows
+    (ring,) = (
+        trace
+        for trace in figure_of(page_of(fixture, contacts, result))["data"]
+        if trace.get("name") == f"accused: row {row}"
+    )
+    center = np.array([ring[k][0] for k in "xyz"])
+    assert np.linalg.norm(center - contacts.points[row - 1]) == pytest.approx(contacts.tip_radius)
+
+
+def test_whoever_signs_reads_a_sentence_that_fits(located, ambiguous):
+    assert "the pose may be used." in page_of(*located)
+    assert "no pose may be used from these contacts." in page_of(*ambiguous)
+
+
+def test_no_option_is_spoken_of_where_none_was_given(located, ambiguous):
+    for page in (page_of(*located), page_of(*ambiguous)):
+        assert "--json" not in page.partition("<script>")[0]
+
+
+def test_a_design_check_writes_a_page_that_begins_with_the_worst_finding(tmp_path, capsys):
+    path, out = ROOT / "fixtures" / "three-planes.yaml", tmp_path / "design.html"
+    assert run(["design-check", str(path), "--study", "0", "--tip-radius", "1.5", "--output", str(out)]) == 1
+    body = out.read_text().partition("<body>")[2]
+    assert body.index("Not fit for use as it is: 1 error and 4 warnings") < body.index("<h2>Findings</h2>")
+    badges = re.findall(r'<td><span class="badge (\w+)"', body)
+    assert badges == sorted(badges, key=("error", "warning", "ok").index)
+    assert "By signing I confirm" in body
+    assert hashlib.sha256(path.read_bytes()).hexdigest() in body
+    assert "--tip-radius" in body
+    assert capsys.readouterr().out == ""

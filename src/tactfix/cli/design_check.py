@@ -2,8 +2,9 @@
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from tactfix.design.design_check import DesignReport
     from tactfix.files.contact_options import ContactOptions
     from tactfix.fixture import Fixture
+
+PAGES: Final = (".html", ".htm", ".pdf", ".png")
+"""Endings of an output that is a page with a scene, not a text."""
 
 
 def command(
@@ -111,7 +115,12 @@ def command(
         report = design_check(fixture, given, wishes, progress, over)
     if junit is not None:
         write_whole(junit, design_junit(report))
-    emit(_text(report, output, as_json=as_json), output)
+    if output is not None and output.suffix.lower() in PAGES and not as_json:
+        inputs = {"fixture": str(fixture_path), "contacts": None if contacts == "-" else contacts}
+        said = {"--sigma": sigma, "--tip-radius": tip_radius, "--units": units, "--max-sigma": max_sigma}
+        emit(_page(report, output, inputs, said), output)
+    else:
+        emit(_text(report, output, as_json=as_json), output)
     return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE
 
 
@@ -133,6 +142,24 @@ def _contacts(
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
     wanted = log_options(features, offset)
     return read_contacts(path, format_name, fixture, options, wanted, quiet=quiet).contacts
+
+
+def _page(
+    report: "DesignReport", output: Path, inputs: Mapping[str, str | None], said: Mapping[str, object]
+) -> str | bytes:
+    """The record of the check as a page, as `tactfix report` writes it; inputs and what was said stand on it."""
+    from datetime import UTC, datetime
+
+    from tactfix.files.reading import read_bytes
+    from tactfix.report.browser_print import in_form
+    from tactfix.report.html_design import design_page
+    from tactfix.report.html_page import InputFile, Record
+
+    files = [InputFile(role, path, read_bytes(path)) for role, path in inputs.items() if path is not None]
+    settings = {name: str(value) for name, value in said.items() if value is not None}
+    return in_form(
+        design_page(Record(report.fixture, files, settings, datetime.now(UTC)), report), output.suffix.lower()
+    )
 
 
 def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:

@@ -63,7 +63,7 @@ def command(
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
     from tactfix.report.json_report import fit_json, text_of
-    from tactfix.report.text_report import fit_verdict_lines, surface_text
+    from tactfix.report.text_report import LISTED_BY_JSON, fit_verdict_lines, surface_text
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
@@ -75,7 +75,7 @@ def command(
         emit(text_of(fit_json(result, read.units)), output)
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
-    tell(fit_verdict_lines(result))
+    tell(fit_verdict_lines(result, LISTED_BY_JSON))
     tell(result.warnings, quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
         from tactfix.report.fit_summary import print_fit

@@ -98,7 +98,7 @@ def command(
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
-    from tactfix.report.text_report import verdict_lines
+    from tactfix.report.text_report import LISTED_BY_JSON, verdict_lines
 
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
@@ -118,7 +118,7 @@ def command(
     text = render_pose(result, style, point, force=force, quiet=quiet, for_screen=on_screen(output))
     if text is not None:
         emit(text, output)
-    tell(verdict_lines(result))
+    tell(verdict_lines(result, LISTED_BY_JSON))
     tell([] if result.tip is None else [result.tip.message], quiet=quiet)
     tell(result.warnings, quiet=quiet)
     if for_people:

@@ -27,10 +27,21 @@ def design_page(record: Record, report: DesignReport) -> str:
         title=f"{report.fixture.name}: design {report.status}",
         figure=fixture_figure(report.fixture, surfaces),
         report=report,
+        answer=answer(report),
+        findings=sorted(report.findings, key=lambda finding: ("error", "warning", "ok").index(finding.status)),
         symmetries=[(symmetry.message, _BREAKERS[symmetry.broken_by]) for symmetry in report.symmetries],
         indices=_indices(report),
         blind=[(spot, _shift(spot.pose_shift)) for spot in report.blind_spots],
     )
+
+
+def answer(report: DesignReport) -> str:
+    """What was found, in one sentence."""
+    counts = {status: sum(finding.status == status for finding in report.findings) for status in ("error", "warning")}
+    said = [f"{count} {status}{'' if count == 1 else 's'}" for status, count in counts.items() if count]
+    if report.status == "error":
+        return f"Not fit for use as it is: {' and '.join(said)}, told below with what to do."
+    return f"Fit for use; {' and '.join(said)} to read before metal is cut." if said else "Fit for use; nothing found."
 
 
 def _indices(report: DesignReport) -> dict[str, float]:

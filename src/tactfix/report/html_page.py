@@ -15,8 +15,8 @@ from tactfix.contacts import Contacts
 from tactfix.errors import MissingExtraError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.report.html_scene import ELLIPSOID_SIGMAS, feature_colors, locate_figure
-from tactfix.report.text_report import decimal, matrix_text, reason_text, verdict_lines
+from tactfix.report.html_scene import ELLIPSOID_SIGMAS, accused_rows, feature_colors, locate_figure, pose_colors
+from tactfix.report.text_report import decimal, matrix_text, reason_text, sentence, verdict_lines
 from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
@@ -95,7 +95,8 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         figure=locate_figure(record.fixture, contacts, result),
         result=result,
         colors=feature_colors(record.fixture),
-        verdict=list(verdict_lines(result)),
+        pose_colors=pose_colors(result),
+        verdict=[sentence(result)] if result.status == "located" else list(verdict_lines(result)),
         matrix=None if result.base_from_fixture is None else matrix_text(result.base_from_fixture),
         axes=_ellipsoid_axes(result.covariance),
         sigmas=_sigmas(result.covariance),
@@ -104,9 +105,7 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         judgement=judgement,
         sigma_at=None if judgement.at is None else shown_sigma(result, judgement.at),
         probe=_probe(contacts, result.units),
-        accused={reason.row for candidate in result.candidates[:1] for reason in candidate.reasons}
-        if result.status == "inconsistent"
-        else set(),
+        accused=accused_rows(result),
     )
 
 

@@ -24,24 +24,36 @@ Trace: TypeAlias = dict[str, Any]
 _COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 _AXES: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
 _MOST_CANDIDATES: Final = 12
+# Poses that are left, told apart from each other and from the features.
+_POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
+_ACCUSED: Final = "#d50000"
 # Radius, in sigma, of the ellipsoid that holds a normal point of three dimensions in 95 of 100 cases.
 ELLIPSOID_SIGMAS: Final = 2.7955
 
 
 def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) -> Figure:
-    """The figure of a result of locate, in base: surfaces, contacts, approaches, frame, ellipsoid, other candidates."""
+    """The figure of a result of locate, in base: surfaces, contacts, approaches, frame, ellipsoid, other candidates.
+
+    Of an ambiguous result each pose that is left is drawn in a colour of its own, but for what all of them share.
+    """
     colors = feature_colors(fixture)
     pose = result.base_from_fixture
     surfaces = result.surfaces or (result.candidates[0].surfaces if result.candidates else {})
     size = _size(contacts.points, surfaces)
-    traces = surface_traces(fixture, surfaces, pose, colors, contacts)
+    left = pose_colors(result)
+    drawn = result.surfaces if left else surfaces
+    traces = surface_traces(fixture, drawn, pose, colors, contacts)
     traces += _contact_traces(contacts, result.contacts, surfaces, colors, size)
+    traces += _accused_traces(contacts, surfaces, accused_rows(result))
+    traces += _next_contact_traces(result, 0.15 * size)
     if pose is not None:
         traces += frame_traces(pose, 0.3 * size, "fixture frame")
     if pose is not None and result.covariance is not None:
         traces.append(_ellipsoid_trace(pose, result.covariance, size, result.units))
     for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
-        if pose is None or not candidate.accepted:
+        if number in left:
+            traces += _pose_traces(fixture, candidate, number, left[number], set(drawn), 0.2 * size)
+        elif pose is None or not candidate.accepted:
             traces += _candidate_traces(fixture, candidate, number, 0.2 * size)
     return {"data": traces, "layout": layout(result.units, "base")}
 
@@ -59,6 +71,22 @@ def fixture_figure(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Figure:
 def feature_colors(fixture: Fixture) -> dict[str, str]:
     """A colour for each feature, in file order."""
     return {name: _COLORS[i % len(_COLORS)] for i, name in enumerate(fixture.features)}
+
+
+def pose_colors(result: LocateResult) -> dict[int, str]:
+    """A colour for each of the first poses that are left of an ambiguous result, by its number from 1."""
+    if result.status != "ambiguous":
+        return {}
+    numbers = [number for number, candidate in enumerate(result.candidates, 1) if candidate.accepted]
+    return dict(zip(numbers, _POSE_COLORS, strict=False))
+
+
+def accused_rows(result: LocateResult) -> set[int]:
+    """The rows of contacts that speak against the best pose, or that the most plausible diagnosis names."""
+    rows = set(result.diagnosis[0].rows) if result.diagnosis else set()
+    if result.status == "inconsistent":
+        rows |= {reason.row for candidate in result.candidates[:1] for reason in candidate.reasons if reason.row}
+    return rows
 
 
 def layout(units: str, frame: str) -> dict[str, Any]:
@@ -148,9 +176,7 @@ def _contact_traces(
     traces: list[Trace] = []
     for name in contacts.by_feature:
         on = contacts.on(name)
-        touched = on.points
-        if name in surfaces and on.tip_radius > 0 and not isinstance(surfaces[name], Point):
-            touched = on.points - on.tip_radius * outward_normals(surfaces[name], on.points)
+        touched = _touched(on, surfaces.get(name))
         x, y, z = touched.T.tolist()
         text = [_hover(on, i, said.get(row)) for i, row in enumerate(on.rows)]
         marker = {"size": 5, "color": colors[name], "line": {"color": "#222", "width": 1}}
@@ -176,6 +202,57 @@ def _hover(contacts: Contacts, index: int, residual: ContactResidual | None) -> 
         if residual.approach_angle_deg is not None:
             lines.append(f"approach {residual.approach_angle_deg:.0f} degrees off the normal")
     return "<br>".join(lines)
+
+
+def _touched(contacts: Contacts, surface: Surface | None) -> Floats:
+    """Where the tip touched (n, 3): contacts on one feature are drawn on its surface."""
+    if surface is None or contacts.tip_radius == 0 or isinstance(surface, Point):
+        return contacts.points
+    return contacts.points - contacts.tip_radius * outward_normals(surface, contacts.points)
+
+
+def _accused_traces(contacts: Contacts, surfaces: Mapping[str, Surface], rows: set[int]) -> list[Trace]:
+    """A red ring around each contact that is accused."""
+    index = [i for i, row in enumerate(contacts.rows) if row in rows]
+    if not index:
+        return []
+    each = [_touched(contacts.subset([i]), surfaces.get(contacts.features[i])) for i in index]
+    x, y, z = np.concatenate(each).T.tolist()
+    name = f"accused: row {', '.join(str(contacts.rows[i]) for i in index[:4])}" + (" ..." if len(index) > 4 else "")
+    marker = {"size": 12, "symbol": "circle-open", "color": _ACCUSED, "line": {"color": _ACCUSED, "width": 3}}
+    points = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker}
+    return [{**points, "name": name, "hoverinfo": "name"}]
+
+
+def _next_contact_traces(result: LocateResult, length: float) -> list[Trace]:
+    """Where to touch next, and along which way; nothing where that is not known in base."""
+    said = result.next_contact
+    if said is None or said.point is None or said.approach is None:
+        return []
+    x, y, z = ([float(value)] for value in said.point)
+    legend = {"name": f"next contact, on {said.feature}", "legendgroup": "next contact"}
+    marker = {"size": 7, "symbol": "diamond", "color": "#ff4081", "line": {"color": "#222", "width": 1}}
+    point = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker, "hoverinfo": "name"}
+    way = _line([said.point - length * said.approach, said.point], "#ff4081", 5)
+    return [{**point, **legend}, {**way, **legend, "showlegend": False}]
+
+
+def _pose_traces(
+    fixture: Fixture, candidate: Candidate, number: int, color: str, shared: set[str], size: float
+) -> list[Trace]:
+    """A pose that is left: its frame, and its surfaces but for those that all poses share."""
+    name = f"pose {number}"
+    group: dict[str, Any] = {"legendgroup": name}
+    pose = candidate.base_from_fixture
+    shapes = surface_traces(fixture, candidate.surfaces, pose, dict.fromkeys(fixture.features, color), **group)
+    shapes = [{**shape, "showlegend": False} for shape in shapes if shape["name"] not in shared]
+    ends = ("x", "y", f"z of {name}")
+    axes = [
+        {**_line([pose[:3, 3], pose[:3, 3] + size * pose[:3, k]], color, 6), **group, "name": name}
+        | {"mode": "lines+text", "text": ["", end], "showlegend": k == 0}
+        for k, end in enumerate(ends)
+    ]
+    return [*axes, *shapes]
 
 
 def _ellipsoid_trace(pose: Floats, covariance: Floats, size: float, units: str) -> Trace:

@@ -86,15 +86,22 @@ def sentence(result: LocateResult) -> str:
     return f"located; the origin is known to {SIGMAS_95 * sigma:.2g} {result.units} (95 %, along its worst direction)"
 
 
-def verdict_lines(result: LocateResult) -> Iterator[str]:
-    """Why there is no pose, and what to do about it; nothing where the fixture is located."""
+LISTED_BY_JSON: Final = "; --json lists them"
+"""Where a command line lists what is ambiguous."""
+
+
+def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
+    """Why there is no pose, and what to do about it; nothing where the fixture is located.
+
+    listed: where ambiguous poses are listed, after a semicolon.
+    """
     match result.status:
         case "underdetermined":
             free = "; ".join(motion.message for motion in result.free_motions)
             yield f"underdetermined: the contacts leave a motion free: {free or 'see the warnings'}"
         case "ambiguous":
             left = sum(candidate.accepted for candidate in result.candidates)
-            yield f"ambiguous: {left} poses explain the contacts; --json lists them"
+            yield f"ambiguous: {left} poses explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no pose explains the contacts{_best(result)}"
             for candidate in result.candidates[:_MOST_REASONS]:
@@ -105,14 +112,14 @@ def verdict_lines(result: LocateResult) -> Iterator[str]:
         yield f"next contact: {result.next_contact.message}"
 
 
-def fit_verdict_lines(result: "FitResult") -> Iterator[str]:
-    """Why there is no surface; nothing where there is one."""
+def fit_verdict_lines(result: "FitResult", listed: str = "") -> Iterator[str]:
+    """Why there is no surface; nothing where there is one. listed: as of `verdict_lines`."""
     match result.status:
         case "underdetermined":
             yield f"underdetermined: the contacts leave the {result.kind} free to move"
         case "ambiguous":
             left = [candidate for candidate in result.candidates if candidate.accepted]
-            yield f"ambiguous: {len(left)} {result.kind}s explain the contacts; --json lists them"
+            yield f"ambiguous: {len(left)} {result.kind}s explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no {result.kind} explains the contacts"
             for candidate in result.candidates[:_MOST_REASONS]:
