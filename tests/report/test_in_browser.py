@@ -104,3 +104,17 @@ def test_a_narrow_page_does_not_scroll_sideways(page):
         assert legend["top"] >= scene["bottom"] - 2
     finally:
         page.call("Emulation.clearDeviceMetricsOverride")
+
+
+def test_paper_shows_the_scene(page):
+    """What WebGL draws does not reach a printer: a picture stands in its place, in the colours of day."""
+    page.wait_for("document.getElementById('printed').naturalWidth", seconds=180)
+    page.call("Emulation.setEmulatedMedia", media="print")
+    try:
+        assert page.run("getComputedStyle(document.getElementById('scene')).display") == "none"
+        drawn = "(() => { const p = document.getElementById('printed'); return [p.offsetWidth, p.naturalWidth]; })()"
+        shown, natural = page.run(drawn)
+        assert shown > 500
+        assert natural == 1500
+    finally:
+        page.call("Emulation.setEmulatedMedia", media="")
