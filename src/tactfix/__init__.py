@@ -15,6 +15,8 @@ from tactfix.version import VERSION
 
 if TYPE_CHECKING:
     from tactfix.batching.row import BatchRow
+    from tactfix.calibration.cell import Touches
+    from tactfix.calibration.result import Calibration
     from tactfix.contacts import Contacts, contacts_from_arrays
     from tactfix.design.design_check import DesignReport, Wishes, design_check
     from tactfix.errors import (
@@ -30,10 +32,12 @@ if TYPE_CHECKING:
         TipDoesNotFitError,
         UsageError,
     )
+    from tactfix.files.cell_file import CellFile, load_cell
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.pose_file import load_pose
+    from tactfix.files.robot_file import write_robot
     from tactfix.fitting.fit import fit
     from tactfix.fitting.result import FitResult
     from tactfix.fixture import Feature, Fixture, Placement, Probe
@@ -48,7 +52,7 @@ if TYPE_CHECKING:
     from tactfix.pose_formats.pose import Pose
     from tactfix.qualification.qualify import qualify
     from tactfix.qualification.result import QualifyResult
-    from tactfix.records import batch, html_report
+    from tactfix.records import batch, calibrate, html_report, load_touches
     from tactfix.results import LocatedResult, LocateResult, NotLocatedResult
     from tactfix.simulation.faults import Fault
     from tactfix.simulation.simulate import Simulation, simulate
@@ -59,6 +63,8 @@ __version__ = VERSION
 
 __all__ = [
     "BatchRow",
+    "Calibration",
+    "CellFile",
     "CheckRecord",
     "CheckResult",
     "ContactOptions",
@@ -92,10 +98,12 @@ __all__ = [
     "SphereCenters",
     "TactfixError",
     "TipDoesNotFitError",
+    "Touches",
     "UsageError",
     "Wishes",
     "__version__",
     "batch",
+    "calibrate",
     "check",
     "compare",
     "contacts_from_arrays",
@@ -104,19 +112,29 @@ __all__ = [
     "fit",
     "guide",
     "html_report",
+    "load_cell",
     "load_contacts",
     "load_fixture",
     "load_pose",
+    "load_touches",
     "locate",
     "plan",
     "qualify",
     "simulate",
     "sphere_centers",
     "write_pose",
+    "write_robot",
 ]
 
 _HOMES = {
     "BatchRow": "tactfix.batching.row",
+    "Calibration": "tactfix.calibration.result",
+    "CellFile": "tactfix.files.cell_file",
+    "Touches": "tactfix.calibration.cell",
+    "calibrate": "tactfix.records",
+    "load_cell": "tactfix.files.cell_file",
+    "load_touches": "tactfix.records",
+    "write_robot": "tactfix.files.robot_file",
     "CheckRecord": "tactfix.monitoring.drift",
     "CheckResult": "tactfix.monitoring.check",
     "ContactOptions": "tactfix.files.contact_options",

@@ -1,4 +1,4 @@
-"""Whole files in, rows and records out: batch and report as calls from Python."""
+"""Whole files in, rows and records out: batch, report and calibrate as calls from Python."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -9,11 +9,16 @@ from tactfix.batching.processes import LocalProcesses
 from tactfix.batching.row import BatchRow
 from tactfix.batching.task import BatchTask
 from tactfix.batching.workers import here, spread_over
+from tactfix.calibration.calibrate import calibrate as calibrated
+from tactfix.calibration.cell import Touches
+from tactfix.calibration.result import Calibration
 from tactfix.contacts import Contacts
+from tactfix.files.cell_file import CellFile
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_sets import SetReader, find_sets
 from tactfix.files.log_options import log_options
-from tactfix.files.reading import read_bytes
+from tactfix.files.reading import Source, read_bytes
+from tactfix.files.touch_file import load_touches as read_touches
 from tactfix.fixture import Fixture
 from tactfix.report.html_page import InputFile, Judgement, Record, locate_page
 from tactfix.report.text_report import sentence
@@ -54,6 +59,40 @@ def batch(
     spread = here if jobs == 1 else partial(spread_over, LocalProcesses(jobs))
     rows = dict(spread(task, iter(enumerate(sets))))
     return tuple(rows[number] for number in range(len(rows)))
+
+
+def calibrate(
+    cell: CellFile, touches: Touches, *, hold_out: Sequence[str] = (), unchecked: bool = False
+) -> Calibration:
+    """Calibrate the robot of a cell from touches on fixtures that stand at unknown places.
+
+    Parameters
+    ----------
+    cell : CellFile
+        What `load_cell` read: robot, probe, prior, fixtures and places.
+    touches : Touches
+        What `load_touches` read: joints in rad and the cell's units.
+    hold_out : sequence of str
+        Places kept out of all of it; `left_out` tells their residuals with the nominal and the calibrated robot.
+    unchecked : bool
+        Let touches at one place do, which nothing can check.
+
+    Returns
+    -------
+    Calibration
+        status is "calibrated" only where places left out speak for the robot; `write_robot` writes it.
+
+    Raises UsageError for places that are not there or not touched.
+    """
+    return calibrated(cell.cell, touches, hold_out, unchecked)
+
+
+def load_touches(source: Source, cell: CellFile) -> Touches:
+    """The touches of a CSV file (or "-", standard input) on the fixtures of a cell: place, feature, q1 to qn.
+
+    In rad and the cell's units. Raises FileError with all that is wrong, by row and line.
+    """
+    return read_touches(source, cell.cell, cell.sigma)
 
 
 def html_report(

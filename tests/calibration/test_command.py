@@ -67,6 +67,51 @@ def test_touches_at_one_place_write_no_robot(cell: Path, capsys: pytest.CaptureF
     assert robot.exists()
 
 
+def test_the_report_and_the_tip_say_what_the_json_says(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    offsets_only(cell)
+    cell.write_text(cell.read_text().replace("front: plate", '"<b>": plate').replace(", high: plate", ""))
+    lines = (cell.parent / "touches.csv").read_text().splitlines()
+    kept = [line.replace("front", "<b>") for line in lines if not line.startswith("high")]
+    touches = cell.parent / "touches.csv"
+    touches.write_text("\n".join(kept))
+    page, json_file = cell.parent / "robot.html", cell.parent / "robot.json"
+    status, out, _ = told(capsys, cell, touches, "--output", page, "--tip-format", "kuka")
+    assert status == 0
+    assert told(capsys, cell, touches, "--output", json_file)[:2] == (0, "")
+    report = json.loads(json_file.read_text())
+    tip = report["tip"]["transform"]
+    numbers = [float(word.split(" ")[1]) for word in out.strip("{}\n").split(",")]
+    assert numbers[:3] == pytest.approx([row[3] for row in tip[:3]], abs=1e-5)
+    offset = {item["name"]: item["value"] for item in report["parameters"]}
+    assert numbers[:3] == pytest.approx([30 + offset["tip.x"], offset["tip.y"], 150 + offset["tip.z"]], abs=1e-5)
+    assert len(report["tip"]["covariance"]) == 3
+    text = page.read_text()
+    assert "<b>" not in text
+    assert "&lt;b&gt;" in text
+    for place in report["places"].values():
+        assert f"{place['rms_before']:.4g}" in text
+        assert f"{place['rms_after']:.4g}" in text
+    for touch in report["touches"]:
+        assert f"{touch['after']:+.4g}" in text
+    best = min(report["factors"], key=lambda item: item["rms"])
+    assert best["factor"] > 0
+    assert report["shrinkage"] in [item["factor"] for item in report["factors"]]
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_computed(
+    cell: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    touches = cell.parent / "touches.csv"
+    for words, message in (
+        (("--output", "robot.urdf"), "robot.urdf: this robot is written as .yaml; or name a .json or .html file"),
+        (("--json", "--tip-format", "kuka"), "--json and --tip-format do not go together"),
+        (("--tip-format", "kukka"), "kuka"),
+    ):
+        status, out, err = told(capsys, cell, touches, *words)
+        assert (status, out) == (2, "")
+        assert message in err
+
+
 BAD_TOUCHES = {
     "degrees said to be rad": (("# joints: deg", "# joints: rad"), r"row 1, line 3: q2 is 37.2\d+ rad, outside"),
     "rad said to be degrees": (None, "row 1, line 3: no joint is ever 6.3 degrees from zero: these are rad"),

@@ -82,21 +82,21 @@ def _words(named: list[str]) -> str:
     return f"{', '.join(named[:-1])} and {named[-1]} together: {remedy}"
 
 
-def prediction(cell: Cell, touches: Touches | None, values: Floats, free: Bools, spread: Floats) -> float:
-    """The rms sigma of the tip's place over the joint ranges, relative to the best fitting base.
+def workspace_points(cell: Cell, touches: Touches | None, values: Floats) -> tuple[Floats, Floats]:
+    """Places of the tip over the joint ranges, (n, 3), and how errors of the parameters (m,) move it there, (n, 3, m).
 
-    spread (f, f): covariance of the free parameters at values (m,).
+    Relative to the best fitting base: the motions of the base that the places together show are taken away.
     """
-    inner = free[:-1]
-    if not inner.any():
-        return 0.0
-    ranges = joint_ranges(cell, touches)
-    motion = cell.chain.tip(random_configurations(ranges, _CONFIGURATIONS, seed=1), values[:-1])
-    rows = motion.jacobian[:, :, inner].reshape(-1, int(inner.sum()))
+    motion = cell.chain.tip(random_configurations(joint_ranges(cell, touches), _CONFIGURATIONS, seed=1), values[:-1])
+    rows = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
     base = np.linalg.qr(base_motions(motion.points))[0]
     rows = rows - base @ (base.T @ rows)
-    own = spread[: rows.shape[1], : rows.shape[1]]
-    return float(np.sqrt(max(np.einsum("ij,jk,ik->", rows, own, rows), 0.0) / _CONFIGURATIONS))
+    return motion.points, np.concatenate([rows, np.zeros((len(rows), 1))], axis=1).reshape(*motion.points.shape, -1)
+
+
+def tip_sigmas(rows: Floats, spread: Floats) -> Floats:
+    """The sigma (n,) of the tip's place in space, for rows (n, 3, m) and the covariance (m, m) of the parameters."""
+    return np.asarray(np.sqrt(np.maximum(np.einsum("nij,jk,nik->n", rows, spread, rows), 0.0)))
 
 
 def observability(matrix: Floats, prior: Floats, count: int) -> dict[str, float]:

@@ -21,7 +21,9 @@ from tactfix.calibration.result import (
     LeftOut,
     ParameterResult,
     PlaceResult,
+    TipResult,
     TouchResidual,
+    Workspace,
 )
 from tactfix.calibration.snooping import outliers
 from tactfix.errors import UsageError
@@ -99,7 +101,7 @@ def _fitted(cell: Cell, touches: Touches, unchecked: bool) -> _Fit:
         most = shrinkage.room(cell, groups, before, prior, free)
         choice = shrinkage.chosen_factor(cell, touches, full, prior, free, noise, most)
     else:
-        choice = shrinkage.Choice(1.0 if unchecked else 0.0, {})
+        choice = shrinkage.Choice(1.0 if unchecked else 0.0, {}, ())
     near = full if choice.factor > 0 else before
     after = shrinkage.shrunk(cell, groups, near, prior, free, noise, choice.factor)
     after = shrinkage.shrunk(cell, groups, after, prior, free, noise, choice.factor)
@@ -150,8 +152,8 @@ def _result(
     reasons: tuple[str, ...],
 ) -> Calibration:
     matrix, prior = accuracy.information(parts, fit.free), fit.prior[fit.free]
-    before = accuracy.prediction(fit.cell, fit.touches, fit.before.values, fit.free, np.diag(prior**2))
-    after = accuracy.prediction(fit.cell, fit.touches, fit.after.values, fit.free, told.covariance)
+    points, moves = accuracy.workspace_points(fit.cell, fit.touches, fit.after.values)
+    workspace = Workspace(points, accuracy.tip_sigmas(moves, _prior_spread(fit)), accuracy.tip_sigmas(moves, spread))
     return Calibration(
         units=fit.cell.units,
         status=status,
@@ -159,10 +161,13 @@ def _result(
         covariance=spread,
         parameters=_parameters(fit, told),
         not_identified=(*(held.message for held in fit.held), *told.unknown),
+        tip=_tip(fit, spread),
         places=places,
         left_out=(),
         shrinkage=fit.choice.factor,
-        prediction=(before, after),
+        prediction=workspace.prediction,
+        workspace=workspace,
+        scores=fit.choice.scores,
         observability=accuracy.observability(matrix, prior, len(fit.touches)),
         touches=_touch_residuals(fit),
         outliers=(),
@@ -246,6 +251,18 @@ def _place_covariance(part: Eliminated, spread: Floats, noise: float, pose: Floa
     shift[:3, :3] /= part.block.scale
     shift[3:, :3] = -skew(pose[:3, 3] - part.block.centre) / part.block.scale
     return np.asarray(shift @ own @ shift.T)
+
+
+def _tip(fit: _Fit, spread: Floats) -> TipResult:
+    """The tip in its flange: its errors are lengths along the axes of its own frame."""
+    index = [fit.cell.chain.names().index(f"tip.{axis}") for axis in "xyz"]
+    errors = np.eye(4)
+    errors[:3, 3] = fit.after.values[index]
+    flange_from_tip = fit.cell.flange_from_tip @ errors
+    rotation = flange_from_tip[:3, :3]
+    covariance = rotation @ spread[np.ix_(index, index)] @ rotation.T
+    radius = fit.cell.tip_radius + float(fit.after.values[-1])
+    return TipResult(fit.cell.flange, flange_from_tip, covariance, radius, float(np.sqrt(spread[-1, -1])))
 
 
 def _touch_residuals(fit: _Fit) -> tuple[TouchResidual, ...]:

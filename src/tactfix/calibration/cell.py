@@ -1,7 +1,7 @@
 """What a calibration starts from: robot, places, what is unknown, and touches. Lengths in the cell's units."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
@@ -49,7 +49,7 @@ class Cell:
     """The robot's chain, the tip's radius, the fixtures at their places, and what is unknown.
 
     unknown: as the file says it: "all", "joint_offsets", "tip", or names of parameters. joint_ranges (k, 2): where the
-    robot will work, None where nothing says it.
+    robot will work, None where nothing says it. flange: what carries the tip; flange_from_tip (4, 4): nominal.
     """
 
     units: str
@@ -59,6 +59,8 @@ class Cell:
     prior: Prior
     places: ReadOnly[str, Place]
     joint_ranges: Floats | None = None
+    flange: str = "flange"
+    flange_from_tip: Frozen = field(default_factory=lambda: np.eye(4))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

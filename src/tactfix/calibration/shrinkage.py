@@ -20,6 +20,7 @@ import numpy as np
 from tactfix.calibration.cell import Cell, Touches
 from tactfix.calibration.equations import Group, groups_of, residuals
 from tactfix.calibration.estimation import State, estimated, located, reduced
+from tactfix.calibration.result import FactorScore
 from tactfix.calibration.robust_start import tips
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.values import frozen_value
@@ -52,10 +53,11 @@ _LEAST_GAIN: Final = 0.002
 
 @frozen_value
 class Choice:
-    """The factor, and the rms residual at each place left out, before and after (lengths)."""
+    """The factor, the rms residual at each place left out, before and after (lengths), and the scores by factor."""
 
     factor: float
     left_out: dict[str, tuple[float, float]]
+    scores: tuple[FactorScore, ...]
 
 
 def chosen_factor(
@@ -78,7 +80,8 @@ def chosen_factor(
             scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)
     best = _smallest_alike(scores)
     told = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
-    return Choice(factors[best], told)
+    overall = np.sqrt((rms**2).mean(axis=0)).tolist()
+    return Choice(factors[best], told, tuple(map(FactorScore, factors, overall)))
 
 
 def shrunk(

@@ -10,6 +10,7 @@ from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import AsJson, Output, Quiet, Verbose
 from tactfix.cli.output import emit, note, tell, wants_summary
 from tactfix.cli.streams import standard_error
+from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.calibration.result import Calibration
@@ -32,6 +33,15 @@ def command(
     unchecked: Annotated[
         bool, typer.Option("--unchecked", help="Let touches at one place do, which nothing can check.")
     ] = False,
+    tip_format: Annotated[
+        str | None,
+        typer.Option(
+            "--tip-format",
+            metavar="F",
+            help="Print the tip in its flange in this pose format instead of the robot.",
+            autocompletion=completion.pose_formats,
+        ),
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -39,8 +49,8 @@ def command(
 ) -> int:
     """Calibrate a robot from touches on fixtures that stand at unknown places.
 
-    Prints the corrected URDF or Denavit-Hartenberg rows. How much of what the touches say is believed is chosen by
-    leaving out one place after the other.
+    Prints the corrected URDF or Denavit-Hartenberg rows; --output writes them, or the JSON (.json) or a report (.html).
+    How much of what the touches say is believed is chosen by leaving out one place after the other.
 
     Exit status: 0 calibrated, 4 underdetermined (no robot is written), 6 inconsistent.
     """
@@ -49,11 +59,19 @@ def command(
     from tactfix.files.robot_file import check_output
     from tactfix.files.touch_file import load_touches
 
+    if tip_format is not None and as_json:
+        raise UsageError("--json and --tip-format do not go together; the JSON says the tip too")
     file = load_cell(cell_path)
     check_output(file, output)
+    dialect = None if tip_format is None else _dialect(tip_format)
     touches = load_touches(touches_path, file.cell, file.sigma)
     result = calibrate(file.cell, touches, tuple(hold_out or ()), unchecked)
-    _write(file, result, output, as_json=as_json)
+    if output is not None and output.suffix.lower() == ".html":
+        settings = {"--hold-out": ", ".join(hold_out or ()), "--unchecked": "yes" if unchecked else ""}
+        emit(_page(result, cell_path, touches_path, settings), output)
+    elif output is not None:
+        _write(file, result, output)
+    _print(file, result, dialect, as_json=as_json, is_written=output is not None)
     tell(f"{result.status}: {reason}" for reason in result.reasons if result.status != "calibrated")
     tell(result.warnings, quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
@@ -63,18 +81,60 @@ def command(
     return Exit.DONE if result.status == "calibrated" else exit_of_status(result.status)
 
 
-def _write(file: "CellFile", result: "Calibration", output: Path | None, *, as_json: bool) -> None:
-    """The robot to standard output or to output; with --json the JSON to standard output, and the robot to output."""
+def _dialect(name: str) -> str:
+    from tactfix.pose_formats.convert import find_dialect
+
+    return find_dialect(name).name
+
+
+def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_json: bool, is_written: bool) -> None:
+    """What goes to standard output: the JSON, the tip, or the robot where it is not written to a file."""
     from tactfix.files.robot_file import robot_text
     from tactfix.report.calibration_json import calibration_json
     from tactfix.report.json_report import text_of
 
-    to_json = output is not None and output.suffix.lower() == ".json"
     if as_json:
         emit(text_of(calibration_json(result)))
-    if to_json:
+    elif dialect is not None and result.is_written:
+        emit(_tip_text(result, dialect))
+    elif dialect is None and result.is_written and not is_written:
+        emit(robot_text(file, result))
+
+
+def _write(file: "CellFile", result: "Calibration", output: Path) -> None:
+    """The JSON or the robot to a file; no robot that is not calibrated."""
+    from tactfix.files.robot_file import robot_text
+    from tactfix.report.calibration_json import calibration_json
+    from tactfix.report.json_report import text_of
+
+    if output.suffix.lower() == ".json":
         emit(text_of(calibration_json(result)), output)
-    elif result.is_written and (output is not None or not as_json):
+    elif result.is_written:
         emit(robot_text(file, result), output)
-    elif output is not None:
+    else:
         note(f"{output} is not written: the robot is {result.status}")
+
+
+def _tip_text(result: "Calibration", dialect: str) -> str | bytes:
+    """The calibrated tip in the words of a pose format."""
+    from tactfix.pose_formats.convert import write_pose
+    from tactfix.pose_formats.pose import Pose
+
+    written = write_pose(dialect, Pose(result.tip.flange_from_tip, result.units))
+    tell(written.notes)
+    return written.text
+
+
+def _page(result: "Calibration", cell: Path, touches: str, settings: dict[str, str]) -> str:
+    """The report, a record of its inputs."""
+    from datetime import UTC, datetime
+
+    from tactfix.files.reading import read_bytes
+    from tactfix.report.html_calibration import calibration_page
+    from tactfix.report.html_page import InputFile, Provenance
+
+    if touches == "-":
+        raise UsageError("a report names its inputs; give the touches as a file")
+    inputs = [InputFile(role, str(path), read_bytes(path)) for role, path in (("cell", cell), ("touches", touches))]
+    said = {name: value for name, value in settings.items() if value}
+    return calibration_page(Provenance(inputs, said, datetime.now(UTC)), result, cell.stem)

@@ -63,7 +63,7 @@ def load_cell(path: str | Path) -> CellFile:
     offset = np.array(document.probe.tip_offset or [0.0, 0.0, 0.0])
     robot = _robot(document, folder, offset)
     try:
-        cell = _cell(document, robot.chain, _places(document, tree.value, folder))
+        cell = _cell(document, robot, _tip(robot, offset), _places(document, tree.value, folder))
     except _CellError as error:
         raise FileError(str(path), [placed(finding, tree) for finding in error.findings]) from None
     return CellFile(cell, robot, offset, document.probe.sigma)
@@ -97,22 +97,33 @@ def _robot(document: "CellDocument", folder: Path, offset: Floats) -> UrdfRobot 
         raise FileError(str(file), [error.problem]) from None
 
 
+def _tip(robot: UrdfRobot | DhRobot, offset: Floats) -> tuple[str, Floats]:
+    """The frame that carries the tip, in words, and the nominal tip in it."""
+    flange_from_tip = homogeneous(np.eye(3), offset)
+    if isinstance(robot, DhRobot):
+        return "flange (the frame of the last row)", flange_from_tip
+    flange, flange_from_link = robot.flange
+    return flange, flange_from_link @ flange_from_tip
+
+
 def _row(numbers: list[float], type_: str, index: int) -> Row:
     a, d, alpha, theta, beta = (*numbers, 0.0)[:5]
     joint = None if type_ == "fixed" else Joint(f"row {index + 1}", type_ == "prismatic")
     return Row(a, d, math.radians(alpha), math.radians(theta), math.radians(beta), joint)
 
 
-def _cell(document: "CellDocument", chain: Chain, places: dict[str, Place]) -> Cell:
+def _cell(
+    document: "CellDocument", robot: UrdfRobot | DhRobot, tip: tuple[str, Floats], places: dict[str, Place]
+) -> Cell:
     said = document.prior
     prior = Prior(
         math.radians(said.joint_offset or 0.0), said.length or 0.0, math.radians(said.angle or 0.0), said.tip or 0.0
     )
     unknown = ("all",) if document.unknown == "all" else tuple(document.unknown)
-    names = {joint.name: f"joint_{k + 1}" for k, joint in enumerate(chain.joints)}
+    names = {joint.name: f"joint_{k + 1}" for k, joint in enumerate(robot.chain.joints)}
     unknown = tuple(_canonical(name, names) for name in unknown)
-    ranges = _ranges(document, chain)
-    cell = Cell(document.units, chain, document.probe.tip_radius, unknown, prior, places, ranges)
+    ranges = _ranges(document, robot.chain)
+    cell = Cell(document.units, robot.chain, document.probe.tip_radius, unknown, prior, places, ranges, *tip)
     known = ("all", "joint_offsets", "tip", *(parameter.name for parameter in cell.parameters))
     wrong = [name for name in unknown if name not in known]
     if wrong:

@@ -11,6 +11,16 @@ from tactfix.kinematics.denavit_hartenberg import corrected_rows
 from tactfix.kinematics.urdf import UrdfRobot, corrected_urdf
 
 
+def write_robot(cell: CellFile, result: Calibration) -> str:
+    """The calibrated robot as `tactfix calibrate` prints it: the corrected URDF, or Denavit-Hartenberg rows as YAML.
+
+    Raises UsageError where nothing has checked the robot, that is where status is not "calibrated".
+    """
+    if not result.is_written:
+        raise UsageError(f"the robot is {result.status}, so it is not written: {'; '.join(result.reasons)}")
+    return robot_text(cell, result)
+
+
 def robot_text(file: CellFile, result: Calibration) -> str:
     """The robot with the parameters of a calibration, and their sigmas as comments."""
     notes = _notes(result)

@@ -30,6 +30,14 @@ class UrdfRobot:
     units_per_metre: float
 
     @property
+    def flange(self) -> tuple[str, Floats]:
+        """The link that carries the tip link by a fixed joint, and the tip link (4, 4) in it; itself if none does."""
+        last = self.joints[-1]
+        if last.type != "fixed":
+            return last.child, np.eye(4)
+        return last.parent, _origin(last, self.units_per_metre)
+
+    @property
     def moving(self) -> tuple[UrdfJoint, ...]:
         """The joints that move, in the order of the chain."""
         return tuple(joint for joint in self.joints if joint.type in _MOVING)

@@ -30,6 +30,13 @@ def calibration_json(result: Calibration) -> Json:
             for item in result.parameters
         ],
         "not_identified": list(result.not_identified),
+        "tip": {
+            "flange": result.tip.flange,
+            "transform": array(result.tip.flange_from_tip),
+            "covariance": array(result.tip.covariance),
+            "radius": number(result.tip.radius),
+            "radius_sigma": number(result.tip.radius_sigma),
+        },
         "places": {
             place.name: {
                 "transform": array(place.base_from_fixture),
@@ -49,6 +56,7 @@ def calibration_json(result: Calibration) -> Json:
             for item in result.left_out
         ],
         "shrinkage": result.shrinkage,
+        "factors": [{"factor": score.factor, "rms": number(score.rms)} for score in result.scores],
         "prediction": {"before": number(result.prediction[0]), "after": number(result.prediction[1])},
         "observability": {name: number(value) for name, value in result.observability.items()},
         "outliers": list(result.outliers),

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from datetime import datetime
 from importlib.resources import files
@@ -70,6 +70,16 @@ class Record:
     notes: dict[str, str] = field(default_factory=dict)
 
 
+@frozen_value(eq=True)
+class Provenance:
+    """What a page is the record of where that is no single fixture: as of Record."""
+
+    inputs: list[InputFile]
+    settings: dict[str, str]
+    made_at: datetime
+    notes: dict[str, str] = field(default_factory=dict)
+
+
 @frozen_value
 class Judgement:
     """What a located pose was held against, and how else it is said.
@@ -116,7 +126,14 @@ def _probe(contacts: Contacts, units: str) -> dict[str, str]:
     return {"sigma of a contact": f"{sigma} {units}", "tip radius": f"{contacts.tip_radius:g} {units}"}
 
 
-def render(template: str, record: Record, *, figure: Mapping[str, Any], **context: Any) -> str:
+def render(
+    template: str,
+    record: Record | Provenance,
+    *,
+    figure: Mapping[str, Any],
+    conventions: Sequence[str] = CONVENTIONS,
+    **context: Any,
+) -> str:
     """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""
     try:
         from jinja2 import Environment, StrictUndefined
@@ -132,7 +149,7 @@ def render(template: str, record: Record, *, figure: Mapping[str, Any], **contex
         # Through JSON once: what is not finite must not reach a script as a bare NaN.
         figure=json.loads(json.dumps(figure, allow_nan=False)),
         plotly_script=get_plotlyjs(),
-        conventions=CONVENTIONS,
+        conventions=conventions,
         version=VERSION,
         inputs=record.inputs,
         settings=record.settings,

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal, TypedDict
 
 from tactfix.mistakes import FaultKind
-from tactfix.report.json_types import Covariance, LocateJson, Matrix, Number, Vector
+from tactfix.report.json_types import Covariance, LocateJson, Matrix, Number, Numbers, Vector
 
 
 class MovedJson(TypedDict):
@@ -232,6 +232,23 @@ class TouchJson(TypedDict):
     after: Number
 
 
+class CalibratedTipJson(TypedDict):
+    """The tip's centre in the frame that carries it, with the covariance of its place, and its radius."""
+
+    flange: str
+    transform: Matrix
+    covariance: list[Numbers]
+    radius: Number
+    radius_sigma: Number
+
+
+class FactorJson(TypedDict):
+    """The rms residual at the places left out, with so much of the prior believed."""
+
+    factor: float
+    rms: Number
+
+
 class CalibrateJson(TypedDict):
     """The JSON of calibrate, in the cell's units; angles of parameters in degrees."""
 
@@ -242,9 +259,11 @@ class CalibrateJson(TypedDict):
     reasons: list[str]
     parameters: list[ParameterJson]
     not_identified: list[str]
+    tip: CalibratedTipJson
     places: dict[str, PlaceJson]
     held_out: list[HeldOutJson]
     shrinkage: float
+    factors: list[FactorJson]
     prediction: BeforeAfterJson
     observability: dict[str, Number]
     outliers: list[int]

@@ -1,0 +1,60 @@
+"""The record of a calibration as one HTML page that works offline."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from tactfix.calibration.result import Calibration
+from tactfix.report.html_page import Provenance, render
+from tactfix.report.html_scene import frame_traces, layout
+
+CONVENTIONS: Final = (
+    "base is the base of the robot; base_from_fixture takes the fixture's coordinates at a place to it: "
+    "x_base = R x_fixture + t, column vectors, right-handed.",
+    "Before is the nominal robot with its tip and its places fitted, after the calibrated one.",
+    "A residual is the distance of the tip's centre from where its feature holds it: along the outward normal of a "
+    "surface, positive out of the material; in space for a point.",
+    "Sigma is one standard deviation. What believing less of the prior holds back counts at the prior's full width.",
+)
+
+
+def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
+    """The page of a calibration of the cell called name. MissingExtraError without the extra."""
+    places = [(place.name, place.rms_before, place.rms_after) for place in result.places]
+    places += [
+        (f"{item.place}, {'held out' if item.held_out else 'left out'}", item.rms_before, item.rms_after)
+        for item in result.left_out
+    ]
+    return render(
+        "calibrate.html.j2",
+        record,
+        title=f"{name}: robot calibration",
+        figure=_figure(result),
+        conventions=CONVENTIONS,
+        result=result,
+        places=places,
+        most_of_places=max((max(before, after) for _, before, after in places), default=0.0) or 1.0,
+        most_of_touches=max((max(abs(t.before), abs(t.after)) for t in result.touches), default=0.0) or 1.0,
+        worst=float(result.workspace.after.max(initial=0.0)),
+        tip_offset=result.tip.flange_from_tip[:3, 3].tolist(),
+    )
+
+
+def _figure(result: Calibration) -> dict[str, Any]:
+    """The workspace, coloured by the tip's sigma, the robot's base, and where the fixtures stand."""
+    points = result.workspace.points
+    x, y, z = points.T.tolist()
+    sigmas = result.workspace.after.tolist()
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2 or 1.0
+    bar = {"title": {"text": result.units}, "x": 0.0, "xanchor": "left", "thickness": 12, "len": 0.7}
+    color = {"color": sigmas, "colorscale": "Viridis", "size": 3, "colorbar": bar}
+    data: list[dict[str, Any]] = [
+        {
+            **{"type": "scatter3d", "mode": "markers", "name": "sigma of the tip", "x": x, "y": y, "z": z},
+            **{"marker": color, "text": [f"{sigma:.3g} {result.units}" for sigma in sigmas], "hoverinfo": "text"},
+        },
+        *frame_traces(np.eye(4), 0.25 * size, "base"),
+    ]
+    for place in result.places:
+        data += frame_traces(place.base_from_fixture, 0.12 * size, place.name)
+    return {"data": data, "layout": layout(result.units, "base")}
