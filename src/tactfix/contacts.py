@@ -27,14 +27,39 @@ _NOT_A_ROTATION = 1e-3
 class Contacts:
     """n touches. Lengths are in the fixture's units, coordinates in base.
 
-    features: the feature that each contact touched (n names).
-    points (n, 3): centre of the tip where tip_radius > 0, point of the surface where it is 0.
-    approaches (n, 3): unit direction of the probe's travel, into the material; a row of nan where the file gave none.
-    sigmas (n,): one standard deviation of each contact along the surface normal, the probe's alone (no feature sigma).
-    rows (n,): data row in the contact file, counted from 1. ids: what the file calls each contact, None without a name.
-    flange_rotations (n, 3, 3): base_from_flange at each touch; None where it is not known. tip_offset (3,): the tip's
-    centre in the flange frame with which the points were made; None where nothing says it. units: of all lengths here;
-    None where nothing says it: then they are taken to be the fixture's.
+    Parameters
+    ----------
+    features : tuple of str
+        The feature that each contact touched (n names).
+    points : (n, 3) array
+        Centre of the tip where tip_radius > 0, point of the surface where it is 0.
+    approaches : (n, 3) array
+        Unit direction of the probe's travel, into the material; a row of nan where it is not known.
+    sigmas : (n,) array
+        One standard deviation of each contact along the surface normal, the probe's alone (no feature sigma).
+    tip_radius : float
+        Of the probe's tip.
+    rows : tuple of int
+        Data row (n,) in the contact file, counted from 1.
+    ids : tuple of str or None
+        What the file calls each contact (n), None without a name.
+    flange_rotations : (n, 3, 3) array, optional
+        base_from_flange at each touch; None where it is not known.
+    tip_offset : (3,) array, optional
+        The tip's centre in the flange frame with which the points were made; None where nothing says it.
+    units : str, optional
+        Of all lengths here; None where nothing says it: then they are taken to be the fixture's.
+
+    Notes
+    -----
+    Contacts are taken by mask, slice or index, and joined by `+`. `contacts_from_arrays` checks what it is given.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> contacts.on("ball")
+    <Contacts: 5 (ball 5), tip radius 3 mm>
     """
 
     features: tuple[str, ...]
@@ -202,15 +227,45 @@ def contacts_from_arrays(
     tip_offset: ArrayLike | None = None,
     units: str | None = None,
 ) -> Contacts:
-    """Contacts from arrays in base coordinates and in the fixture's units; nothing is guessed.
+    """Make contacts of arrays; nothing is guessed.
 
-    features: the feature that each contact touched, or one name for all. points (n, 3): centres of the tip where
-    tip_radius > 0, points of the surface where it is 0. approaches (n, 3): the probe's travel into the material, of any
-    length but zero; a row of nan, or None for all, where it is not known. sigma: one for all, or (n,).
-    flange_rotations (n, 3, 3): base_from_flange at each touch, for a tip whose offset is to be found. tip_offset (3,):
-    the tip's centre in the flange frame with which the points were made. units: of all lengths; `locate` refuses
-    contacts in another unit than the fixture's.
-    Raises UsageError for shapes that do not go together and for values that no contact can have.
+    Parameters
+    ----------
+    features : str or sequence of str
+        The feature that each contact touched, or one name for all.
+    points : (n, 3) array
+        In base, in units: centres of the tip where tip_radius > 0, points of the surface where it is 0.
+    approaches : (n, 3) array, optional
+        The direction of the probe's travel into the material, in base, of any length but zero; a row of nan, or None
+        for all, where it is not known.
+    sigma : float or (n,) array
+        One standard deviation of a contact along the surface normal.
+    tip_radius : float
+        Of the probe's tip.
+    flange_rotations : (n, 3, 3) array, optional
+        base_from_flange at each touch, for a tip whose offset is to be found.
+    tip_offset : (3,) array, optional
+        The tip's centre in the flange frame with which the points were made.
+    units : {"mm", "m", "um", "in"}, optional
+        Of all lengths; `locate` refuses contacts in another unit than the fixture's. None: the fixture's.
+
+    Returns
+    -------
+    Contacts
+
+    Raises
+    ------
+    UsageError
+        Shapes that do not go together, and values that no contact can have.
+
+    Notes
+    -----
+    The contact with a surface of outward normal n lies at x - tip_radius n, wherever the probe came from.
+
+    Examples
+    --------
+    >>> tactfix.contacts_from_arrays("top", [[0, 0, 3], [9, 0, 3]], [[0, 0, -1]] * 2, sigma=0.01, tip_radius=3.0)
+    <Contacts: 2 (top 2), tip radius 3>
     """
     places = np.asarray(points, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3:

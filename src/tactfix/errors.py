@@ -14,7 +14,10 @@ from tactfix.values import frozen_value
 class TactfixError(Exception):
     """Base of every error that tactfix raises on purpose.
 
-    on_command_line: its text there, where arguments are options. str() calls them as Python does: tip_radius.
+    Attributes
+    ----------
+    on_command_line : str
+        Its text there, where arguments are options; str() calls them as Python does: tip_radius.
     """
 
     @property
@@ -34,7 +37,21 @@ _OPTION: Final = re.compile(r"(?<!locate )(?<!plan )(?<!CONTACTS )--(?!q[wxyz]\b
 class Problem:
     """One thing wrong in a file: where, what, and what to do instead.
 
-    line and column count from 1; row counts the data rows of a contact file from 1. None where it does not apply.
+    Parameters
+    ----------
+    what : str
+        What is wrong.
+    remedy : str
+        What to do instead.
+    line, column : int, optional
+        Of the file, counted from 1; None where it does not apply.
+    row : int, optional
+        Of the data rows of a contact file, counted from 1.
+
+    Examples
+    --------
+    >>> print(tactfix.Problem("sigma is 0", "write a number above 0", line=3))
+    line 3: sigma is 0; write a number above 0
     """
 
     what: str
@@ -51,7 +68,17 @@ class Problem:
 class FileError(TactfixError):
     """A file cannot be read or says something impossible. Holds all problems of that file at once.
 
-    lines: the same for a person, one mistake in many rows in one line, and no more lines than are read.
+    Parameters
+    ----------
+    path : str
+        The file, as it was named.
+    problems : sequence of Problem
+        All that is wrong with it.
+
+    Attributes
+    ----------
+    lines : tuple of str
+        The same for a person, one mistake in many rows in one line, and no more lines than are read.
     """
 
     def __init__(self, path: str, problems: Sequence[Problem]) -> None:
@@ -86,13 +113,22 @@ def _lines(problems: Sequence[Problem]) -> list[str]:
 
 
 class UsageError(TactfixError):
-    """Arguments that do not go together."""
+    """Arguments that do not go together, or a value that an argument cannot have; the message says what to write."""
 
 
 class DegenerateContactsError(TactfixError):
     """The contacts lie so that no finite number of surfaces passes through them.
 
-    ratio is the measured, dimensionless quantity that fell below (or rose above) limit.
+    Parameters
+    ----------
+    kind : str
+        The surface that was looked for.
+    reason : str
+        How they lie.
+    ratio, limit : float
+        The measured, dimensionless quantity, and what it fell below (or rose above).
+    remedy : str
+        Where to touch instead.
     """
 
     def __init__(self, kind: str, reason: str, ratio: float, limit: float, remedy: str) -> None:
@@ -105,7 +141,15 @@ class NotQualifiedError(TactfixError):
 
 
 class TipDoesNotFitError(TactfixError):
-    """The tip is not smaller than the bore that it should have touched."""
+    """The tip is not smaller than the bore that it should have touched.
+
+    Parameters
+    ----------
+    feature : str
+        The bore.
+    radius, tip_radius : float
+        Of the bore and of the tip, in one unit.
+    """
 
     def __init__(self, feature: str, radius: float, tip_radius: float) -> None:
         self.feature, self.radius, self.tip_radius = feature, radius, tip_radius
@@ -116,7 +160,13 @@ class TipDoesNotFitError(TactfixError):
 
 
 class NotLocatedError(TactfixError):
-    """A pose is asked of a result that has none."""
+    """A pose is asked of a result that has none.
+
+    Parameters
+    ----------
+    fixture, status : str
+        Of the result.
+    """
 
     def __init__(self, fixture: str, status: str) -> None:
         self.fixture, self.status = fixture, status
@@ -124,7 +174,13 @@ class NotLocatedError(TactfixError):
 
 
 class OtherFixtureError(TactfixError):
-    """Two poses that are to be compared are of two fixtures."""
+    """Two poses that are to be compared are of two fixtures.
+
+    Parameters
+    ----------
+    expected, found : str
+        Their names.
+    """
 
     def __init__(self, expected: str, found: str) -> None:
         self.expected, self.found = expected, found
@@ -135,7 +191,15 @@ class OtherFixtureError(TactfixError):
 
 
 class PoseRefusedError(TactfixError):
-    """A pose cannot be said in a dialect without losing more than its own uncertainty allows."""
+    """A pose cannot be said in a dialect without losing more than its own uncertainty allows.
+
+    Parameters
+    ----------
+    dialect : str
+        The format.
+    reason, remedy : str
+        What is lost, and what to do instead.
+    """
 
     def __init__(self, dialect: str, reason: str, remedy: str) -> None:
         self.dialect, self.reason, self.remedy = dialect, reason, remedy
@@ -143,7 +207,13 @@ class PoseRefusedError(TactfixError):
 
 
 class MissingExtraError(TactfixError):
-    """An optional extra is needed for this and not installed."""
+    """An optional extra is needed for this and not installed.
+
+    Parameters
+    ----------
+    extra, purpose : str
+        Its name, and what it is needed for.
+    """
 
     def __init__(self, extra: str, purpose: str) -> None:
         self.extra, self.purpose = extra, purpose

@@ -26,9 +26,27 @@ SINGULAR = 1e-12
 
 @frozen_value
 class Feature:
-    """One thing to touch. radius is None for a plane and a point; surface is its place in the fixture frame, or None.
+    """One thing to touch; `Feature.plane`, `sphere`, `cylinder` and `point` make one that is checked.
 
-    sigma is the feature's own form and calibration error along the normal, added to the probe's in quadrature.
+    Parameters
+    ----------
+    name : str
+        As in the fixture file.
+    type : {"plane", "sphere", "cylinder", "point"}
+        What it is.
+    radius : float or None
+        In the fixture's units; None for a plane and a point.
+    side : {"outer", "inner"}
+        Outer for a boss, inner for a bore.
+    sigma : float
+        Its own form and calibration error along the normal, added to the probe's in quadrature.
+    surface : Plane, Sphere, Cylinder, Point or None
+        Its place in the fixture frame; None where only relations say where it is.
+
+    Examples
+    --------
+    >>> tactfix.Feature.sphere(12.7, (220, 130, 45)).radius
+    12.7
     """
 
     name: str
@@ -167,10 +185,25 @@ class TouchBox:
 
 @frozen_value(eq=True)
 class Probe:
-    """What the fixture file says of the probe, None where it says nothing.
+    """What the fixture file says of the probe, None where it says nothing; lengths in the fixture's units.
 
-    approach_distance: how far the probe comes in a straight line before it touches; None: from far away.
-    tip_offset (3,): the tip's centre in the flange frame. tip_within: how far from there it can be at most.
+    Parameters
+    ----------
+    tip_radius : float, optional
+        0: contacts are points of the surface; > 0: contacts are centres of the tip.
+    sigma : float, optional
+        One standard deviation of a contact along the surface normal.
+    approach_distance : float, optional
+        How far the probe comes in a straight line before it touches; None: from far away.
+    tip_offset : tuple of three floats, optional
+        The tip's centre (3,) in the flange frame.
+    tip_within : float, optional
+        How far from there it can be at most.
+
+    Examples
+    --------
+    >>> tactfix.load_fixture("fixtures/robot-cell-plate.yaml").probe.tip_radius
+    3.0
     """
 
     tip_radius: float | None = None
@@ -188,11 +221,28 @@ def _frozen_if_array(sigma: tuple[float, float] | Floats) -> tuple[float, float]
 class Placement:
     """What is known of where the fixture stands before it is touched.
 
-    near: base_from_fixture (4, 4), in the fixture's units. within: limits of the translation of the fixture's origin
-    (length) and of the rotation (rad) from near. sigma: near is a measurement with these standard deviations of each
-    component, translation (length) and rotation (rad), or with this covariance (6, 6) in the order of a pose's. free:
-    only these may differ from near, rotations about base axes through the fixture's origin at near, then translations;
-    None: all. Raises UsageError for what cannot be meant.
+    Parameters
+    ----------
+    near : (4, 4) array
+        base_from_fixture, in the fixture's units.
+    within : tuple of two floats, optional
+        Limits of the translation of the fixture's origin (length) and of the rotation (rad) from near.
+    sigma : tuple of two floats or (6, 6) array, optional
+        near is a measurement with these standard deviations of each component, translation (length) and rotation (rad),
+        or with this covariance in the order of a pose's: rotation (rad), translation, base axes.
+    free : frozenset of {"x", "y", "z", "rx", "ry", "rz"}, optional
+        Only these may differ from near, rotations about base axes through the fixture's origin at near, then
+        translations; None: all.
+
+    Raises
+    ------
+    UsageError
+        What cannot be meant: no rigid motion, within and sigma together, no direction.
+
+    Examples
+    --------
+    >>> tactfix.Placement(np.eye(4), within=(20.0, 0.1)).within
+    (20.0, 0.1)
     """
 
     near: Frozen
@@ -257,9 +307,36 @@ def _is_positive_definite(covariance: Floats) -> bool:
 
 @frozen_value
 class Fixture:
-    """A fixture: features by name in file order, what is known between them, its frame, and where it may be touched.
+    """A fixture: what can be touched, what is known of it, and the frame that is looked for.
 
-    placement: what is known of where it stands, None where nothing is.
+    Parameters
+    ----------
+    name : str
+        As in the file.
+    units : {"mm", "m", "um", "in"}
+        Of every length here; angles are rad.
+    probe : Probe
+        Defaults of the probe.
+    features : mapping of str to Feature
+        In file order.
+    relations : tuple of Relation
+        Distances and angles between features.
+    frame : FrameRecipe or None
+        How the fixture frame is built from the features; None where the features say their places.
+    touch : mapping of str to TouchBox
+        Where each surface may be touched, in the fixture frame.
+    placement : Placement, optional
+        What is known of where it stands; None where nothing is.
+
+    Notes
+    -----
+    `Fixture.from_features`, `from_dict` and `from_text` make one that is checked; `to_yaml` writes it.
+
+    Examples
+    --------
+    >>> pin = tactfix.Feature.cylinder(8.0, (0, 0, 0), (0, 0, 1))
+    >>> tactfix.Fixture.from_features("mine", "mm", {"pin": pin}).is_placed
+    True
     """
 
     name: str

@@ -41,9 +41,50 @@ def batch(
 ) -> tuple[BatchRow, ...]:
     """Locate every contact set in files, directories and tables: a row for each, in order, whatever becomes of it.
 
-    options, format, features and approach as of load_contacts. A located set is acceptable unless the worst sigma of
-    the origin, or of the point at (3,), is above max_sigma, or the rms above max_rms (fixture's units).
-    jobs: processes. Rows become a table with pandas.DataFrame(rows). Raises FileError where a source cannot be found.
+    Parameters
+    ----------
+    fixture : Fixture
+        What was touched in all of them.
+    sources : sequence of str or Path
+        Files, directories, and tables with a column set.
+    options : ContactOptions, optional
+        As format, features and approach: see `load_contacts`.
+    format : str
+        "csv", or the name of a machine's format.
+    features : str, optional
+        What was touched, in order.
+    approach : str, optional
+        The direction in which the probe travelled.
+    scale_sigma : bool
+        As of `locate`.
+    max_sigma : float, optional
+        A located set is acceptable unless the worst sigma of the origin, or of the point at, is above it (units).
+    max_rms : float, optional
+        Nor if the rms of its residuals is above this (units).
+    at : tuple of three floats, optional
+        The point (3,) of the fixture frame at which max_sigma holds.
+    jobs : int
+        Processes.
+
+    Returns
+    -------
+    tuple of BatchRow
+        `pandas.DataFrame(rows)` makes a table of them.
+
+    Raises
+    ------
+    FileError
+        A source that cannot be found.
+
+    Notes
+    -----
+    A set that cannot be read or located is a row with its message; it stops nothing.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> [row.status for row in tactfix.batch(fixture, ["samples/robot-cell-plate/contacts.csv"])]
+    ['located']
     """
     said = options or ContactOptions()
     task = BatchTask(
@@ -103,11 +144,44 @@ def html_report(
     inputs: Mapping[str, str | Path] | None = None,
     notes: Mapping[str, str] | None = None,
 ) -> str:
-    """The record of a locate as one HTML page that works offline, as `tactfix report` writes it.
+    """Write the record of a locate as one HTML page that works offline, as `tactfix report` does.
 
-    result: what locate found of contacts. inputs: files that the page names with their checksums, by what they are,
-    such as {"fixture": "plate.yaml"}. notes: what stands on the record besides, such as {"operator": "Ada"}.
-    Raises MissingExtraError without the extra report; FileError for an input that cannot be read.
+    Parameters
+    ----------
+    fixture : Fixture
+        What was touched.
+    contacts : Contacts
+        In base coordinates.
+    result : LocateResult
+        What `locate` found of these contacts.
+    inputs : mapping of str to path, optional
+        Files that the page names with their checksums, by what they are, such as {"fixture": "plate.yaml"}.
+    notes : mapping of str to str, optional
+        What stands on the record besides, such as {"operator": "Ada"}.
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    MissingExtraError
+        The extra report is not installed.
+    FileError
+        An input that cannot be read.
+
+    Notes
+    -----
+    The scene is drawn by plotly, which the page carries with it.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> page = tactfix.html_report(fixture, contacts, tactfix.locate(fixture, contacts), notes={"operator": "Ada"})
+    >>> "Ada" in page
+    True
     """
     files = [InputFile(role, str(path), read_bytes(str(path))) for role, path in (inputs or {}).items()]
     record = Record(fixture, files, {}, datetime.now(UTC), dict(notes or {}))

@@ -139,13 +139,56 @@ class WithoutPrior:
 
 @frozen_value
 class LocateResult:
-    """The answer of locate; see the contract of each field in samples/README.md ("JSON of locate").
+    """The answer of locate; "JSON of locate" in samples/README.md says more of each field.
 
-    base_from_fixture (4, 4) and covariance (6, 6: d_rot in rad, d_t in units) are None unless status is "located".
-    sigmas of the frame are the square roots of the covariance's diagonal. surfaces holds the features in base whenever
-    they are known. chi2_limit is what chi2 was held against. Where the tip was unknown: unknowns, the names of
-    all that was found together; joint_covariance (u, u) in that order; tip, wherever the contacts determine it.
-    without_prior: None where nothing was known beforehand.
+    Attributes
+    ----------
+    fixture, units : str
+        Name of the fixture, and the unit of all lengths.
+    status : {"located", "underdetermined", "ambiguous", "inconsistent"}
+        "located" if and only if exactly one pose is left.
+    base_from_fixture : (4, 4) array or None
+        The pose; None unless located.
+    covariance : (6, 6) array or None
+        Of d_rot (rad) and d_t (units), base axes, rotation about the fixture's origin; None unless located.
+    dof : int
+        Equations minus unknowns.
+    chi2, chi2_limit, rms : float or None
+        Sum of squared residuals over sigma, what it was held against, and the rms of the residuals (units).
+    candidates : tuple of Candidate
+        Every pose that explains the contacts, and why it fell if it did.
+    surfaces : mapping of str to surface
+        The features in base, whenever they are known.
+    contacts : tuple of ContactResidual
+        Residual and approach of each contact.
+    free_motions : tuple of FreeMotion
+        What the contacts leave free.
+    next_contact : NextContact or None
+        Where to touch next.
+    warnings : tuple of str
+        In words.
+    diagnosis : tuple of Diagnosis
+        What may be wrong, most plausible first.
+    unknowns : tuple of str
+        Names (u) of all that was found together: the pose, and the tip where it was unknown.
+    joint_covariance : (u, u) array or None
+        Of the unknowns in that order, where the tip was unknown.
+    tip : TipEstimate or None
+        Wherever the contacts determine it.
+    without_prior : WithoutPrior or None
+        What would be left without what was known beforehand; None where nothing was.
+
+    Notes
+    -----
+    The sigmas of the frame are the square roots of the covariance's diagonal. `pose` is what `write_pose` takes.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> result = tactfix.locate(fixture, contacts)
+    >>> tactfix.LocateResult.from_json(result.to_json())
+    <LocateResult 'robot-cell-plate': located, 15 contacts, rms 0.067 mm>
     """
 
     fixture: str
@@ -234,7 +277,24 @@ class LocateResult:
 
 @frozen_value
 class LocatedResult(LocateResult):
-    """A result that is located: pose and covariance are there, as a type checker knows after asking for the status."""
+    """A result that is located: pose and covariance are there, as a type checker knows after asking for the status.
+
+    Attributes
+    ----------
+    status : {"located"}
+        One pose is left.
+    base_from_fixture : (4, 4) array
+        The pose, in units.
+    covariance : (6, 6) array
+        Of d_rot (rad) and d_t (units), base axes, rotation about the fixture's origin.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> isinstance(tactfix.locate(fixture, contacts), tactfix.LocatedResult)
+    True
+    """
 
     status: Literal["located"]
     base_from_fixture: Frozen
@@ -243,7 +303,22 @@ class LocatedResult(LocateResult):
 
 @frozen_value
 class NotLocatedResult(LocateResult):
-    """A result without a pose: free_motions, candidates, diagnosis and next_contact say why, and what to do."""
+    """A result without a pose: free_motions, candidates, diagnosis and next_contact say why, and what to do.
+
+    Attributes
+    ----------
+    status : {"underdetermined", "ambiguous", "inconsistent"}
+        Why there is none.
+    base_from_fixture, covariance : None
+        There is none.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> tactfix.locate(fixture, contacts[:4]).status
+    'underdetermined'
+    """
 
     status: Literal["underdetermined", "ambiguous", "inconsistent"]
     base_from_fixture: None

@@ -16,9 +16,37 @@ RowStatus: TypeAlias = Literal[Status, "error"]
 class BatchRow:
     """The answer for one set, in the fixture's units.
 
-    status: that of locate, or "error" where there was no answer. acceptable: located and within all gates. message: why
-    it is not; empty where it is. transform (16): base_from_fixture, row by row; sigmas (6): of rx ry rz (rad) and
-    tx ty tz (units). Both are None unless located; numbers that are not known are None.
+    Attributes
+    ----------
+    name : str
+        Of the set.
+    status : {"located", "underdetermined", "ambiguous", "inconsistent", "error"}
+        That of locate, or "error" where there was no answer.
+    acceptable : bool
+        Located and within all gates.
+    message : str
+        Why it is not; empty where it is.
+    units : str
+        Of all lengths.
+    transform : tuple of 16 floats or None
+        base_from_fixture, row by row; None unless located, as sigmas.
+    sigmas : tuple of 6 floats or None
+        Of rx ry rz (rad) and tx ty tz (units).
+    chi2 : float or None
+        As of `locate`, and as dof and rms; None where not known.
+    dof : int or None
+        Equations minus unknowns.
+    rms : float or None
+        Of the residuals, in units.
+    warnings : tuple of str
+        In words.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> row = tactfix.batch(fixture, ["samples/robot-cell-plate/contacts.csv"])[0]
+    >>> row.acceptable, row.dof
+    (True, 9)
     """
 
     name: str

@@ -48,9 +48,25 @@ from tactfix.values import frozen_value
 class Wishes:
     """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
 
-    at: points of the fixture frame whose sigma is told. sigma, tip_radius: of the probe where no contacts are given;
-    they beat the fixture's. max_sigma: an error where an extreme point is known worse. layouts: random layouts in the
-    study of uniqueness, 0 for no study; seed: of that study.
+    Parameters
+    ----------
+    at : tuple of tuples of three floats
+        Points (3,) of the fixture frame whose sigma is told.
+    sigma : float, optional
+        Of the probe where no contacts are given; it beats the fixture's.
+    tip_radius : float, optional
+        The same.
+    max_sigma : float, optional
+        An error where an extreme point is known worse.
+    layouts : int
+        Random layouts in the study of uniqueness, 0 for no study.
+    seed : int
+        Of that study.
+
+    Examples
+    --------
+    >>> tactfix.Wishes(layouts=0).at
+    ()
     """
 
     at: tuple[tuple[float, float, float], ...] = ()
@@ -65,9 +81,38 @@ class Wishes:
 class DesignReport:
     """What design-check found, in the fixture frame and units; the names are those of the JSON.
 
-    is_rigid: the file makes the features one rigid body. pose_counts: the complex poses of each of counts.minimal_sets,
-    None where it is no set of six contacts. certainty, margins, blind_spots, layouts: None or empty where a motion
-    stays free or nothing says sigma. study: of random layouts, empty where none was made.
+    Attributes
+    ----------
+    fixture : Fixture
+        What was checked.
+    is_rigid : bool
+        Whether the file makes the features one rigid body.
+    free_motions : tuple of FreeMotion
+        A basis of the motions that all features leave free.
+    symmetries : tuple of Symmetry
+        The finite group that maps the surfaces onto themselves, without the identity.
+    counts : ContactCounts
+        The fewest contacts, alone and together.
+    pose_counts : tuple of PoseCount or None
+        The complex poses of each of counts.minimal_sets, None where it is no set of six contacts.
+    certainty : Certainty or None
+        What the contacts promise; None, as margins, where a motion stays free or nothing says sigma.
+    margins : Margins or None
+        What lies near the right pose.
+    blind_spots : tuple of BlindSpot
+        Errors that the contacts cannot see.
+    layouts : tuple of CylinderLayout
+        How the contacts lie on each cylinder.
+    study : LayoutStudy
+        Of random layouts, empty where none was made.
+    findings : tuple of Finding
+        Each check with its status, its message and a hint.
+
+    Examples
+    --------
+    >>> cube = tactfix.load_fixture("fixtures/three-planes.yaml")
+    >>> tactfix.design_check(cube, wishes=tactfix.Wishes(layouts=0)).is_rigid
+    True
     """
 
     fixture: Fixture
@@ -103,15 +148,50 @@ def design_check(
 ) -> DesignReport:
     """Check a fixture, and the contacts made or planned on it.
 
-    contacts: a plan in the fixture frame, or contacts measured in base. Contacts that lie on the fixture's surfaces as
-    they stand, within noise, are taken for a plan; others are located first and carried into the fixture frame.
-    Without contacts, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
+    Parameters
+    ----------
+    fixture : Fixture
+        What is to be touched. One whose relations leave its shape free is judged feature by feature: contacts alone,
+        nothing on the pose.
+    contacts : Contacts, optional
+        A plan in the fixture frame, or contacts measured in base: those that lie on the fixture's surfaces as they
+        stand, within noise, are taken for a plan; others are located first and carried into the fixture frame. Without
+        any, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
+    wishes : Wishes, optional
+        What is asked for beyond that.
+    progress : callable
+        Is called with the share done, from 0 to 1, and what is being done.
+    over : callable
+        Who locates the random layouts of a study: `map`, one after the other, or its like.
 
-    A fixture whose relations leave its shape free is judged feature by feature: contacts alone, nothing on the pose.
+    Returns
+    -------
+    DesignReport
+        In the fixture frame and units.
 
-    over: who locates the random layouts of a study, this process one after the other or, like map, others.
+    Raises
+    ------
+    UsageError
+        Contacts on unknown features.
+    TipDoesNotFitError
+        A tip that is not smaller than a bore.
 
-    Raises TipDoesNotFitError for a tip larger than a bore; UsageError for contacts on unknown features.
+    Notes
+    -----
+    The covariance is (J^T W J)^-1, with a row [n, (x - c) x n] of J for each contact at x with normal n, and
+    W = diag(1 / sigma^2). Observability indices are those of robot calibration, from the singular values of J.
+
+    References
+    ----------
+    .. [1] Section 6 of the paper of the README: the design of a fixture of a sphere and a cylinder.
+    .. [2] Y. Sun, J. M. Hollerbach, "Observability index selection for robot calibration", ICRA 2008.
+
+    Examples
+    --------
+    >>> cube = tactfix.load_fixture("fixtures/three-planes.yaml")
+    >>> report = tactfix.design_check(cube, wishes=tactfix.Wishes(layouts=0))
+    >>> report.counts.minimum_total
+    6
     """
     wishes = wishes or Wishes()
     _refuse_foreign(fixture, contacts)

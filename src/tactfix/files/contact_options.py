@@ -15,10 +15,31 @@ Vector: TypeAlias = tuple[float, float, float]
 class ContactOptions:
     """What is said from outside about a contact file; it beats the file, which beats the fixture's probe block.
 
-    units: the unit of all lengths in the contact file, and of tip_radius, sigma and tip_offset here (as if they stood
-    in the file). tip_offset (3,): the tip's centre in the flange frame. unknown: what of the tip is going to be found
-    from the contacts, and so need not be said. of_flange: whether the points are the flange's origin (a file says so).
-    Raises UsageError for a value that no file could have.
+    Parameters
+    ----------
+    units : {"mm", "m", "um", "in"}, optional
+        The unit of all lengths in the contact file, and of tip_radius, sigma and tip_offset here (as if they stood in
+        the file).
+    tip_radius : float, optional
+        Of the probe's tip.
+    sigma : float, optional
+        One standard deviation of a contact along the surface normal.
+    tip_offset : tuple of three floats, optional
+        The tip's centre (3,) in the flange frame.
+    unknown : frozenset of {"tip", "tip-radius"}
+        What of the tip is going to be found from the contacts, and so need not be said.
+    of_flange : bool
+        Whether the points are the flange's origin (a file says so).
+
+    Raises
+    ------
+    UsageError
+        A value that no file could have.
+
+    Examples
+    --------
+    >>> tactfix.ContactOptions(units="in", sigma=0.0002).units
+    'in'
     """
 
     units: str | None = None

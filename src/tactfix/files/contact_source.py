@@ -23,15 +23,49 @@ def load_contacts(
     repeats: str = "all",
     work_offset: str | None = None,
 ) -> Contacts:
-    """The contacts of a contact file, or of a machine's log, in the units of the fixture.
+    """Read the contacts of a contact file, or of a machine's log.
 
-    source: a path, "-" for standard input, bytes, or an open file. fixture: whose features the contacts touch; a
-    contact file without it stays in its own unit. options: what beats the file: units, tip radius, sigma, tip offset.
-    format: csv, or the name of a machine's format, such as kuka. For these, what the log cannot say: features, such as
-    "bar:5,ball:4", in order; approach, such as "0,0,-1"; repeats, "all" or "last"; work_offset, the file of a pose.
-    What was dropped or passed over in a log is told as a UserWarning.
+    Parameters
+    ----------
+    source : str, Path, bytes or open file
+        A path, "-" for standard input, the bytes themselves, or an open file.
+    fixture : Fixture, optional
+        Whose features the contacts touch; a contact file without it stays in its own unit.
+    options : ContactOptions, optional
+        What beats the file: units, tip radius, sigma, tip offset.
+    format : str
+        "csv", or the name of a machine's format, such as "kuka".
+    features : str, optional
+        Of a log: what was touched, in order, such as "bar:5,ball:4".
+    approach : str, optional
+        Of a log: the direction in which the probe travelled, such as "0,0,-1".
+    repeats : {"all", "last"}
+        Of a log: all of consecutive touches of one place, or the last of them.
+    work_offset : str, optional
+        Of a log: the file of the pose of the frame in which the machine reported.
 
-    Raises FileError with all that is wrong, by row and line; UsageError for arguments that do not go together.
+    Returns
+    -------
+    Contacts
+        In base coordinates and in the units of the fixture.
+
+    Raises
+    ------
+    FileError
+        With all that is wrong with the file, by row and line.
+    UsageError
+        Arguments that do not go together.
+
+    Notes
+    -----
+    What was dropped or passed over in a log is told as a UserWarning. An option beats the file, the file beats the
+    probe block of the fixture; where nothing says the tip radius or sigma, the file is refused.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    <Contacts: 15 (plate 4, pin 6, ball 5), tip radius 3 mm>
     """
     said = options or ContactOptions()
     wanted = log_options(features, said.tip_offset, approach, repeats, work_offset)

@@ -19,9 +19,33 @@ if TYPE_CHECKING:
 
 
 def load_fixture(path: str | Path) -> Fixture:
-    """The fixture that a YAML file of format 1 describes, in the file's units, angles in rad.
+    """Read a fixture file (YAML, format 1).
 
-    Raises FileError with all that is wrong with the file: what, where, and what to write instead.
+    Parameters
+    ----------
+    path : str or Path
+        The file; "-" for standard input.
+
+    Returns
+    -------
+    Fixture
+        Lengths in the file's units, angles in rad.
+
+    Raises
+    ------
+    FileError
+        With all that is wrong with the file: where, what, and what to write instead.
+
+    Notes
+    -----
+    Decimal numbers are those of YAML 1.2: 1e-3 is a number, yes is text. What `tactfix schema` prints describes the
+    file.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> fixture.units, list(fixture.features)
+    ('mm', ['plate', 'pin', 'ball'])
     """
     text = decode(str(path), read_bytes(path))
     if _is_contacts(text):

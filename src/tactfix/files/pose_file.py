@@ -16,13 +16,40 @@ _NUMPY_MAGIC = b"\x93NUMPY"
 def load_pose(
     path: str | Path, *, units: str | None = None, default_units: str | None = None, dialect: str | None = None
 ) -> Pose:
-    """The pose in a file ("-": standard input).
+    """Read the pose in a file.
 
-    dialect: its name; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content: JSON, numpy
-    array, or four rows of four numbers. units: the unit of the file; UsageError where it says another itself.
-    default_units: the unit of a file that does not say.
+    Parameters
+    ----------
+    path : str or Path
+        The file; "-" for standard input.
+    units : str, optional
+        The unit of the file.
+    default_units : str, optional
+        The unit of a file that does not say.
+    dialect : str, optional
+        The name of its format; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content:
+        JSON, a numpy array, or four rows of four numbers.
 
-    Raises FileError for what is no pose, and for a result of locate whose status is not "located".
+    Returns
+    -------
+    Pose
+        With the covariance and the name of the fixture where the file has them.
+
+    Raises
+    ------
+    FileError
+        What is no pose, and a result of locate whose status is not "located".
+    UsageError
+        A file that says another unit itself.
+
+    Notes
+    -----
+    Rotations are read by the convention of the format: A, B, C of KUKA are Rz(A) Ry(B) Rx(C), in degrees, and so on.
+
+    Examples
+    --------
+    >>> tactfix.load_pose("samples/robot-cell-plate/expected.json").translation.round(1)
+    array([1184.2, -356.7,  412.9])
     """
     for unit in (units, default_units):
         if unit is not None and unit not in UNITS:

@@ -35,14 +35,51 @@ WORTHLESS = 0.3
 
 
 def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: Side = "outer") -> FitResult:
-    """Every surface of one kind that explains the contacts, told apart by fit and approach.
+    """Fit one plane, sphere or cylinder: find every surface that explains the contacts, and say which one is left.
 
-    kind: what is fitted; contacts: all of them on that one surface; radius: of the surface itself, found where it is
-    None (spheres and cylinders); side: outer for a boss, inner for a bore. Lengths in the contacts' unit, base frame.
-    status: "located", one surface is left; "ambiguous", several; "inconsistent", none; "underdetermined", too few or
-    degenerate contacts, or a surface so uncertain that its numbers mean nothing; warnings say why.
-    Raises UsageError for a plane with a radius, TipDoesNotFitError when the tip is not smaller than the bore.
-    Source: eqs. 1-45; eq. 11 for the approach, generalised to planes, cylinders and inner surfaces.
+    Parameters
+    ----------
+    kind : {"plane", "sphere", "cylinder"}
+        What is fitted.
+    contacts : Contacts
+        All on that one surface, in base coordinates.
+    radius : float, optional
+        Of the surface itself, in the contacts' unit; found where it is None. None for a plane.
+    side : {"outer", "inner"}
+        Outer for a boss, inner for a bore.
+
+    Returns
+    -------
+    FitResult
+        status is "located" where one surface is left, "ambiguous" for several, "inconsistent" for none, and
+        "underdetermined" for contacts that are too few or degenerate, or a surface so uncertain that its numbers mean
+        nothing; warnings say why.
+
+    Raises
+    ------
+    UsageError
+        A plane with a radius.
+    TipDoesNotFitError
+        A tip that is not smaller than the bore.
+
+    Notes
+    -----
+    Surfaces are the minima of the sum of (d_i - r_o)^2 / sigma_i^2, with d_i the distance of contact i from the plane,
+    centre or axis and r_o the offset radius, radius + tip radius outside and radius - tip radius inside. Those that
+    chi-square rejects fall, and those that an approach speaks against (eq. 11).
+
+    References
+    ----------
+    .. [1] Eqs. 1-45 of the paper of the README.
+    .. [2] I. G. Macdonald, J. Pach, T. Theobald, "Common tangents to four unit balls in R^3", Discrete Comput. Geom. 26
+       (2001): four contacts on a cylinder of known radius.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> tactfix.fit("sphere", contacts.on("ball"), radius=19.05).surface.center.round(1)
+    array([1476.8, -547.2,  476.8])
     """
     if kind == "plane" and radius is not None:
         raise UsageError("a plane has no radius")

@@ -38,12 +38,36 @@ def _frozen_arrays(arrays: Mapping[str, Floats]) -> Mapping[str, Floats]:
 
 @frozen_value
 class FitResult:
-    """The answer of fit; see "JSON of fit" in samples/README.md.
+    """The answer of fit; "JSON of fit" in samples/README.md says more of each field.
 
-    surface, chi2, rms, residuals (n,) and sigma are given when status is "located", else None or empty. residuals:
-    along the outward normal, positive out of the material. sigma: one standard deviation of each number of the
-    surface, under the names of the JSON (point, normal, center, direction: (3,); radius: (1,), 0 where it was given).
-    chi2_limit: what every candidate's chi2 was held against. dof: contacts minus parameters.
+    Attributes
+    ----------
+    kind : {"plane", "sphere", "cylinder"}
+        What was fitted.
+    status : {"located", "underdetermined", "ambiguous", "inconsistent"}
+        "located" where one surface is left.
+    dof : int
+        Contacts minus parameters.
+    surface : Plane, Sphere, Cylinder or None
+        In base; None unless located, as chi2 and rms.
+    candidates : tuple of FitCandidate
+        Every surface that explains the contacts, and why it fell if it did.
+    chi2, chi2_limit, rms : float or None
+        Sum of squared residuals over sigma, what every candidate's was held against, and the rms (units).
+    residuals : (n,) array
+        Along the outward normal, positive out of the material; empty unless located.
+    sigma : mapping of str to array
+        One standard deviation of each number of the surface (point, normal, center, direction: (3,); radius: (1,), 0
+        where it was given); empty unless located.
+    warnings : tuple of str
+        In words.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> tactfix.fit("plane", contacts.on("plate")).dof
+    1
     """
 
     kind: SidedType

@@ -46,8 +46,38 @@ class WorstPoint:
 class CheckResult:
     """What a check finds. All but result, reference and limits is None where the fixture is not located.
 
-    bound: no point of the fixture has moved farther, with 95 % confidence (units). record: for the history. drift: over
-    the history with this check, None for fewer than three checks against this reference.
+    Attributes
+    ----------
+    result : LocateResult
+        Of today's contacts.
+    reference : Pose
+        What they were compared with.
+    limits : Limits
+        How far it may move.
+    movement : Movement or None
+        From the reference to today.
+    worst : WorstPoint or None
+        The point of the fixture that moved farthest.
+    bound : float or None
+        No point of the fixture has moved farther, with 95 % confidence (units).
+    record : CheckRecord or None
+        For the history.
+    drift : Drift or None
+        Over the history with this check; None for fewer than three checks against this reference.
+    warnings : tuple of str
+        In words.
+
+    Notes
+    -----
+    has_moved: by the limits, or by chance below 1 in 1000 where there are none.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> yesterday = tactfix.locate(fixture, contacts).pose
+    >>> tactfix.check(fixture, contacts, yesterday, limits=tactfix.Limits(translation=0.1)).exceeded
+    {}
     """
 
     result: LocateResult
@@ -116,6 +146,14 @@ def check(
     bound: a point that truly moved by u along the unit vector n was seen to move by d with |d| >= n . d, and n . d is
     normal about |u| with a sigma no larger than the point's worst. So |u| <= |d| + 1.645 sigma with 95 % confidence,
     for whichever point moved farthest. Both terms are convex functions of the point: of a box a corner has the largest.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> yesterday = tactfix.locate(fixture, contacts).pose
+    >>> tactfix.check(fixture, contacts, yesterday).has_moved
+    False
     """
     for name in (reference.fixture, *(record.fixture for record in history)):
         if name and name != fixture.name:

@@ -31,9 +31,28 @@ CHANCE: Final = 1e-3
 class CheckRecord:
     """What one check found, for the history. Lengths in units; motions (rad, units) in base axes, about the origin.
 
-    time: when, ISO 8601 with zone. reference (4, 4): the pose that was compared with. motion (6,): rotation and
-    translation since. covariance (6, 6): of the motion by the contacts of this check; reference_covariance: by those
-    of the reference, whose error all checks share.
+    Parameters
+    ----------
+    time : str
+        When, ISO 8601 with zone.
+    fixture, units : str
+        Name of the fixture, and the unit of all lengths.
+    reference : (4, 4) array
+        The pose that was compared with.
+    motion : (6,) array
+        Rotation and translation since.
+    covariance : (6, 6) array
+        Of the motion by the contacts of this check.
+    reference_covariance : (6, 6) array
+        Of the motion by those of the reference, whose error all checks share.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> yesterday = tactfix.locate(fixture, contacts).pose
+    >>> tactfix.check(fixture, contacts, yesterday).record.units
+    'mm'
     """
 
     time: str

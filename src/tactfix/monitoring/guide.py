@@ -18,7 +18,23 @@ MOST_MOTIONS: Final = 2
 class GuideStep:
     """What so many touches tell.
 
-    exceeded: the gates that a located pose does not keep to, in words. untouched: features without a touch.
+    Attributes
+    ----------
+    touches : int
+        How many.
+    result : LocateResult
+        What locate makes of them.
+    exceeded : tuple of str
+        The gates that a located pose does not keep to, in words.
+    untouched : tuple of str
+        Features without a touch.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> tactfix.guide(fixture, contacts[:8]).untouched
+    ('ball',)
     """
 
     touches: int
@@ -91,6 +107,23 @@ def guide(
     Returns
     -------
     GuideStep
+
+    Raises
+    ------
+    UsageError
+        Contacts on unknown features, or in another unit.
+
+    Notes
+    -----
+    The next touch is `next_contact` of the result: where a motion is free, the one that sees it best; where several
+    poses are left, the one at which they differ most in sigma.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> contacts = tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
+    >>> tactfix.guide(fixture, contacts).is_done
+    True
     """
     result = locate(fixture, contacts)
     exceeded = exceeded_gates(result, point_fixture, max_sigma, max_rms) if result.status == "located" else []

@@ -23,23 +23,65 @@ def plan(
     starts: int | None = None,
     over: Over = map,
 ) -> Plan:
-    """The best contacts to make on a fixture: contacts of them, or the fewest that are unique with a table of more.
+    """Choose the best contacts to make on a fixture.
 
-    With existing (contacts in base, already made) the add next ones. criterion: "worst" makes the worst sigma over the
-    fixture's bounding box smallest, "d" the determinant of the covariance, "e" the smallest singular value of the
-    contacts' rows largest (lengths in radii of the fixture, about its middle). sigma and tip_radius default to those of
-    the existing contacts, then to the fixture's probe. All touches are inside the touch boxes, clear of their edges
-    and of other features, and square to the surface unless a turned approach is what makes the pose unique.
+    Parameters
+    ----------
+    fixture : Fixture
+        Whose file places its features.
+    contacts : int, optional
+        How many; None: the fewest that are unique, with a table of more.
+    existing : Contacts, optional
+        Already made, in base: the best next ones are chosen.
+    add : int, optional
+        How many next ones.
+    criterion : {"worst", "d", "e"}
+        "worst" makes the worst sigma over the fixture's bounding box smallest, "d" the determinant of the covariance,
+        "e" the smallest singular value of the contacts' rows largest (lengths in radii of the fixture, about its
+        middle).
+    seed : int
+        Of the random starts.
+    sigma, tip_radius : float, optional
+        In fixture units; those of the existing contacts, or of the fixture's probe, where None.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1, and what is being done.
+    starts : int, optional
+        Random sets of touches that the search begins with: more are more likely to find the optimum.
+    over : callable
+        Who follows the starts: `map`, one after the other, or its like.
 
+    Returns
+    -------
+    Plan
+        Touches inside the touch boxes, clear of their edges and of other features, and square to the surface unless a
+        turned approach is what makes the pose unique.
+
+    Raises
+    ------
+    UsageError
+        Impossible numbers of contacts, a fixture whose file does not place its features or whose features leave a
+        motion free, and existing contacts that do not give a pose.
+    TipDoesNotFitError
+        A tip that is not smaller than a bore.
+
+    Notes
+    -----
     Where the fixture has a placement, the contacts are the best beside it: what is held takes as many contacts fewer, a
     measurement counts, limits make unique. The plan then tells them in base too.
 
-    The optimum is that of an exchange from several seeded starts, polished; it is no proof of the best plan. More
-    starts are more likely to find it, and how many agree tells how likely; over, which is like map, may have a cluster
-    follow them. Relations with a sigma of their own are taken as exact while choosing.
+    An exchange algorithm from several starts, polished: it is no proof of the best plan, and how many starts agree
+    tells how likely it is. Relations with a sigma of their own are taken as exact while choosing.
 
-    Raises UsageError for impossible numbers of contacts, for a fixture whose file does not place its features or whose
-    features leave a motion free, and for existing contacts that do not give a pose; TipDoesNotFitError.
+    References
+    ----------
+    .. [1] V. V. Fedorov, "Theory of Optimal Experiments", Academic Press 1972: exchange algorithms.
+
+    Examples
+    --------
+    >>> cube = tactfix.load_fixture("fixtures/three-planes.yaml")
+    >>> plan = tactfix.plan(cube, contacts=7, starts=1)
+    >>> len(plan.contacts), plan.located
+    (7, True)
     """
     if starts is not None and starts < 1:
         raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")

@@ -22,14 +22,38 @@ class PlanStep:
 class Plan:
     """Contacts to make, and what they are worth together with those already made.
 
-    contacts: nominal, tip centres, in the frame that frame names: base where contacts already made say where the
-    fixture stands, else the fixture's. base_from_fixture (4, 4): where it stands by those contacts, else by its
-    placement, None where nothing is known. worst_sigma: largest standard deviation of a point of the fixture's
-    bounding box in any direction, at worst_point (3,) of the fixture frame. covariance (6, 6): of the pose in the order
-    rotation (rad), translation, about the fixture's origin. unique: no second pose is within ten sigma; rivals: how
-    many are. located: the contacts fix a pose at all. starts: random sets of touches that the search began with;
-    agreeing: those that led to within one per cent of the best sigma. steps: the table, where the number of contacts
-    was left open.
+    Attributes
+    ----------
+    fixture, units : str
+        Name of the fixture, and the unit of all lengths.
+    contacts : Contacts
+        Nominal, tip centres, in the frame that frame names.
+    frame : {"fixture", "base"}
+        Base where contacts already made say where the fixture stands.
+    base_from_fixture : (4, 4) array or None
+        Where it stands by those contacts, else by its placement; None where nothing is known.
+    criterion : {"worst", "d", "e"}
+        What was made best.
+    worst_sigma : float
+        Largest standard deviation (units) of a point of the fixture's bounding box in any direction.
+    worst_point : (3,) array
+        That point, in the fixture frame.
+    covariance : (6, 6) array
+        Of the pose in the order rotation (rad), translation (units), about the fixture's origin.
+    located : bool
+        Whether the contacts fix a pose at all.
+    rivals : int
+        Second poses within ten sigma; none where the plan is unique.
+    starts, agreeing : int
+        Random sets of touches that the search began with, and those that led to within one per cent of the best sigma.
+    steps : tuple of PlanStep
+        The table, where the number of contacts was left open.
+
+    Examples
+    --------
+    >>> plan = tactfix.plan(tactfix.load_fixture("fixtures/three-planes.yaml"), contacts=9, starts=1)
+    >>> plan.unique
+    True
     """
 
     fixture: str

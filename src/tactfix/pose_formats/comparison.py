@@ -14,9 +14,24 @@ from tactfix.values import frozen_value
 class Movement:
     """What takes the fixture from before to after; lengths in units, angles in rad.
 
-    rotation (3,), translation (3,): d with R_after = exp([rotation]) R_before, t_after = t_before + translation, in
-    base axes, about the fixture's origin; *_in_fixture: the same in the axes of the fixture as it stood before.
-    covariance (6, 6): of (rotation, translation) in base axes, from both poses; None unless both know theirs.
+    Attributes
+    ----------
+    units : str or None
+        Of lengths.
+    rotation, translation : (3,) array
+        d with R_after = exp([rotation]) R_before, t_after = t_before + translation, in base axes, about the fixture's
+        origin.
+    rotation_in_fixture, translation_in_fixture : (3,) array
+        The same in the axes of the fixture as it stood before.
+    covariance : (6, 6) array or None
+        Of (rotation, translation) in base axes, from both poses; None unless both know theirs.
+
+    Examples
+    --------
+    >>> before = tactfix.Pose(np.eye(4), "mm")
+    >>> after = tactfix.Pose([[1, 0, 0, 3], [0, 1, 0, 4], [0, 0, 1, 0], [0, 0, 0, 1]], "mm")
+    >>> tactfix.compare(before, after).distance
+    5.0
     """
 
     units: str | None
@@ -70,7 +85,20 @@ def chance_of(motion: Floats, covariance: Floats) -> float | None:
 
 @frozen_value(eq=True)
 class Limits:
-    """The most that a fixture may have moved (units) and turned (rad); None: no limit."""
+    """The most that a fixture may have moved; None: no limit.
+
+    Parameters
+    ----------
+    translation : float, optional
+        Of the fixture's origin, in units.
+    rotation : float, optional
+        Angle, in rad.
+
+    Examples
+    --------
+    >>> tactfix.Limits(translation=0.2).rotation is None
+    True
+    """
 
     translation: float | None = None
     rotation: float | None = None
@@ -89,9 +117,35 @@ def exceeded(movement: Movement, limits: Limits) -> dict[str, str]:
 
 
 def compare(before: Pose, after: Pose) -> Movement:
-    """The movement from before to after, in the units of before; independent errors of both add up.
+    """Tell the movement from one pose of a fixture to another.
 
-    UsageError when one pose says its unit and the other does not; OtherFixtureError when they are of two fixtures.
+    Parameters
+    ----------
+    before, after : Pose
+        Of the same fixture; the errors of both, where they say their covariance, are taken as independent.
+
+    Returns
+    -------
+    Movement
+        In the units of before.
+
+    Raises
+    ------
+    UsageError
+        One pose says its unit and the other does not.
+    OtherFixtureError
+        They are of two fixtures.
+
+    Notes
+    -----
+    R_after = exp([rotation]) R_before and t_after = t_before + translation; the covariances add up. chance is the
+    probability that d^T C^-1 d of six degrees of freedom is larger by errors alone.
+
+    Examples
+    --------
+    >>> pose = tactfix.load_pose("samples/robot-cell-plate/expected.json")
+    >>> tactfix.compare(pose, pose).distance
+    0.0
     """
     if before.fixture and after.fixture and before.fixture != after.fixture:
         raise OtherFixtureError(before.fixture, after.fixture)

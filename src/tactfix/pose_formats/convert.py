@@ -78,12 +78,42 @@ def find_dialect(name: str) -> Dialect:
 
 
 def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: float = LEVER_ARM_MM) -> Written:
-    """The pose in dialect name, lengths in the dialect's unit.
+    """Write a pose for a controller, ROS, or a file.
 
-    The text is read back and compared before it leaves. PoseRefusedError when the dialect cannot hold the pose (a tilt
-    in G10), or when its rounding exceeds a tenth of sigma anywhere within lever_arm_mm of the fixture's origin, unless
-    forced; without a covariance rounding is only told. A tilt that the covariance does
-    not tell from none is left out. UsageError when a unit is needed and not known.
+    Parameters
+    ----------
+    name : str
+        The format, such as "kuka" or "urdf".
+    pose : Pose
+        base_from_fixture with its unit; lengths are written in the format's own.
+    force : bool
+        Write it also where the loss exceeds what is allowed.
+    lever_arm_mm : float
+        How far from the fixture's origin the effect of rounding is told, in mm.
+
+    Returns
+    -------
+    Written
+        text (str, or bytes of a binary format), and notes in words.
+
+    Raises
+    ------
+    PoseRefusedError
+        The format cannot hold the pose (a tilt in G10), or its rounding exceeds a tenth of sigma anywhere within
+        lever_arm_mm of the fixture's origin, unless forced. Without a covariance rounding is only told.
+    UsageError
+        A unit is needed and not known.
+
+    Notes
+    -----
+    The text is read back and compared before it leaves. A tilt that the covariance does not tell from none (99 in 100)
+    is left out where the format has none.
+
+    Examples
+    --------
+    >>> pose = tactfix.load_pose("samples/robot-cell-plate/expected.json")
+    >>> print(tactfix.write_pose("ur", pose).text.splitlines()[-1][:20])
+    p[1.184200000, -0.35
     """
     dialect = find_dialect(name)
     if dialect.units and pose.units is None:

@@ -48,11 +48,28 @@ def _frozen_covariance(given: ArrayLike) -> Floats:
 
 @frozen_value
 class Pose:
-    """base_from_fixture (4, 4) with lengths in units, and what else its file tells.
+    """base_from_fixture with its unit, and what else its file tells.
 
-    units: None where the file does not say. covariance (6, 6): of (d_rot in rad, d_t in units), base axes, rotation
-    about the fixture's origin, as in the JSON of locate; None where unknown. fixture: its name, "" where unknown.
-    Raises UsageError for what is no rigid motion: a scale, a shear, a mirror image, nan.
+    Parameters
+    ----------
+    base_from_fixture : (4, 4) array
+        x_base = R x_fixture + t, in base, lengths in units.
+    units : str or None
+        None where the file does not say.
+    covariance : (6, 6) array, optional
+        Of (d_rot in rad, d_t in units), base axes, rotation about the fixture's origin; None where unknown.
+    fixture : str
+        Its name, "" where unknown.
+
+    Raises
+    ------
+    UsageError
+        What is no rigid motion: a scale, a shear, a mirror image, nan.
+
+    Examples
+    --------
+    >>> tactfix.Pose(np.eye(4), "mm").in_units("m").units
+    'm'
     """
 
     base_from_fixture: Annotated[Floats, _frozen_motion]

@@ -53,7 +53,7 @@ def qualify(
         What was touched, for each contact; touches of one feature and one target are of one place.
     radius : float, optional
         Of the reference ball that all contacts touch, in their unit.
-    side : str
+    side : {"outer", "inner"}
         "outer" for a ball, "inner" for a socket.
     units : str
         What the contacts' unit is called in the result.
@@ -68,6 +68,23 @@ def qualify(
         Where no place is touched twice, or the ball fewer than five times.
     DegenerateContactsError
         Where all touches of the ball lie in one plane.
+
+    Notes
+    -----
+    sigma^2 is the sum of squared residuals over dof, about each place's mean or the best ball; its 95 per cent interval
+    is that of chi-square: dof s^2 / chi2(0.975) <= sigma^2 <= dof s^2 / chi2(0.025).
+
+    References
+    ----------
+    .. [1] ISO 10360-5: touches of a reference sphere, and their range.
+
+    Examples
+    --------
+    >>> touches = tactfix.contacts_from_arrays(
+    ...     "top", [[0, 0, 0.01], [0, 0, -0.01], [0, 0, 0.02]], [[0, 0, -1]] * 3, sigma=1.0, tip_radius=0.0
+    ... )
+    >>> round(tactfix.qualify(touches).sigma, 4)
+    0.0153
     """
     if radius is not None:
         return _of_ball(contacts, radius, side, units)

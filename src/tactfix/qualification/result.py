@@ -36,9 +36,40 @@ class DirectionMean:
 class QualifyResult:
     """Sigma of a touch, with an interval that holds it in 95 of 100 cases, and what disturbs it.
 
-    range: the largest difference between touches of one place, or between distances from the centre of the ball. steps
-    and outliers by row, counted from 1. tip_radius: effective, from a ball of known radius. directions: in the frame
-    that direction_frame names.
+    Attributes
+    ----------
+    units : str
+        Of all lengths.
+    touches, places, dof : int
+        How many touches, of how many places, and the degrees of freedom of sigma.
+    sigma : float
+        One standard deviation of a touch.
+    sigma_interval : tuple of two floats
+        95 per cent.
+    range : float
+        The largest difference between touches of one place, or between distances from the centre of the ball.
+    drift : Drift or None
+        Over the sequence of touches.
+    steps : tuple of Step
+        By row, counted from 1.
+    outliers : tuple of int
+        Rows, counted from 1.
+    tip_radius, tip_radius_sigma : float or None
+        Effective, from a ball of known radius.
+    directions : tuple of DirectionMean
+        In the frame that direction_frame names.
+    direction_frame : str
+        "base" or "flange".
+    warnings : tuple of str
+        In words.
+
+    Examples
+    --------
+    >>> touches = tactfix.contacts_from_arrays(
+    ...     "top", [[0, 0, 0.01], [0, 0, -0.01], [0, 0, 0.02]], [[0, 0, -1]] * 3, sigma=1.0, tip_radius=0.0
+    ... )
+    >>> tactfix.qualify(touches).dof
+    2
     """
 
     units: str

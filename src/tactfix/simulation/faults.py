@@ -26,18 +26,31 @@ NOISIER = 10.0
 
 @frozen_value(eq=True)
 class Fault:
-    """One mistake. value, where given, says how large (lengths in fixture units), else a typical size is taken.
+    """One mistake that `simulate` makes.
 
-    outlier: one contact is off by value along the normal (default 20 sigma). outliers: so many are (2).
-    reversed-approach: the contact in row value (default: any) says the opposite of how the probe came.
-    reversed-approaches: all do. swapped-labels: two contacts exchange their features. wrong-label: one is said to be on
-    another feature. exchanged-features: all contacts on two features are. wrong-unit: coordinates are numbers of a unit
-    value times as large as the file says (25.4). forgotten-tip: a tip of radius value (the probe's) touched, and the
-    file says 0. tip-sign: it was taken off on the wrong side, and the file says 0. late-trigger: every contact is
-    reported value (20 sigma) further along the approach. thermal-growth: the fixture is larger than its file says, by
-    the share value about its origin (2.3e-4: aluminium, 10 K). wrong-sigma: contacts scatter value times as much as
-    sigma says (10). Of the fixture file: wrong-radius (off by value, 20 sigma), diameters (the radii are), wrong-place
-    (a feature is value elsewhere, 20 sigma), exchanged-axes (two coordinates of a feature), mirrored.
+    Parameters
+    ----------
+    kind : str
+        outlier: one contact is off along the normal. reversed-approach: a contact says the opposite of how the probe
+        came. swapped-labels: two contacts exchange their features. wrong-unit: coordinates are numbers of a unit value
+        times as large as the file says. forgotten-tip: a tip of that radius touched, and the file says 0. late-trigger:
+        every contact is reported further along the approach. thermal-growth: the fixture is larger than its file says,
+        by the share value about its origin.
+    value : float, optional
+        How large (lengths in fixture units), or the row of the reversed approach. None: a typical size: 20 sigma for an
+        outlier and a late trigger, 25.4 for a unit, the probe's own radius, a growth of 2.3e-4 (aluminium, 10 K), and
+        any row.
+
+    Raises
+    ------
+    UsageError
+        A value that the mistake cannot have, when it is made.
+
+    Examples
+    --------
+    >>> fixture = tactfix.load_fixture("fixtures/robot-cell-plate.yaml")
+    >>> tactfix.simulate(fixture, count=9, fault=tactfix.Fault("wrong-unit", 25.4)).mistake
+    'coordinates are divided by 25.4'
     """
 
     kind: FaultKind

@@ -36,7 +36,31 @@ _CHOICE = 64
 
 @frozen_value
 class Simulation:
-    """Simulated contacts in base, and the truth: base_from_fixture (4, 4), the fault and what it did, in words."""
+    """Simulated contacts in base, and the truth.
+
+    Attributes
+    ----------
+    fixture, units : str
+        Name of the fixture, and the unit of all lengths.
+    contacts : Contacts
+        In base.
+    base_from_fixture : (4, 4) array
+        Where the fixture stands, in units.
+    seed : int
+        What it was made with.
+    planned : bool
+        Whether a plan said where to touch.
+    fault : Fault or None
+        The mistake made.
+    mistake : str or None
+        What it did, in words.
+
+    Examples
+    --------
+    >>> made = tactfix.simulate(tactfix.load_fixture("fixtures/three-planes.yaml"), seed=1, count=9)
+    >>> made.base_from_fixture.shape
+    (4, 4)
+    """
 
     fixture: str
     units: str
@@ -58,17 +82,52 @@ def simulate(
     count: int | None = None,
     fault: Fault | None = None,
 ) -> Simulation:
-    """Contacts on a fixture that stands at base_from_fixture (4, 4), or at a random pose.
+    """Simulate contacts on a fixture that stands somewhere.
 
-    The random pose is one that the fixture's placement allows (`placed_poses`); without one, any, a metre or more away.
+    Parameters
+    ----------
+    fixture : Fixture
+        What is touched.
+    plan : Contacts, optional
+        Nominal contacts in the fixture frame, as `plan` gives them; without one, random touches inside the touch boxes,
+        reachable in a straight line, from within a cone about the normal. Contacts on points have no approach.
+    base_from_fixture : (4, 4) array, optional
+        Where it stands, in the fixture's units; None: a random pose that the fixture's placement allows, without one
+        any, a metre or more away.
+    sigma, tip_radius : float, optional
+        In fixture units; the plan's, or those of the fixture's probe, where None. A feature's own sigma is added to the
+        noise in quadrature.
+    seed : int
+        Of pose, touches, noise and fault, each a stream of its own.
+    count : int, optional
+        How many random touches.
+    fault : Fault, optional
+        A mistake that is made.
 
-    plan: nominal contacts in the fixture frame, as `plan` gives them; without one, count random touches inside the
-    touch boxes, reachable in a straight line, from within CONE_DEG of the normal. sigma and tip_radius default to the
-    plan's, then to the fixture's probe. A feature's own sigma is added to the noise in quadrature. Contacts on points
-    have no approach.
+    Returns
+    -------
+    Simulation
+        The contacts, in base, and the truth.
 
-    Raises UsageError where sigma or tip_radius is said nowhere, where the fixture's relations do not place its
-    features, where a feature cannot be reached, or where plan and count are both given; TipDoesNotFitError.
+    Raises
+    ------
+    UsageError
+        Where nothing says sigma or tip_radius, where the fixture's relations do not place its features, where a feature
+        cannot be reached, or where plan and count are both given.
+    TipDoesNotFitError
+        A tip that is not smaller than a bore.
+
+    Notes
+    -----
+    x_i = R (p_i + (t + e_i) n_i) + translation, with p_i on the surface, n_i its outward normal, t the tip's radius and
+    e_i normal noise; on a point, which holds the tip from all sides, noise has all directions.
+
+    Examples
+    --------
+    >>> cube = tactfix.load_fixture("fixtures/three-planes.yaml")
+    >>> made = tactfix.simulate(cube, seed=1, count=9)
+    >>> len(made.contacts), made.mistake is None
+    (9, True)
     """
     if plan is not None and count is not None:
         raise UsageError("a plan says how many contacts there are; leave out the number of contacts")

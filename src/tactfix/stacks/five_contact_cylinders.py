@@ -29,7 +29,24 @@ _ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2,
 
 @frozen_value
 class CylinderStack:
-    """points (..., 6, 3) on the axes, directions (..., 6, 3) and radii (..., 6), nan where not valid (..., 6)."""
+    """The cylinders through each of a stack of five contacts, up to six each; nan where not valid.
+
+    Attributes
+    ----------
+    points : (..., 6, 3) array
+        On the axes.
+    directions : (..., 6, 3) array
+        Unit vectors along the axes, of either sign.
+    radii : (..., 6) array
+        In the contacts' unit.
+    valid : (..., 6) array of bool
+        Where there is one.
+
+    Examples
+    --------
+    >>> bool(tactfix.cylinders_through_five(np.zeros((2, 5, 3))).valid.any())
+    False
+    """
 
     points: Floats
     directions: Floats
@@ -38,13 +55,43 @@ class CylinderStack:
 
 
 def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderStack:
-    """All real cylinders through five contacts each, up to six, whatever their radius.
+    """Find all real cylinders through five contacts, up to six, for a stack of problems.
 
-    points (..., 5, 3). tolerance: by so much, in the contacts' unit, a contact may miss a cylinder at which two roots
-    have merged: a double root that noise has made complex is returned once. A layout with no finite number of cylinders
-    has whatever isolated ones were found, or none: nothing is raised, so that one bad problem does not stop a stack.
-    Memory beyond the answer does not grow with the stack. Raises UsageError for points of another shape.
-    Source: eqs. 37-45, fig. 5.
+    Parameters
+    ----------
+    points : (..., 5, 3) array
+        Five contacts for each problem.
+    tolerance : float
+        By so much, in the contacts' unit, a contact may miss a cylinder at which two roots have merged: a double root
+        that noise has made complex is returned once.
+
+    Returns
+    -------
+    CylinderStack
+        A layout with no finite number of cylinders has whatever isolated ones were found, or none: nothing is raised,
+        so that one bad problem does not stop a stack.
+
+    Raises
+    ------
+    UsageError
+        Points of another shape.
+
+    Notes
+    -----
+    Solves |(x_i - p) x s| = r, |s| = 1, i = 1..5, for the point p and direction s of the axis and the radius r. Memory
+    beyond the answer does not grow with the stack.
+
+    References
+    ----------
+    .. [1] Eqs. 37-45 and fig. 5 of the paper of the README.
+
+    Examples
+    --------
+    >>> angle = np.array([0.0, 1.0, 2.5, 4.0, 5.0])
+    >>> points = np.column_stack([2 * np.cos(angle), 2 * np.sin(angle), [0.0, 1.0, -1.0, 2.0, 0.5]])
+    >>> stack = tactfix.cylinders_through_five(points)
+    >>> bool(np.isclose(stack.radii[stack.valid], 2.0).any())
+    True
     """
     shape = stack_shape(points, 5)
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 15)

@@ -27,10 +27,22 @@ def stack_shape(points: Floats, contacts: int) -> tuple[int, ...]:
 
 @frozen_value
 class SphereCenters:
-    """centers (..., 2, 3), nan where not valid; valid (...): both centres are real, or a double root within tolerance.
+    """Both centres of each of a stack of spheres through three contacts.
 
-    double (...): the radius falls short of the circumradius, but by no more than the tolerance; both centres are then
-    the circumcentre.
+    Attributes
+    ----------
+    centers : (..., 2, 3) array
+        In the contacts' unit, nan where not valid.
+    valid : (...) array of bool
+        Both centres are real, or a double root within tolerance.
+    double : (...) array of bool
+        The radius falls short of the circumradius, but by no more than the tolerance; both centres are then the
+        circumcentre.
+
+    Examples
+    --------
+    >>> bool(tactfix.sphere_centers(np.eye(3), radius=0.1).valid)
+    False
     """
 
     centers: Floats
@@ -39,13 +51,41 @@ class SphereCenters:
 
 
 def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | float = 0.0) -> SphereCenters:
-    """Both centres of the spheres of known radius through three contacts each: |x_i - c| = radius, i = 1..3.
+    """Find both centres of the spheres of known radius through three contacts, for a stack of problems.
 
-    points (..., 3, 3): three contacts each; radius, tolerance: numbers or (...), same unit: a circumradius that
-    exceeds the radius by up to tolerance is taken for a great circle that noise has moved.
-    Returns invalid entries, not errors, for contacts on a line and for contacts too far apart, so that one bad problem
-    does not stop a stack; UsageError is raised for points of another shape. Memory beyond the answer does not grow with
-    the stack. Source: eqs. 3-10.
+    Parameters
+    ----------
+    points : (..., 3, 3) array
+        Three contacts for each problem.
+    radius : float or (...) array
+        In the contacts' unit, as tolerance.
+    tolerance : float or (...) array
+        A circumradius that exceeds the radius by up to this is taken for a great circle that noise has moved.
+
+    Returns
+    -------
+    SphereCenters
+        Not valid for contacts on a line and for contacts too far apart: one bad problem does not stop a stack.
+
+    Raises
+    ------
+    UsageError
+        Points of another shape.
+
+    Notes
+    -----
+    Solves |x_i - c| = radius, i = 1..3: c = m +- h n with m the circumcentre of the three contacts, n the unit normal
+    of their plane and h^2 = radius^2 - circumradius^2. Memory beyond the answer does not grow with the stack.
+
+    References
+    ----------
+    .. [1] Eqs. 3-10 of the paper of the README, which divide by a component of n; here no coordinate axis is preferred.
+
+    Examples
+    --------
+    >>> tactfix.sphere_centers(np.eye(3), radius=1.0).centers.round(3) + 0.0
+    array([[0.667, 0.667, 0.667],
+           [0.   , 0.   , 0.   ]])
     """
     shape = stack_shape(points, 3)
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 9)
