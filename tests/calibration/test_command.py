@@ -98,6 +98,34 @@ def test_the_report_and_the_tip_say_what_the_json_says(cell: Path, capsys: pytes
     assert report["shrinkage"] in [item["factor"] for item in report["factors"]]
 
 
+def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from tests.api.test_json_schemas import keeps, schema_of
+
+    few = cell.parent / "few.csv"
+    few.write_text("\n".join((cell.parent / "touches.csv").read_text().splitlines()[:12]))
+    added = cell.parent / "added.csv"
+    status, out, err = told(capsys, cell, few, "--plan", 3, "--output", added)
+    assert (status, out) == (0, "")
+    assert "none is added at left and high: write placement" in err
+    assert len(added.read_text().splitlines()) == 3 + 3
+    status, out, err = told(capsys, cell, added, "--plan", 0, "--json")
+    assert status == 0
+    report = json.loads(out)
+    assert report["planned"] == 3
+    assert report["added"] == []
+    assert report["prediction"]["planned"] == report["prediction"]["with_added"] < report["prediction"]["prior"]
+    assert keeps(report, schema_of("calibrate-plan"))
+    for words, message in (
+        ((cell, "--plan", 3), "nothing says where front, left and high is; give planned touches, or placement"),
+        ((cell,), "no TOUCHES are given"),
+        ((cell, few, "--plan", 3, "--hold-out", "front"), "--plan goes without --hold-out"),
+        ((cell, few, "--plan", 3, "--output", "x.urdf"), "x.urdf: touches to add are written as .csv or .json"),
+    ):
+        status, out, err = told(capsys, *words)
+        assert (status, out) == (2, "")
+        assert message in err
+
+
 def test_what_cannot_be_written_is_refused_before_anything_is_computed(
     cell: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

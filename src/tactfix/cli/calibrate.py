@@ -1,7 +1,7 @@
 """tactfix calibrate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -16,12 +16,20 @@ if TYPE_CHECKING:
     from tactfix.calibration.result import Calibration
     from tactfix.files.cell_file import CellFile
 
+MOST_ADDED: Final = 1000
+"""Touches that --plan adds at most: nobody makes more."""
+
 
 def command(
     cell_path: Annotated[Path, typer.Argument(metavar="CELL", help="Cell file (YAML).", show_default=False)],
     touches_path: Annotated[
-        str, typer.Argument(metavar="TOUCHES", help="Touch file (CSV); - is standard input.", show_default=False)
-    ],
+        str | None,
+        typer.Argument(
+            metavar="TOUCHES",
+            help="Touch file (CSV); - is standard input. With --plan: touches planned, or none.",
+            show_default=False,
+        ),
+    ] = None,
     hold_out: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,6 +50,21 @@ def command(
             autocompletion=completion.pose_formats,
         ),
     ] = None,
+    plan: Annotated[
+        int | None,
+        typer.Option(
+            "--plan",
+            metavar="N",
+            min=0,
+            max=MOST_ADDED,
+            help="Before anyone touches: tell what TOUCHES would tell, and print N touches to add.",
+        ),
+    ] = None,
+    criterion: Annotated[
+        Literal["worst", "d"],
+        typer.Option(help="With --plan: the worst sigma of the tip over the joint ranges, or D-optimal."),
+    ] = "worst",
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="With --plan: one seed gives one plan.")] = 0,
     output: Output = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -51,6 +74,9 @@ def command(
 
     Prints the corrected URDF or Denavit-Hartenberg rows; --output writes them, or the JSON (.json) or a report (.html).
     How much of what the touches say is believed is chosen by leaving out one place after the other.
+
+    --plan tells which parameters planned touches would tell and prints touches to add, as a touch file. It needs to
+    know roughly where places are: by their placement in the cell file, or by touches planned there.
 
     Exit status: 0 calibrated, 4 underdetermined (no robot is written), 6 inconsistent.
     """
@@ -62,6 +88,12 @@ def command(
     if tip_format is not None and as_json:
         raise UsageError("--json and --tip-format do not go together; the JSON says the tip too")
     file = load_cell(cell_path)
+    if plan is not None:
+        if hold_out or unchecked or tip_format:
+            raise UsageError("--plan goes without --hold-out, --unchecked and --tip-format")
+        return _plan(file, touches_path, plan, criterion, seed, output, as_json=as_json, quiet=quiet, verbose=verbose)
+    if touches_path is None:
+        raise UsageError("no TOUCHES are given; name a touch file, or plan touches with --plan N")
     check_output(file, output)
     dialect = None if tip_format is None else _dialect(tip_format)
     touches = load_touches(touches_path, file.cell, file.sigma)
@@ -79,6 +111,40 @@ def command(
 
         print_calibration(result, standard_error())
     return Exit.DONE if result.status == "calibrated" else exit_of_status(result.status)
+
+
+def _plan(
+    file: "CellFile",
+    touches: str | None,
+    add: int,
+    criterion: Literal["worst", "d"],
+    seed: int,
+    output: Path | None,
+    *,
+    as_json: bool,
+    quiet: bool,
+    verbose: bool,
+) -> int:
+    """Judge planned touches and print those to add."""
+    from tactfix.calibration.touch_plan import plan_touches
+    from tactfix.files.touch_file import load_touches
+    from tactfix.report.json_report import text_of
+    from tactfix.report.touch_plan_report import plan_csv, print_touch_plan, touch_plan_json, touch_plan_lines
+
+    endings = (".csv", ".json")
+    if output is not None and output.suffix.lower() not in endings:
+        raise UsageError(f"{output}: touches to add are written as .csv or .json")
+    planned = None if touches is None else load_touches(touches, file.cell, file.sigma)
+    if file.sigma is None and add and planned is None:
+        raise UsageError("nothing says the sigma of a touch; write probe: {sigma: ...} in the cell file")
+    sigma = file.sigma or float(planned.sigmas.mean())  # type: ignore[union-attr]
+    result = plan_touches(file.cell, planned, add, sigma, criterion, seed)
+    text = text_of(touch_plan_json(result)) if as_json or (output and output.suffix.lower() == ".json") else None
+    emit(plan_csv(result) if text is None else text, output)
+    tell(touch_plan_lines(result), quiet=quiet)
+    if wants_summary(quiet=quiet, verbose=verbose):
+        print_touch_plan(result, standard_error())
+    return Exit.DONE
 
 
 def _dialect(name: str) -> str:

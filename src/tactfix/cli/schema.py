@@ -15,7 +15,7 @@ def command(
         typer.Option(
             "--of",
             metavar="COMMAND",
-            help="Print the JSON Schema of what this command prints with --json.",
+            help="Print the JSON Schema of what this command prints with --json; cell: of cell files.",
             autocompletion=completion.json_commands,
         ),
     ] = None,
@@ -27,8 +27,13 @@ def command(
 
         # yaml-language-server: $schema=tactfix.schema.json
 
-    With --of it is the schema of the JSON of a command.
+    With --of it is the schema of the JSON of a command (calibrate-plan: of calibrate --plan), or of cell files.
     """
+    if of == "cell":
+        from tactfix.fixture_format.cell_schema import cell_schema
+
+        emit(cell_schema(), output)
+        return 0
     if of is not None:
         from tactfix.report.json_schema import schema_of
 

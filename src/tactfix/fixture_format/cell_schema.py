@@ -1,5 +1,6 @@
 """Format 1 of cell files: the robot, its probe, what is unknown of it, and the fixtures at their places."""
 
+import json
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
@@ -10,6 +11,13 @@ from tactfix.units import Unit
 
 Numbers: TypeAlias = Annotated[list[float], Field(min_length=4, max_length=5)]
 Range: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+def cell_schema() -> str:
+    """JSON Schema (draft 2020-12) of cell files, as text with a newline at its end."""
+    schema = CellDocument.model_json_schema(by_alias=True)
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "tactfix cell"}
+    return json.dumps({**head, **{key: value for key, value in schema.items() if key != "title"}}, indent=2) + "\n"
 
 
 class DhModel(Strict):
@@ -67,7 +75,8 @@ class PlaceModel(Strict):
 class CellDocument(Strict):
     """The whole file."""
 
-    tactfix_cell: Literal[1] = Field(description="The version of this format.")
+    # Not Literal[1]: true and 1.0 equal 1.
+    tactfix_cell: int = Field(ge=1, le=1, description="The version of this format.", json_schema_extra={"const": 1})
     units: Unit = Field(description="Unit of every length in this file.")
     robot: RobotModel
     probe: CellProbeModel

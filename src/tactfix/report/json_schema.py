@@ -33,6 +33,8 @@ _TYPES: Final = {
     "batch": "json_types_of_tools:BatchJson",
 }
 """The type of the JSON of each command that prints any, by module and name."""
+_MORE: Final = {"calibrate-plan": "json_types_of_tools:CalibratePlanJson"}
+"""Of commands with an option that makes another thing of them."""
 
 JSON_COMMANDS: Final = tuple(_TYPES)
 _PLAIN: Final[dict[object, str]] = {
@@ -46,9 +48,10 @@ _PLAIN: Final[dict[object, str]] = {
 
 def schema_of(command: str) -> str:
     """JSON Schema (draft 2020-12) of the JSON of a command, as text. Raises UsageError for a command without JSON."""
-    if command not in _TYPES:
-        raise UsageError(f"no JSON of {command!r}; {did_you_mean(command, _TYPES)}")
-    module, name = _TYPES[command].split(":")
+    known = {**_TYPES, **_MORE}
+    if command not in known:
+        raise UsageError(f"no JSON of {command!r}; {did_you_mean(command, known)}")
+    module, name = known[command].split(":")
     definitions: dict[str, Any] = {}
     root = _schema(getattr(import_module(f"tactfix.report.{module}"), name), definitions)
     schema = {

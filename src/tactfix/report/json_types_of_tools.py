@@ -271,6 +271,50 @@ class CalibrateJson(TypedDict):
     warnings: list[str]
 
 
+class AddedTouchJson(TypedDict):
+    """A touch to add: joints in degrees, lengths of prismatic ones in the cell's units."""
+
+    place: str
+    feature: str
+    joints: list[float]
+
+
+class PlannedParameterJson(TypedDict):
+    """Sigma of a parameter by the prior, after the touches planned, and with those added."""
+
+    name: str
+    unit: str
+    prior: Number
+    planned: Number
+    with_added: Number
+    identified: bool
+
+
+class PlanStagesJson(TypedDict):
+    """A sigma of the tip's place by the prior, after the touches planned, and with those added."""
+
+    prior: Number
+    planned: Number
+    with_added: Number
+
+
+class CalibratePlanJson(TypedDict):
+    """The JSON of calibrate --plan, in the cell's units; angles in degrees."""
+
+    schema: Literal["tactfix/calibrate-plan/1"]
+    tactfix_version: str
+    units: str
+    planned: int
+    added: list[AddedTouchJson]
+    parameters: list[PlannedParameterJson]
+    not_identified: list[str]
+    prediction: PlanStagesJson
+    worst: PlanStagesJson
+    observability: dict[str, Number]
+    unplaced: list[str]
+    out_of_reach: list[str]
+
+
 class BatchJson(TypedDict):
     """The JSON of batch: how many sets ended how, and where their rows are."""
 

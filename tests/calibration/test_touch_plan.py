@@ -1,0 +1,101 @@
+"""Touches planned: they reach what they are to touch, what they would tell is true, and they tell more than others."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tactfix.calibration.cell import Cell, Place
+from tactfix.calibration.touch_plan import plan_touches
+from tactfix.errors import UsageError
+from tactfix.fixture import Placement
+from tactfix.geometry.arrays import Floats
+from tests.support.arms import PLACES, SEATS, arm_cell, fixture, tips
+
+SIGMA = 0.05
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    """Two places that are roughly known, and joints that stay where the arm can go."""
+    seats = fixture(dict(SEATS))
+    bare = arm_cell(("joint_offsets", "tip"), dict.fromkeys(("front", "left"), seats))
+    places = {name: Place(name, seats, Placement(pose(name))) for name in bare.places}
+    ranges = np.deg2rad([[-100, 100], [-60, 80], [-60, 80], [-150, 150], [-110, 110], [-170, 170]])
+    return replace(bare, places=places, joint_ranges=ranges)
+
+
+def pose(name: str) -> Floats:
+    origin, turns = PLACES[name]
+    base_from_fixture = np.eye(4)
+    base_from_fixture[:3, :3], base_from_fixture[:3, 3] = Rotation.from_euler("xyz", turns).as_matrix(), origin
+    return base_from_fixture
+
+
+def covariance(cell: Cell, joints: Floats, places: tuple[str, ...], names: tuple[str, ...]) -> Floats:
+    """Of the parameters, from touches of seats at places that may stand anywhere: by differences of `tips`."""
+    step = 1e-6
+    columns = [(tips({name: step}, joints) - tips({name: -step}, joints)).ravel() / (2 * step) for name in names]
+    x = tips({}, joints)
+    for place in dict.fromkeys(places):
+        here = np.array([p == place for p in places])[:, None]
+        columns += [(np.broadcast_to(axis, x.shape) * here).ravel() for axis in np.eye(3)]
+        columns += [(np.cross(axis, x) * here).ravel() for axis in np.eye(3)]
+    rows = np.stack(columns, axis=1) / SIGMA
+    robot, where = rows[:, : len(names)], rows[:, len(names) :]
+    basis, sizes, _ = np.linalg.svd(where, full_matrices=False)
+    basis = basis[:, sizes > 1e-9 * sizes[0]]
+    robot = robot - basis @ (basis.T @ robot)
+    by_name = {parameter.name: cell.prior.sigma(parameter) for parameter in cell.parameters}
+    return np.linalg.inv(robot.T @ robot + np.diag([1 / by_name[name] ** 2 for name in names]))
+
+
+def test_touches_added_reach_their_seats_and_tell_what_is_said(cell: Cell) -> None:
+    plan = plan_touches(cell, None, 12, SIGMA)
+    assert plan.planned == 0
+    assert len(plan.added) == 12
+    assert [plan.added.places.count(name) for name in ("front", "left")] == [6, 6]
+    for place, feature, tip in zip(plan.added.places, plan.added.features, tips({}, plan.added.joints), strict=True):
+        seat = pose(place) @ [*SEATS[feature].point, 1.0]
+        assert tip == pytest.approx(seat[:3], abs=2e-3)
+    assert (plan.added.joints >= cell.joint_ranges[:, 0]).all()
+    assert (plan.added.joints <= cell.joint_ranges[:, 1]).all()
+    names = tuple(item.name for item in plan.parameters)
+    sigmas = np.sqrt(np.diag(covariance(cell, plan.added.joints, plan.added.places, names)))
+    scale = [np.rad2deg(1.0) if item.unit == "deg" else 1.0 for item in plan.parameters]
+    assert [item.with_added for item in plan.parameters] == pytest.approx(sigmas * scale, rel=1e-3)
+
+
+def test_touches_added_tell_more_than_as_many_others(cell: Cell) -> None:
+    many = plan_touches(cell, None, 40, SIGMA).added
+    rng = np.random.default_rng(3)
+    others = [plan_touches(cell, many.subset(rng.permutation(len(many))[:8]), 0, SIGMA) for _ in range(4)]
+    best = plan_touches(cell, None, 8, SIGMA)
+    assert best.worst[2] < 0.8 * np.mean([other.worst[1] for other in others])
+    by_determinant = plan_touches(cell, None, 8, SIGMA, "d")
+    names = tuple(item.name for item in best.parameters)
+    sizes = [
+        np.linalg.slogdet(covariance(cell, touches.joints, touches.places, names))[1]
+        for touches in (by_determinant.added, *(many.subset(rng.permutation(len(many))[:8]) for _ in range(4)))
+    ]
+    assert sizes[0] < min(sizes[1:])
+    # What is planned counts: touches added to some tell more than those alone.
+    more = plan_touches(cell, best.added, 4, SIGMA)
+    assert more.planned == 8
+    assert more.prediction[1] == pytest.approx(best.prediction[2], rel=1e-6)
+    assert more.worst[2] < more.worst[1] < more.worst[0]
+
+
+def test_places_of_which_nothing_is_known_are_told(cell: Cell) -> None:
+    places = {**cell.places, "left": Place("left", cell.places["left"].fixture)}
+    plan = plan_touches(replace(cell, places=places), None, 3, SIGMA)
+    assert plan.unplaced == ("left",)
+    assert set(plan.added.places) == {"front"}
+    moved = np.eye(4)
+    moved[0, 3] = 5000.0
+    far = replace(cell, places={"front": Place("front", cell.places["front"].fixture, Placement(moved))})
+    with pytest.raises(UsageError, match="nothing to plan with"):
+        plan_touches(far, None, 3, SIGMA)
+    with pytest.raises(UsageError, match="nothing says where left is"):
+        plan_touches(replace(cell, places={"left": places["left"]}), None, 3, SIGMA)
