@@ -123,15 +123,61 @@ def calibrate(
     Calibration
         status is "calibrated" only where places left out speak for the robot; `write_robot` writes it.
 
-    Raises UsageError for places that are not there or not touched.
+    Raises
+    ------
+    UsageError
+        Places that are not there or not touched.
+
+    Notes
+    -----
+    Minimises the sum of (f_i(place_i^-1 tip(q_i, p)) - r)^2 / sigma_i^2 + p^T P^-1 p / factor^2 over the errors p of
+    the robot's parameters and the poses of all places, with f_i the signed distance from the surface of touch i, r the
+    tip's radius and P the prior. The factor, from 0 to 1, is chosen by leaving out one place after the other.
+
+    References
+    ----------
+    .. [1] J. M. Hollerbach, W. Khalil, M. Gautier, "Model Identification", Springer Handbook of Robotics, 2nd ed. 2016.
+
+    Examples
+    --------
+    >>> cell = tactfix.load_cell("samples/robot-calibration/cell.yaml")
+    >>> touches = tactfix.load_touches("samples/robot-calibration/touches.csv", cell)
+    >>> tactfix.calibrate(cell, touches)
+    <Calibration: calibrated, 72 touches at 3 places, tip known to 6.1 before, 0.099 mm after>
     """
     return calibrated(cell.cell, touches, hold_out, unchecked)
 
 
 def load_touches(source: Source, cell: CellFile) -> Touches:
-    """The touches of a CSV file (or "-", standard input) on the fixtures of a cell: place, feature, q1 to qn.
+    """Read the touches of a CSV file on the fixtures of a cell.
 
-    In rad and the cell's units. Raises FileError with all that is wrong, by row and line.
+    Parameters
+    ----------
+    source : str, Path, bytes or open file
+        With columns place, feature, q1 to qn; "-" for standard input.
+    cell : CellFile
+        Whose places and features are touched.
+
+    Returns
+    -------
+    Touches
+        In rad and the cell's units.
+
+    Raises
+    ------
+    FileError
+        With all that is wrong, by row and line.
+
+    Notes
+    -----
+    A line "# joints: deg" or "# joints: rad" above the header says the unit of the joints.
+
+    Examples
+    --------
+    >>> cell = tactfix.load_cell("samples/robot-calibration/cell.yaml")
+    >>> touches = tactfix.load_touches("samples/robot-calibration/touches.csv", cell)
+    >>> len(touches)
+    72
     """
     return read_touches(source, cell.cell, cell.sigma)
 

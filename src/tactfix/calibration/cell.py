@@ -81,8 +81,27 @@ class Cell:
 class Touches:
     """n touches: at which place and feature, with the joints where, and how surely.
 
-    joints (n, k): rad, lengths for prismatic ones. approaches (n, 3): unit travel of the probe in base, or in the
-    flange where in_flange, nan where not known. sigmas (n,): of the probe along the normal. rows: of the file.
+    Attributes
+    ----------
+    places, features : tuple of str
+        What each touch touched (n names).
+    joints : (n, k) array
+        Of k joints from base to tip: rad, lengths for prismatic ones.
+    approaches : (n, 3) array
+        Unit travel of the probe in base, or in the flange where in_flange; nan where not known.
+    in_flange : bool
+        The frame of the approaches.
+    sigmas : (n,) array
+        One standard deviation of the probe along the normal.
+    rows : tuple of int
+        Of the file (n), counted from 1.
+
+    Examples
+    --------
+    >>> cell = tactfix.load_cell("samples/robot-calibration/cell.yaml")
+    >>> touches = tactfix.load_touches("samples/robot-calibration/touches.csv", cell)
+    >>> touches.subset([0, 1]).places
+    ('front', 'front')
     """
 
     places: tuple[str, ...]

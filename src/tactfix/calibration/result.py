@@ -101,11 +101,51 @@ class TipResult:
 
 @frozen_value
 class Calibration:
-    """The answer: status, parameters, places, what checks them, and what they are good for.
+    """The answer of calibrate: parameters, places, what checks them, and what they are good for.
 
-    values (m,): errors of all parameters of the cell (rad, lengths), the tip's radius last. covariance (m, m): of them.
-    prediction: rms sigma of the tip's place over the joint ranges, before and after; workspace: place by place. scores:
-    of the factors tried, the smallest last; empty where nothing was left out.
+    Attributes
+    ----------
+    units : str
+        Of lengths; angles are rad.
+    status : {"calibrated", "underdetermined", "inconsistent"}
+        "calibrated" only where places left out speak for the robot.
+    values : (m,) array
+        Errors of all parameters of the cell (rad, lengths), the tip's radius last.
+    covariance : (m, m) array
+        Of them.
+    parameters : tuple of ParameterResult
+        Each by name, with nominal and new value and sigma.
+    not_identified : tuple of str
+        What is not known, in words.
+    tip : TipResult
+        The tip's centre and radius.
+    places : tuple of PlaceResult
+        Where each fixture stands, and its residuals before and after.
+    left_out : tuple of LeftOut
+        Residuals at places that were left out, before and after.
+    shrinkage : float
+        The factor from 0 to 1 by which the prior was believed.
+    prediction : tuple of two floats
+        rms sigma of the tip's place over the joint ranges, before and after.
+    workspace : Workspace
+        The same place by place.
+    scores : tuple of FactorScore
+        Of the factors tried, the smallest last; empty where nothing was left out.
+    observability : mapping of str to float
+        O1 to O5.
+    touches : tuple of TouchResidual
+        Of each touch.
+    outliers : tuple of int
+        Rows of the file, counted from 1.
+    reasons, warnings : tuple of str
+        Why the status is not "calibrated", and what else there is to say.
+
+    Examples
+    --------
+    >>> cell = tactfix.load_cell("samples/robot-calibration/cell.yaml")
+    >>> touches = tactfix.load_touches("samples/robot-calibration/touches.csv", cell)
+    >>> tactfix.calibrate(cell, touches).status
+    'calibrated'
     """
 
     units: str

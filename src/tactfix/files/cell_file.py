@@ -44,7 +44,24 @@ class DhRobot:
 
 @frozen_value
 class CellFile:
-    """A cell, its robot as its file describes it, the tip's nominal offset, and the sigma of touches that say none."""
+    """A cell, and what its file says besides.
+
+    Attributes
+    ----------
+    cell : Cell
+        Robot, prior, fixtures and places, in one unit.
+    robot : UrdfRobot or DhRobot
+        As its file describes it.
+    tip_offset : (3,) array
+        The tip's nominal centre beyond tip_link or the last row.
+    sigma : float or None
+        Of touches that say none.
+
+    Examples
+    --------
+    >>> tactfix.load_cell("samples/robot-calibration/cell.yaml").tip_offset.shape
+    (3,)
+    """
 
     cell: Cell
     robot: UrdfRobot | DhRobot
@@ -53,7 +70,31 @@ class CellFile:
 
 
 def load_cell(path: str | Path) -> CellFile:
-    """The cell that a YAML file describes. Raises FileError, for the files that it names too."""
+    """Read a cell file (YAML): a robot, its probe, and the fixtures at its places.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; what it names is looked for beside it.
+
+    Returns
+    -------
+    CellFile
+
+    Raises
+    ------
+    FileError
+        With all that is wrong with it, or with the files that it names.
+
+    Notes
+    -----
+    Fixtures in another unit than the cell's are converted; angles become rad.
+
+    Examples
+    --------
+    >>> tactfix.load_cell("samples/robot-calibration/cell.yaml").cell.units
+    'mm'
+    """
     tree = read_tree(decode(str(path), read_bytes(path)))
     document = read_cell(tree.value) if tree.is_complete else []
     if isinstance(document, list) or tree.problems:

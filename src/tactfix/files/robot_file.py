@@ -12,9 +12,36 @@ from tactfix.kinematics.urdf import UrdfRobot, corrected_urdf
 
 
 def write_robot(cell: CellFile, result: Calibration) -> str:
-    """The calibrated robot as `tactfix calibrate` prints it: the corrected URDF, or Denavit-Hartenberg rows as YAML.
+    """Write the calibrated robot as `tactfix calibrate` prints it.
 
-    Raises UsageError where nothing has checked the robot, that is where status is not "calibrated".
+    Parameters
+    ----------
+    cell : CellFile
+        What was calibrated.
+    result : Calibration
+        What `calibrate` found of it.
+
+    Returns
+    -------
+    str
+        The corrected URDF, or Denavit-Hartenberg rows as YAML.
+
+    Raises
+    ------
+    UsageError
+        Nothing has checked the robot, that is, status is not "calibrated".
+
+    Notes
+    -----
+    Of a URDF only the origins change; the sigmas stand in comments.
+
+    Examples
+    --------
+    >>> cell = tactfix.load_cell("samples/robot-calibration/cell.yaml")
+    >>> touches = tactfix.load_touches("samples/robot-calibration/touches.csv", cell)
+    >>> text = tactfix.write_robot(cell, tactfix.calibrate(cell, touches))
+    >>> text.splitlines()[-2][:14]
+    '  - [0.0, 80.0'
     """
     if not result.is_written:
         raise UsageError(f"the robot is {result.status}, so it is not written: {'; '.join(result.reasons)}")
