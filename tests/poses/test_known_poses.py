@@ -298,3 +298,11 @@ def test_covariances_cover_the_truth(counts, free, sigma):
         free_error = vectors[:, -size:].T @ error
         inside += float((free_error**2 / values[-size:]).sum()) < chi2.ppf(0.95, size)
     assert 0.935 < inside / 2000 < 0.965
+
+
+def test_a_pose_turned_by_exactly_half_a_turn_is_that_far_from_near():
+    from tactfix.poses.prior import deviation
+
+    for axis in np.eye(3):
+        turned = pose_of(2 * np.outer(axis, axis) - np.eye(3), [0, 0, 0])
+        assert np.abs(deviation(Placement(np.eye(4)), turned)[:3]) == pytest.approx(np.pi * axis)

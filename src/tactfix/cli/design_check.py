@@ -11,7 +11,20 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import AsJson, ContactsFormat, Features, Output, Quiet, Scheduler, TipOffset, Units
+from tactfix.cli.options import (
+    AsJson,
+    ContactsFormat,
+    Features,
+    Free,
+    Near,
+    NearSigma,
+    Output,
+    Quiet,
+    Scheduler,
+    TipOffset,
+    Units,
+    Within,
+)
 from tactfix.cli.output import emit
 from tactfix.cli.progress import progress_bar
 from tactfix.cli.workers import mapping
@@ -67,6 +80,10 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
+    near: Near = None,
+    within: Within = None,
+    near_sigma: NearSigma = None,
+    free: Free = None,
     as_json: AsJson = False,
     junit: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
@@ -85,9 +102,11 @@ def command(
     """Tell whether a fixture will locate, how surely, and which mistakes it would never notice.
 
     Contacts that lie on the fixture's surfaces as they stand are a plan in the fixture frame; others are located first.
+    The fixture's placement, or --near, is taken into account: the fixture is judged as it stands there.
 
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
+    from tactfix.cli.placement import placed
     from tactfix.design.design_check import Wishes, design_check
     from tactfix.design.explanations import explanation
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
@@ -104,7 +123,7 @@ def command(
     if scheduler is not None and not study:
         raise UsageError("--scheduler is for a study; say how many layouts with --study N")
     points = tuple(vector(text, "--at") for text in at or ())
-    fixture = load_fixture(fixture_path)
+    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     options = ContactOptions(units, tip_radius, sigma)
     given = _contacts(contacts, fixture, options, contacts_format, features, tip_offset, quiet=quiet)
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)

@@ -4,17 +4,20 @@ Everything is in the fixture frame with the fixture standing at its origin, the 
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.free_motions import tidied
 from tactfix.localization.motion_words import twist_in_words
+from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
@@ -35,6 +38,8 @@ class PointSigma:
 @frozen_value
 class Observability:
     """The indices of robot calibration, from the singular values (6,) of the rows [n, (x - c) x n / length], one each.
+
+    Where directions are held there are fewer values, of the others.
 
     length: rms distance of the contacts from their centroid c (units); it makes rotations and translations comparable.
     O1 = (product s)^(1/6) / sqrt(n), O2 = smin / smax, O3 = smin, O4 = smin^2 / smax, O5 = 1 / sum(1 / s).
@@ -98,9 +103,18 @@ class Certainty:
         return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
 
 
-def free_of(contacts: Contacts, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> tuple[FreeMotion, ...]:
-    """The motions that these contacts leave free, in words; none where they fix the pose."""
-    free = _sensitivity(contacts, surfaces, np.ones(len(contacts))).free_motions(np.zeros(3))
+def free_of(
+    contacts: Contacts,
+    surfaces: Mapping[str, Surface],
+    sigmas: Floats,
+    tolerance: Tolerance,
+    placement: Placement | None = None,
+) -> tuple[FreeMotion, ...]:
+    """The motions that these contacts leave free beside placement, in words; none where they fix the pose.
+
+    sigmas (n,) of the residuals.
+    """
+    free = _sensitivity(contacts, surfaces, sigmas, placement).free_motions(np.zeros(3))
     motions = tidied(free) if len(free) else free
     return tuple(_in_words(motion, surfaces, tolerance) for motion in motions)
 
@@ -113,13 +127,14 @@ def certainty(
     at: Floats,
     tolerance: Tolerance,
     source: Source,
+    placement: Placement | None = None,
 ) -> Certainty:
-    """What contacts in the fixture frame promise, with sigmas (n,) of their residuals.
+    """What contacts in the fixture frame promise beside placement, with sigmas (n,) of their residuals.
 
     corners (k, 3): the fixture's extreme points; at (m, 3): further points to tell. The contacts must leave no motion
     free (free_of).
     """
-    seen = _sensitivity(contacts, surfaces, sigmas)
+    seen = _sensitivity(contacts, surfaces, sigmas, placement)
     covariance = seen.covariance(np.zeros(3))
     found = tuple(_sigma_at(covariance, corner) for corner in corners)
     of = one_equation_each(surfaces, contacts, sigmas).of
@@ -130,7 +145,7 @@ def certainty(
         source=source,
         contacts=len(contacts),
         covariance=covariance,
-        observability=_observability(contacts, surfaces),
+        observability=_observability(contacts, surfaces, placement),
         worst=max(found, key=lambda point: point.sigma),
         extreme=found,
         at=tuple(_sigma_at(covariance, point) for point in at),
@@ -140,14 +155,23 @@ def certainty(
     )
 
 
-def _sensitivity(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats) -> Sensitivity:
+def _sensitivity(
+    contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats, placement: Placement | None
+) -> Sensitivity:
+    """What the contacts see, and beside them a pose that was measured, of the motions that are not held."""
     single = one_equation_each(surfaces, contacts, sigmas)
     _, normals = contact_residuals(single.surfaces, single.contacts)
-    return sensitivity(single.contacts, normals, single.sigmas)
+    seen = sensitivity(single.contacts, normals, single.sigmas)
+    if placement is None:
+        return seen
+    basis, rows = terms_in_fixture(placement, placement.near, seen.centre, seen.scale)
+    return Sensitivity(np.vstack([seen.jacobian, rows]), seen.centre, seen.scale, basis)
 
 
-def _observability(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Observability:
-    seen = _sensitivity(contacts, surfaces, np.ones(len(contacts)))
+def _observability(contacts: Contacts, surfaces: Mapping[str, Surface], placement: Placement | None) -> Observability:
+    """The indices of the contacts alone, over what is not held."""
+    held = None if placement is None else replace(placement, sigma=None, within=None)
+    seen = _sensitivity(contacts, surfaces, np.ones(len(contacts)), held)
     return Observability(seen.svd()[0], seen.scale, len(contacts))
 
 
@@ -169,8 +193,10 @@ def _influences(
     is the contact's leverage, with an eigenvalue of 1 where no other contact sees what it sees. of: as in `Equations`.
     """
     # Rows about the fixture's origin: the twist there is what the covariance is of.
-    rows = np.hstack([seen.jacobian[:, :3] * seen.scale, np.zeros((len(seen.jacobian), 3))])
-    rows += np.hstack([np.cross(seen.centre, seen.jacobian[:, 3:]), seen.jacobian[:, 3:]])
+    # Those of a measured pose come last and are no contact's.
+    jacobian = seen.jacobian[: len(of)]
+    rows = np.hstack([jacobian[:, :3] * seen.scale, np.zeros((len(jacobian), 3))])
+    rows += np.hstack([np.cross(seen.centre, jacobian[:, 3:]), jacobian[:, 3:]])
     blocks = _by_contact(rows, of, len(contacts))
     told = blocks @ covariance
     rest = np.eye(blocks.shape[1]) - told @ np.swapaxes(blocks, 1, 2)

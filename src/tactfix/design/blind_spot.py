@@ -1,5 +1,6 @@
 """One mistake, and the verdict on it: how often would the residuals show it, how far is the pose off?"""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from tactfix.design.nominal_contacts import Locator, Touched, shift_of
 from tactfix.design.symmetries import Symmetry
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse
 from tactfix.mistakes import BlindSpotCode
 from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.poses.points_as_planes import one_equation_each
@@ -74,7 +76,12 @@ def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
 def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
     """The pose that contacts on these surfaces give from start (4, 4)."""
     single = one_equation_each(touched.surfaces, contacts, touched.sigmas)
-    return refine(single.surfaces, single.contacts, single.sigmas, start)
+    known = touched.placement
+    if known is None:
+        return refine(single.surfaces, single.contacts, single.sigmas, start)
+    # What is known beforehand is known in base.
+    fit = refine(single.surfaces, single.contacts.moved(known.near), single.sigmas, known.near @ start, known)
+    return replace(fit, base_from_fixture=inverse(known.near) @ fit.base_from_fixture)
 
 
 def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:

@@ -93,11 +93,18 @@ def _unit(case: Case) -> Iterator[BlindSpot]:
     """Coordinates in another unit: locate decides, where two contacts alone do not rule them out."""
     touched = case.touched
     for factor in _UNITS:
-        contacts = replace(touched.contacts, points=touched.contacts.points * factor)
+        contacts = _rescaled(touched, factor)
         what = f"coordinates {factor:.4g} times as large"
         least = least_chi_square(touched.surfaces, contacts, touched.sigmas)
         is_impossible = least > FAR * chi_square_limit(max(touched.dof, 1))
         yield no_pose("unit", what) if is_impossible else located("unit", touched, contacts, what, case.locator)
+
+
+def _rescaled(touched: Touched, factor: float) -> Contacts:
+    """The contacts with coordinates factor times as large: those in base where it is known how the fixture stands."""
+    near = np.eye(4) if touched.placement is None else touched.placement.near
+    reported = touched.contacts.moved(near)
+    return replace(reported, points=reported.points * factor).moved(inverse(near))
 
 
 def _sigma(case: Case) -> Iterator[BlindSpot]:

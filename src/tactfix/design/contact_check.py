@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
 from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
+from tactfix.design.known_place import settled
 from tactfix.design.layout import Source, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
 from tactfix.design.nominal_contacts import SIGMAS_OFF, Locator, Touched
@@ -33,7 +35,9 @@ from tactfix.geometry.rigid import inverse
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import WORTHLESS_ANGLE
+from tactfix.localization.nominal import locate_nominal, standing
 from tactfix.probe import residual_sigmas
+from tactfix.results import FreeMotion
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
@@ -76,6 +80,7 @@ def check_contacts(
     """The verdict on the given contacts, on well spread ones where there are none.
 
     probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is told.
+    locator: of contacts in base. Whatever the contacts say, the fixture is judged as it stands at near.
     """
     access = access_of(fixture, geometry.surfaces, probe[1])
     spread, unreachable = spread_contacts(access, probe[0])
@@ -83,27 +88,39 @@ def check_contacts(
         return ContactCheck(None, None, (), False, unreachable, ())
     spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
     contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)
+    nominal_locator: Locator = partial(locate_nominal, fixture, base_from_fixture=standing(fixture))
     touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
-    free = free_of(contacts, geometry.surfaces, geometry.tolerance)
+    free = _free(touched, geometry)
     layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)
     findings += contact_findings(touched, free, geometry.symmetries, source)
     findings += layout_findings(layouts, source)
     found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
     if not free:
         sure = _certainty(touched, geometry, at, source)
-        found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, locator, found)
+        found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, nominal_locator, found)
     return replace(found, can_be_located=spread_touched is not None and _is_held(spread_touched, geometry))
 
 
 def _certainty(touched: Touched, geometry: GeometryCheck, at: Floats, source: Source) -> Certainty:
     return certainty(
-        touched.contacts, touched.surfaces, touched.sigmas, touched.corners, at, geometry.tolerance, source
+        touched.contacts,
+        touched.surfaces,
+        touched.sigmas,
+        touched.corners,
+        at,
+        geometry.tolerance,
+        source,
+        touched.placement,
     )
+
+
+def _free(touched: Touched, geometry: GeometryCheck) -> tuple[FreeMotion, ...]:
+    return free_of(touched.contacts, touched.surfaces, touched.sigmas, geometry.tolerance, touched.placement)
 
 
 def _is_held(touched: Touched, geometry: GeometryCheck) -> bool:
     """Whether these contacts leave no motion free, and no direction unknown."""
-    if free_of(touched.contacts, touched.surfaces, geometry.tolerance):
+    if _free(touched, geometry):
         return False
     return _certainty(touched, geometry, np.zeros((0, 3)), "spread").turn_sigma <= WORTHLESS_ANGLE
 
@@ -143,7 +160,8 @@ def _judged(
 def _case(fixture: Fixture, touched: Touched, tip_radius: float, worst_sigma: float, locator: Locator) -> Case:
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
     ratio = min(_LOOSEST, max(_LOOSE, SIGMAS_OFF * sigma / (size_of(touched.surfaces.values()) or np.inf)))
-    near = symmetries(touched.surfaces, fixture.touch, ratio)
+    size = size_of(touched.surfaces.values())
+    near = settled(symmetries(touched.surfaces, fixture.touch, ratio), fixture.placement, size)
     exchanges = tuple(s for s in near if s.confusable)
     wrong = tuple(misplaced(touched.surfaces, SIGMAS_OFF * sigma))
     return Case(touched, tip_radius, worst_sigma, exchanges, wrong, fixture, locator)
@@ -171,7 +189,7 @@ def _in_fixture_frame(
 
 def _touched(fixture: Fixture, surfaces: Mapping[str, Surface], contacts: Contacts, access: Access) -> Touched:
     corners = extreme_points(surfaces, fixture.touch, least=access.radius)
-    return Touched(surfaces, contacts, residual_sigmas(fixture, contacts), corners)
+    return Touched(surfaces, contacts, residual_sigmas(fixture, contacts), corners, fixture.placement)
 
 
 def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:

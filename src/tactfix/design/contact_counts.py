@@ -12,8 +12,9 @@ from itertools import combinations, islice
 from types import MappingProxyType
 from typing import Final, TypeAlias
 
-from tactfix.fixture import Feature, Relation
-from tactfix.geometry.motions import common_motions, dimension
+from tactfix.design.known_place import left_free, unknowns
+from tactfix.fixture import Feature, Placement, Relation
+from tactfix.geometry.motions import common_motions, twists
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import FeatureType, Point, Surface
 from tactfix.values import frozen_value
@@ -66,15 +67,16 @@ def contact_counts(
     surfaces: Mapping[str, Surface],
     distances: set[frozenset[str]],
     tolerance: Tolerance,
+    placement: Placement | None = None,
 ) -> ContactCounts:
-    """The counts of a rigid fixture with its features at surfaces.
+    """The counts of a rigid fixture with its features at surfaces; what placement holds need no contacts hold.
 
     distances: the pairs between which a distance is known; all pairs that have one where the fixture is placed.
     """
-    sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1)
-    total = _rank(surfaces, tolerance)
+    sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1, placement)
+    total = _rank(surfaces, tolerance, placement)
     others = {name: {n: s for n, s in surfaces.items() if n != name} for name in surfaces}
-    beside = {name: total - _rank(rest, tolerance) for name, rest in others.items()}
+    beside = {name: total - _rank(rest, tolerance, placement) for name, rest in others.items()}
     beside = {name: min(n, 1) if features[name].type == "point" else n for name, n in beside.items()}
     return ContactCounts(
         minimum_total=sum(sets[0].values()),
@@ -84,9 +86,12 @@ def contact_counts(
     )
 
 
-def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> int:
-    """How many degrees of freedom contacts on these surfaces can hold."""
-    return 6 - dimension(common_motions(surfaces.values(), tolerance)) if surfaces else 0
+def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Placement | None) -> int:
+    """How many of the degrees of freedom that placement does not hold contacts on these surfaces can hold."""
+    if not surfaces:
+        return 0
+    free = twists(common_motions(surfaces.values(), tolerance))
+    return unknowns(placement) - len(left_free(free, placement, tolerance.length / tolerance.angle))
 
 
 def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
@@ -126,7 +131,9 @@ def _has_cylinder(sphere: str, features: Mapping[str, Feature], distances: set[f
 Rank: TypeAlias = Callable[[frozenset[str]], int]
 
 
-def minimal_sets(surfaces: Mapping[str, Surface], tolerance: Tolerance, most: int) -> tuple[Mapping[str, int], ...]:
+def minimal_sets(
+    surfaces: Mapping[str, Surface], tolerance: Tolerance, most: int, placement: Placement | None = None
+) -> tuple[Mapping[str, int], ...]:
     """Every way to share the fewest contacts out so that they are independent in general position, up to most of them.
 
     Each set names every feature, with 0 where it needs none.
@@ -134,7 +141,7 @@ def minimal_sets(surfaces: Mapping[str, Surface], tolerance: Tolerance, most: in
 
     @cache
     def rank(subset: frozenset[str]) -> int:
-        return _rank({name: surface for name, surface in surfaces.items() if name in subset}, tolerance)
+        return _rank({name: surface for name, surface in surfaces.items() if name in subset}, tolerance, placement)
 
     names = tuple(surfaces)
     points = [name for name in names if isinstance(surfaces[name], Point)]

@@ -88,6 +88,15 @@ def symmetry_findings(
             )
     if not unbroken:
         yield Finding("symmetry", "ok", _settled(found))
+    for symmetry in (*found, *near):
+        if symmetry.broken_by == "placement":
+            yield Finding(
+                "symmetry_placement",
+                "warning",
+                f"only what is known beforehand of where the fixture stands settles the {symmetry.message}, which lays "
+                "it on itself: put down so, it would be located where it is not",
+                f"make sure that it cannot be put down so; or {symmetry_remedy(symmetry, surfaces, fixture.touch)}",
+            )
     if any(symmetry.confusable for symmetry in (*found, *near)):
         hint = relabelling_remedy(surfaces, fixture.touch, near_ratio)
         yield from _equal_features(found, "exactly", hint)
@@ -106,7 +115,7 @@ def _settled(found: Sequence[Symmetry]) -> str:
     """Which symmetries there are, and what settles them."""
     if not found:
         return "no motion lays the fixture on itself"
-    by = {way: sum(s.broken_by == way for s in found) for way in ("labels", "approach", "touch")}
+    by = {way: sum(s.broken_by == way for s in found) for way in ("labels", "approach", "touch", "placement")}
     ways = [f"{count} by {way}" for way, count in by.items() if count]
     return f"all symmetries are settled: {', '.join(ways)}"
 

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import Final
 
+import numpy as np
+
 from tactfix.design.contact_counts import ContactCounts, contact_counts
 from tactfix.design.distance_errors import separation
 from tactfix.design.findings import (
@@ -13,15 +15,17 @@ from tactfix.design.findings import (
     same_surface_findings,
     shape_findings,
 )
+from tactfix.design.known_place import left_free, settled
 from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
-from tactfix.fixture import Fixture
+from tactfix.fixture import Fixture, Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
-from tactfix.localization.motion_words import free_motions
+from tactfix.localization.free_motions import tidied
+from tactfix.localization.motion_words import free_motions, twist_in_words
 from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 
@@ -59,15 +63,17 @@ def check_geometry(
     shapes: how many different shapes the fixture's relations allow.
     """
     tolerance = tolerance_for(surfaces)
-    motions = free_motions(surfaces, tolerance)
-    found = symmetries(surfaces, fixture.touch)
-    counts = contact_counts(fixture.features, surfaces, _distances(surfaces), tolerance)
+    known, length = fixture.placement, tolerance.length / tolerance.angle
+    motions = _free(surfaces, tolerance, known)
+    found = settled(symmetries(surfaces, fixture.touch), known, length)
+    counts = contact_counts(fixture.features, surfaces, _distances(surfaces), tolerance, known)
     weak: tuple[FreeMotion, ...] = ()
     near: tuple[Symmetry, ...] = ()
     ratio = _near_ratio(sigma, tolerance)
     if ratio is not None:
-        weak = free_motions(surfaces, tolerance_for(surfaces, ratio))
-        near = tuple(s for s in symmetries(surfaces, fixture.touch, ratio) if not _is_among(s, found, ratio))
+        weak = _free(surfaces, tolerance_for(surfaces, ratio), known)
+        nearly = settled(symmetries(surfaces, fixture.touch, ratio), known, length)
+        near = tuple(s for s in nearly if not _is_among(s, found, ratio))
     return GeometryCheck(
         surfaces=surfaces,
         tolerance=tolerance,
@@ -84,6 +90,25 @@ def check_geometry(
             *same_surface_findings(list(_same(surfaces, tolerance))),
         ),
     )
+
+
+def _free(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Placement | None) -> tuple[FreeMotion, ...]:
+    """The motions common to all features that nothing known beforehand holds, in words."""
+    motions = free_motions(surfaces, tolerance)
+    if placement is None or not motions:
+        return motions
+    if placement.covariance is not None:
+        return ()
+    twists = np.array([np.concatenate([motion.rotation, motion.translation]) for motion in motions])
+    left = left_free(twists, placement, tolerance.length / tolerance.angle)
+    if len(left) == len(motions):
+        return motions
+    return tuple(_in_words(twist, surfaces, tolerance) for twist in (tidied(left) if len(left) else left))
+
+
+def _in_words(twist: Floats, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> FreeMotion:
+    unit = twist / (np.linalg.norm(twist[:3]) or np.linalg.norm(twist[3:]))
+    return FreeMotion(unit[:3], unit[3:], twist_in_words(unit[:3], unit[3:], surfaces, tolerance))
 
 
 def _near_ratio(sigma: float | None, tolerance: Tolerance) -> float | None:

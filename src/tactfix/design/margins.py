@@ -10,7 +10,6 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.contacts import Contacts
 from tactfix.design.nominal_contacts import Locator, Touched, most_telling, shift_of
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import inverse, rotation_angle
@@ -81,7 +80,7 @@ def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> 
     if not with_losses or not found.is_unique:
         return found
     tried = sorted(most_telling(touched)[:_MOST_LOSSES])
-    return replace(found, fragile=_fragile(touched.contacts, tried, locator), losses=len(tried))
+    return replace(found, fragile=_fragile(touched, tried, locator), losses=len(tried))
 
 
 def _nearest(touched: Touched, locator: Locator) -> Margins:
@@ -131,12 +130,13 @@ def _is_right(candidate: Candidate, corners: Floats) -> bool:
     return rotation_angle(pose[:3, :3]) < _SAME and shift_of(pose, corners) < _SAME * extent
 
 
-def _fragile(contacts: Contacts, tried: Sequence[int], locator: Locator) -> tuple[Fragile, ...]:
+def _fragile(touched: Touched, tried: Sequence[int], locator: Locator) -> tuple[Fragile, ...]:
     """Those of the contacts with the indices tried that must not be lost: each is left out in turn."""
-    found = []
+    found, contacts = [], touched.contacts
     for i in tried:
         rest = contacts.subset([j for j in range(len(contacts)) if j != i])
-        status = "underdetermined" if len(rest) < 6 else locator(rest).status
+        left = replace(touched, contacts=rest)
+        status = "underdetermined" if left.dof < 0 else locator(rest).status
         outcome: Loss | None = {"underdetermined": "free", "ambiguous": "ambiguous"}.get(status)  # type: ignore[assignment]
         if outcome is not None:
             found.append(Fragile(contacts.label(i), contacts.features[i], outcome))

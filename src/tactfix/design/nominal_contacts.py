@@ -6,6 +6,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Point, Surface, outward_normals
@@ -22,18 +23,21 @@ Locator: TypeAlias = Callable[[Contacts], LocateResult]
 class Touched:
     """Nominal contacts on a fixture that stands at the origin: the true pose is the identity.
 
-    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which a wrong pose is measured.
+    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which a wrong pose is measured. placement: what
+    is known beforehand; the fixture stands at its near in base.
     """
 
     surfaces: Mapping[str, Surface]
     contacts: Contacts
     sigmas: Floats
     corners: Floats
+    placement: Placement | None = None
 
     @property
     def dof(self) -> int:
-        """Equations beyond the six that a pose takes."""
-        return len(self.contacts) + 2 * int(self.on_points.sum()) - 6
+        """Equations beyond those that a pose takes."""
+        known = -6 if self.placement is None else self.placement.dof
+        return len(self.contacts) + 2 * int(self.on_points.sum()) + known
 
     @property
     def on_points(self) -> Bools:

@@ -72,7 +72,7 @@ def contact_findings(
         yield Finding(
             "no_redundancy",
             "warning",
-            f"{who} hold{_s(source)} the pose with {_counted(len(touched.contacts))}: no mistake can ever show",
+            f"{who} hold{_s(source)} the pose with {_counted(touched)}: no mistake can ever show",
             "make two or three contacts more than the fewest",
         )
     by_approach = any(symmetry.broken_by == "approach" for symmetry in found)
@@ -86,8 +86,11 @@ def contact_findings(
         )
 
 
-def _counted(contacts: int) -> str:
-    return "six contacts" if contacts == 6 else f"{contacts} contacts, of which those on points count threefold"
+def _counted(touched: Touched) -> str:
+    count = len(touched.contacts)
+    if touched.on_points.any():
+        return f"{count} contacts, of which those on points count threefold"
+    return "six contacts" if count == 6 else f"{count} contacts"
 
 
 def _s(source: Source) -> str:

@@ -22,7 +22,7 @@ from tactfix.localization.motion_words import line_in_words
 from tactfix.values import frozen_value
 from tactfix.wording import listed
 
-BrokenBy: TypeAlias = Literal["labels", "approach", "touch"]
+BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 
 # Both the surface and its image are typed to scale.EXACT, and each through a direction and a length.
 LAID_ON = 4e-6

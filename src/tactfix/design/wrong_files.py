@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refitted, spot_of
+from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
 from tactfix.design.nominal_contacts import SIGMAS_OFF, shift_of
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections
 from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
 from tactfix.fixture import TouchBox
+from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.localization.elimination import judge
 from tactfix.mistakes import BlindSpotCode
@@ -102,9 +103,20 @@ def _judged(
         if way is None:
             spots.append(no_pose(code, what))
         else:
-            shift = shift_of(way.base_from_fixture, case.touched.corners)
-            spots.append(spot_of(code, power_of(way.chi2, case.touched.dof), shift, what))
+            chi2, pose = _with_placement(case, way)
+            spots.append(spot_of(code, power_of(chi2, case.touched.dof), shift_of(pose, case.touched.corners), what))
     return spots
+
+
+def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats]:
+    """Chi-square and pose (4, 4) of an explanation; fitted again where something is known of the pose beforehand."""
+    if case.touched.placement is None:
+        return way.chi2, way.base_from_fixture
+    problem = way.hypothesis.corrected(_problem(case), way.values)
+    touched = replace(case.touched, surfaces=problem.surfaces, sigmas=problem.sigmas)
+    fits = (refined(touched, problem.contacts, start) for start in (way.base_from_fixture, np.eye(4)))
+    best = min(fits, key=lambda fit: fit.chi2)
+    return best.chi2, best.base_from_fixture
 
 
 def _best_left(case: Case, one: Explanation) -> Explanation | None:

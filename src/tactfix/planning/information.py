@@ -13,8 +13,8 @@ import numpy as np
 
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Frozen
-from tactfix.geometry.rigid import skew, transform_points
-from tactfix.poses.placement_terms import terms_at
+from tactfix.geometry.rigid import skew
+from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.values import frozen_value
 
 Criterion: TypeAlias = Literal["worst", "d", "e"]
@@ -70,11 +70,8 @@ def known_of(placement: Placement | None, base_from_fixture: Floats | None, cent
     """What a placement says of a fixture that stands at base_from_fixture (4, 4), in the columns of `rows_of`."""
     if placement is None or base_from_fixture is None:
         return NOTHING_KNOWN
-    in_base = transform_points(base_from_fixture, centre[None])[0]
-    basis, _, rows = terms_at(placement, base_from_fixture, in_base, radius)
-    # Columns along base axes become columns along those of the fixture.
-    base_from_fixture_axes = np.kron(np.eye(2), base_from_fixture[:3, :3])
-    return Known(rows @ base_from_fixture_axes, base_from_fixture_axes.T @ basis)
+    basis, rows = terms_in_fixture(placement, base_from_fixture, centre, radius)
+    return Known(rows, basis)
 
 
 @frozen_value

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.rigid import homogeneous, transform_points
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.measured_pose import MeasuredPose
@@ -63,6 +63,16 @@ def onto_placement(placement: Placement, base_from_fixture: Floats) -> Floats:
         return base_from_fixture
     rotation, offset = (part[..., 0] for part in domain.onto(np.eye(3)[:, :, None], np.zeros((3, 1))))
     return np.asarray(homogeneous(rotation.T, -rotation.T @ offset) @ base_from_fixture)
+
+
+def terms_in_fixture(
+    placement: Placement, base_from_fixture: Floats, centre: Floats, scale: float
+) -> tuple[Floats, Floats]:
+    """Basis (6, u) and rows (m, 6) of `terms_at` for motions along the fixture's axes, centre (3,) in its frame."""
+    in_base = transform_points(base_from_fixture, centre[None])[0]
+    basis, _, rows = terms_at(placement, base_from_fixture, in_base, scale)
+    base_from_fixture_axes = np.kron(np.eye(2), base_from_fixture[:3, :3])
+    return base_from_fixture_axes.T @ basis, rows @ base_from_fixture_axes
 
 
 def search_limits(placement: Placement, dof: int) -> tuple[float, float]:

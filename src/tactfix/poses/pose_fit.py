@@ -16,7 +16,7 @@ from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Bools, Floats, cross
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, residuals
-from tactfix.poses.placement_terms import terms_at
+from tactfix.poses.placement_terms import onto_placement, terms_at
 from tactfix.values import frozen_value
 
 MOST_STEPS = 50
@@ -79,7 +79,7 @@ class Sensitivity:
 class PoseFit:
     """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity.
 
-    chi2 is that of the contacts and of a pose that was measured before.
+    chi2 is that of the contacts and of a pose that was measured before; off (m,): the residuals of that, over sigma.
     """
 
     base_from_fixture: Floats
@@ -88,6 +88,7 @@ class PoseFit:
     normals: Floats
     chi2: float
     sensitivity: Sensitivity
+    off: Floats
 
 
 def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tuple[Floats, Floats]:
@@ -107,16 +108,22 @@ def sensitivity(contacts: Contacts, normals: Floats, sigmas: Floats) -> Sensitiv
 
 
 def refine(
-    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, base_from_fixture: Floats
+    surfaces: Mapping[str, SidedSurface],
+    contacts: Contacts,
+    sigmas: Floats,
+    base_from_fixture: Floats,
+    placement: Placement | None = None,
 ) -> PoseFit:
     """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
 
-    Gauss-Newton with step halving. A motion that the contacts leave free is not moved along.
+    placement: what is known of the pose beforehand. Gauss-Newton with step halving. A motion that the contacts leave
+    free is not moved along.
     """
-    fit = fit_at(surfaces, contacts, sigmas, base_from_fixture)
+    start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
+    fit = fit_at(surfaces, contacts, sigmas, start, placement)
     for _ in range(MOST_STEPS):
         step = _gauss_newton_step(fit, sigmas)
-        better = _line_search(surfaces, contacts, sigmas, fit, step)
+        better = _line_search(surfaces, contacts, sigmas, fit, step, placement)
         if better is None:
             break
         gain, fit = fit.chi2 - better.chi2, better
@@ -137,7 +144,7 @@ def fit_at(
     values, normals = contact_residuals(in_base, contacts)
     seen, more = with_known(sensitivity(contacts, normals, sigmas), placement, base_from_fixture)
     chi2 = float(((values / sigmas) ** 2).sum() + (more**2).sum())
-    return PoseFit(base_from_fixture, in_base, values, normals, chi2, seen)
+    return PoseFit(base_from_fixture, in_base, values, normals, chi2, seen, more)
 
 
 def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture: Floats) -> tuple[Sensitivity, Floats]:
@@ -150,18 +157,26 @@ def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture
 
 def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
     """The motion (6,), in the sensitivity's columns, that the linearised contacts ask for."""
-    step, *_ = np.linalg.lstsq(fit.sensitivity.jacobian, -fit.residuals / sigmas, rcond=SMALLEST_RATIO)
+    misses = np.concatenate([fit.residuals / sigmas, fit.off])
+    step, *_ = np.linalg.lstsq(fit.sensitivity.reduced, -misses, rcond=SMALLEST_RATIO)
+    step = step if fit.sensitivity.basis is None else fit.sensitivity.basis @ step
     # No further than one spread of the contacts at a time: beyond that the linear model means nothing.
     return np.asarray(step * (fit.sensitivity.scale / max(fit.sensitivity.scale, float(np.linalg.norm(step)))))
 
 
 def _line_search(
-    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, fit: PoseFit, step: Floats
+    surfaces: Mapping[str, SidedSurface],
+    contacts: Contacts,
+    sigmas: Floats,
+    fit: PoseFit,
+    step: Floats,
+    placement: Placement | None,
 ) -> PoseFit | None:
     """The first of the halved steps that does not make chi-square larger; None when none does."""
     for halvings in range(20):
         pose = _moved_by(fit, step * 0.5**halvings)
-        new = fit_at(surfaces, contacts, sigmas, pose)
+        pose = pose if placement is None else onto_placement(placement, pose)
+        new = fit_at(surfaces, contacts, sigmas, pose, placement)
         if new.chi2 < fit.chi2:
             return new
     return None

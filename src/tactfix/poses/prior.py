@@ -14,7 +14,7 @@ import numpy as np
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import SURE, chi_square_limit
-from tactfix.poses.sigma_points import motions_between
+from tactfix.poses.measured_pose import turn_vectors
 from tactfix.values import frozen_value
 
 
@@ -44,7 +44,8 @@ class LocatedPose(Protocol):
 
 def deviation(placement: Placement, base_from_fixture: Floats) -> Floats:
     """How far (6,) a pose is from near: rotation vector (rad) and translation of the origin, base axes."""
-    return np.asarray(motions_between(placement.near, base_from_fixture[None])[:, 0])
+    turn = base_from_fixture[:3, :3] @ placement.near[:3, :3].T
+    return np.concatenate([turn_vectors(turn[None])[0], base_from_fixture[:3, 3] - placement.near[:3, 3]])
 
 
 def contradiction(placement: Placement, solution: LocatedPose, units: str, fitted: bool) -> Contradiction | None:

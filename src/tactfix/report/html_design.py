@@ -13,6 +13,7 @@ _BREAKERS: Final = {
     "labels": "the labels on the contacts",
     "approach": "the outward side, by the approach",
     "touch": "a touch box",
+    "placement": "only what is known beforehand of where it stands",
     None: "nothing: this is an error",
 }
 

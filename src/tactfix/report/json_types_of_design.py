@@ -9,7 +9,7 @@ class SymmetryJson(TypedDict):
     """A motion that lays the unbounded features on themselves, and what tells it from none in practice."""
 
     transform: Matrix
-    broken_by: Literal["touch", "approach", "labels"] | None
+    broken_by: Literal["touch", "approach", "labels", "placement"] | None
     broken_in_part_by: list[str]
     exchanges: dict[str, str]
     message: str

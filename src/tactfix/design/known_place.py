@@ -1,0 +1,74 @@
+"""What is known of a fixture's place beforehand, for its design: the fixture is judged as it stands at near.
+
+Near is roughly known, and so is how base's axes lie in the fixture. A motion that is held but for a small part of it
+counts as held, and a feature that sees so little of a free one as not seeing it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from tactfix.design.symmetries import Symmetry
+from tactfix.fixture import Placement
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse
+from tactfix.poses.placement_terms import search_limits
+from tactfix.poses.prior import deviation
+
+PART: Final = 0.02
+"""Rad, and share of the fixture's size. Near a degree: no rough pose says more of how the fixture is turned."""
+
+
+def unknowns(placement: Placement | None) -> int:
+    """How many unknowns the pose has."""
+    return 6 if placement is None else int(placement.turns.sum() + placement.shifts.sum())
+
+
+def left_free(twists: Floats, placement: Placement | None, size: float) -> Floats:
+    """Of motions (k, 6), twists at the fixture's origin, a basis (j, 6) of those that placement does not hold.
+
+    A measured pose holds none: it is known how far off each may be. size: of the fixture (length).
+    """
+    if placement is None or not len(twists):
+        return twists
+    to_angles = np.array([1.0] * 3 + [1 / (size or 1.0)] * 3)
+    motions = np.linalg.qr((twists * to_angles).T)[0]
+    free = _free_axes(placement)
+    _, off, mixtures = np.linalg.svd(motions - free @ (free.T @ motions))
+    kept = (motions @ mixtures[off <= PART].T).T
+    return np.asarray(kept / to_angles)
+
+
+def _free_axes(placement: Placement) -> Floats:
+    """Base's axes about and along which the fixture is free (6, u), seen from the fixture."""
+    rotation = placement.near[:3, :3]
+    axes = np.zeros((6, 6))
+    axes[:3, :3] = axes[3:, 3:] = rotation.T
+    return axes[:, np.concatenate([placement.turns, placement.shifts])]
+
+
+def settled(found: Sequence[Symmetry], placement: Placement | None, size: float) -> tuple[Symmetry, ...]:
+    """The symmetries, with placement as what breaks those that nothing else breaks and that it excludes."""
+    if placement is None:
+        return tuple(found)
+    return tuple(_settled(symmetry) if _excludes(placement, symmetry, size) else symmetry for symmetry in found)
+
+
+def _settled(symmetry: Symmetry) -> Symmetry:
+    return replace(symmetry, broken_by=symmetry.broken_by or "placement", partly=(), confusable=False)
+
+
+def _excludes(placement: Placement, symmetry: Symmetry, size: float) -> bool:
+    """Whether of two poses that a symmetry takes into each other only one can be where the fixture is known to be.
+
+    Both within the limits are no farther apart than twice as far as each may be from near.
+    """
+    off = deviation(placement, placement.near @ inverse(symmetry.image_from_fixture))
+    turn, shift = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
+    most_turn, most_shift = search_limits(placement, 6)
+    if turn > 2 * most_turn or shift > 2 * most_shift:
+        return True
+    turned, shifted = np.abs(off[:3][~placement.turns]), np.abs(off[3:][~placement.shifts])
+    return bool((turned > PART).any() or (shifted > PART * (size or 1.0)).any())
