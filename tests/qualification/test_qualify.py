@@ -200,3 +200,34 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
     file.write_text("# units: mm\nfeature,x,y,z\na,0,0,0\n")
     assert main(["qualify", str(file)]) == 4
     assert "no place is touched twice" in capsys.readouterr().err
+
+
+def test_a_ball_of_a_fixture_is_a_reference_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In the fixture's units, whatever else is touched; its side counts."""
+    fixture = tmp_path / "f.yaml"
+    fixture.write_text(
+        "tactfix: 1\nname: f\nunits: mm\nfeatures:\n"
+        "  face: {type: plane, point: [0, 0, 0], normal: [0, 0, 1]}\n"
+        "  ball: {type: sphere, radius: 12.7, center: [90, 0, 40]}\n"
+        "  socket: {type: sphere, radius: 12.7, side: inner, center: [0, 90, -40]}\n"
+    )
+    outer, inner = ball(1, 30, 0.002), ball(2, 30, 0.002, side="inner")
+    for name, contacts in (("ball", outer), ("socket", inner)):
+        rows = "".join(f"{name},{x / 1000!r},{y / 1000!r},{z / 1000!r}\n" for x, y, z in contacts.points.tolist())
+        (tmp_path / f"{name}.csv").write_text(f"# units: m\nfeature,x,y,z\nface,0,0,0\n{rows}")
+        side = "outer" if name == "ball" else "inner"
+        assert main(["qualify", str(tmp_path / f"{name}.csv"), "--fixture", str(fixture), "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["units"] == "mm"
+        assert told["touches"] == 30
+        assert told["tip_radius"] == pytest.approx(qualify(contacts, radius=12.7, side=side).tip_radius, abs=1e-6)
+    both = (tmp_path / "ball.csv").read_text() + "".join((tmp_path / "socket.csv").read_text().splitlines(True)[3:])
+    (tmp_path / "both.csv").write_text(both)
+    words = ["qualify", str(tmp_path / "both.csv"), "--fixture", str(fixture), "--json"]
+    assert main(words) == 2
+    assert "--feature" in capsys.readouterr().err
+    assert main([*words, "--feature", "socket"]) == 0
+    assert json.loads(capsys.readouterr().out)["touches"] == 30
+    assert main([*words, "--feature", "face"]) == 2
+    assert main([*words, "--radius", "12.7"]) == 2
+    assert main(["qualify", str(tmp_path / "both.csv"), "--feature", "ball"]) == 2

@@ -1,5 +1,6 @@
 """tactfix qualify."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,6 +19,15 @@ def command(
         typer.Option(metavar="R", help="Radius of the reference ball that is touched, in the contact file's unit."),
     ] = None,
     side: Annotated[Side, typer.Option(help="outer: a ball; inner: a socket or ring.")] = Side.OUTER,
+    fixture_path: Annotated[
+        Path | None,
+        typer.Option(
+            "--fixture", metavar="FIXTURE", help="Fixture file whose ball is the reference: its radius and side."
+        ),
+    ] = None,
+    feature: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Which ball of the fixture, where several are touched.")
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     units: Units = None,
@@ -26,21 +36,32 @@ def command(
     """Tell what a probe is good for: sigma from repeated touches of the same places, with drift, steps and outliers.
 
     Touches of one feature, and of one target where there is a column target, are of one place. With --radius they are
-    touches of a reference ball, and the effective radius of the tip is told too.
+    touches of a reference ball, and the effective radius of the tip is told too; with --fixture of a ball of that
+    fixture, whatever else the file touches, in the fixture's units.
 
     Exit status: 0 qualified, 4 too few touches.
     """
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.fixture_file import load_fixture
+    from tactfix.qualification.ball import touches_of_ball
     from tactfix.qualification.qualify import qualify
     from tactfix.report.json_report import text_of
     from tactfix.report.qualify_report import qualify_json, qualify_lines
 
     if radius is not None and not LEAST_LENGTH <= radius <= MOST_LENGTH:
         raise UsageError(f"--radius {radius:g} is no radius of a ball")
+    if (radius if fixture_path is not None else feature) is not None:
+        raise UsageError("the ball is known by --radius, or by --fixture with --feature; give one of the two")
     # Sigma and tip are what is asked for: what the file says of them is not used.
-    read = read_contact_file(contacts, None, ContactOptions(units, tip_radius=0.0, sigma=1.0))
-    found = qualify(read.contacts, targets=read.targets, radius=radius, side=side.value, units=read.units)
+    options = ContactOptions(units, tip_radius=0.0, sigma=1.0)
+    if fixture_path is not None:
+        fixture = load_fixture(fixture_path)
+        ball, touches = touches_of_ball(fixture, read_contact_file(contacts, fixture, options).contacts, feature)
+        found = qualify(touches, radius=ball.radius, side=ball.side, units=fixture.units)
+    else:
+        read = read_contact_file(contacts, None, options)
+        found = qualify(read.contacts, targets=read.targets, radius=radius, side=side.value, units=read.units)
     if as_json or (output is not None and output.suffix.lower() == ".json"):
         emit(text_of(qualify_json(found)), output)
     else:
