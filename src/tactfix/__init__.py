@@ -8,11 +8,10 @@ next to nothing:
     result = tactfix.locate(fixture, contacts)
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
 from tactfix.version import VERSION
 
+# Not imported from typing, which takes longer than all else that happens before the command line can tell a Ctrl-C.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from tactfix.batching.row import BatchRow
     from tactfix.calibration.cell import Touches
@@ -196,6 +195,8 @@ def __getattr__(name: str) -> object:
     """A public name, from the module that defines it."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     value = getattr(import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

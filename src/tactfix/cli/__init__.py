@@ -4,13 +4,27 @@ A new command is a module `tactfix/cli/NAME.py` with a function `command`, and a
 `COMMANDS` of `tactfix.cli.commands`.
 """
 
-from collections.abc import Sequence
+TYPE_CHECKING = False  # not imported from typing, which takes longer than all of this
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: "Sequence[str] | None" = None) -> int:
     """Run tactfix with these arguments (those of the process where None) and return the exit status."""
+    if arguments is None:
+        _end_on_interrupt()
     try:
         from tactfix.cli.app import run
     except KeyboardInterrupt:  # from there on it is told
         return 130
     return run(arguments)
+
+
+def _end_on_interrupt() -> None:
+    """Let Ctrl-C end this process without a word, until it is told and after: in imports and while Python leaves, an
+    interrupt is an exception that shows as a traceback, or is swallowed and shown too.
+    """
+    import _signal  # type: ignore[import-not-found]  # signal, which is written in Python, imports enum
+
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)

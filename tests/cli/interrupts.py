@@ -1,0 +1,43 @@
+"""Ctrl-C at every millisecond after the start of the script: what is shown, and who shows it.
+
+    python -m tests.cli.interrupts [STEP END]        # ms; 1 300 where none are given
+
+quiet: ended by the signal without a word; told: in one line; python: a traceback of the interpreter alone, from before
+its first line of tactfix; tactfix: a traceback with a line of tactfix in it.
+"""
+
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+FIXTURE = Path(__file__).parents[2] / "fixtures" / "robot-cell-plate.yaml"
+SCRIPT = Path(sys.executable).with_name("tactfix")
+
+
+def interrupted(milliseconds: int) -> str:
+    """What the script shows that is interrupted so long after it was started."""
+    command = ["env", "--default-signal=INT", str(SCRIPT), "design-check", str(FIXTURE)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(milliseconds / 1000)
+        process.send_signal(signal.SIGINT)
+        errors = process.communicate()[1]
+    if process.returncode >= 0 and process.returncode != 130:
+        return "done"
+    if "Traceback" not in errors:
+        return "told" if errors else "quiet"
+    return "tactfix" if "/tactfix/" in errors.replace(str(SCRIPT.parent), "") else "python"
+
+
+def main() -> None:
+    """Print how often each happens, and the last millisecond of those of the interpreter."""
+    step, end = map(int, sys.argv[1:] or ("1", "300"))
+    seen = {milliseconds: interrupted(milliseconds) for milliseconds in range(0, end + 1, step)}
+    print(dict(Counter(seen.values())))
+    print({kind: max(at for at, shown in seen.items() if shown == kind) for kind in set(seen.values())})
+
+
+if __name__ == "__main__":
+    main()
