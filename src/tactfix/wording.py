@@ -1,5 +1,6 @@
-"""Wording that messages share: names in a list, and the nearest of the known names to a wrong one."""
+"""Wording that messages share: names in a list, numbers with the digits that mean something, the nearest name."""
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from typing import Final
@@ -52,6 +53,22 @@ def did_you_mean(wrong: str, known: Iterable[str]) -> str:
     by_lower = {name.lower(): name for name in reversed(names)}
     near = get_close_matches(wrong.strip().lower(), by_lower, n=1, cutoff=0.6)
     return f"did you mean {by_lower[near[0]]!r}?" if near else f"use one of: {', '.join(names)}"
+
+
+def decimals(sigma: float) -> int:
+    """So many decimals that a number whose sigma this is loses less than a hundredth of it; 6 where sigma is 0."""
+    return 6 if sigma <= 0 else max(0, min(12, 2 - math.ceil(math.log10(sigma))))
+
+
+def fixed(value: float, digits: int) -> str:
+    """A number with so many decimals; zero has no sign."""
+    return f"{round(float(value), digits) + 0.0:.{digits}f}"
+
+
+def coordinates(values: Sequence[float], sigma: float) -> str:
+    """x 534.1 y -162.8 z 136.3: decimals down to a tenth of sigma, no more than a place in words bears."""
+    digits = max(0, decimals(sigma) - 1)
+    return " ".join(f"{axis} {fixed(value, digits)}" for axis, value in zip("xyz", values, strict=True))
 
 
 def listed(names: Sequence[str]) -> str:

@@ -79,7 +79,7 @@ def test_ambiguous_contacts_have_their_place_in_both_frames():
     pose = next(c for c in result.candidates if c.accepted).base_from_fixture
     assert proposal.point == pytest.approx(pose[:3, :3] @ proposal.point_in_fixture + pose[:3, 3], abs=1e-9)
     assert proposal.approach == pytest.approx(pose[:3, :3] @ proposal.approach_in_fixture, abs=1e-12)
-    assert f"touch {proposal.feature} at x {proposal.point[0]:.6g}" in proposal.message
+    assert f"touch {proposal.feature} at x {proposal.point[0]:.2f} y" in proposal.message
 
 
 def test_planes_through_one_point_turn_and_do_not_slide():

@@ -13,7 +13,8 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
 from tactfix.planning.plan import plan
 from tactfix.simulation.simulate import simulate
-from tests.support.placed_cells import all_cells, ball_and_bar, placed, surfaces_of, three_balls
+from tests.support import problems
+from tests.support.placed_cells import all_cells, ball_and_bar, placed, plate_with_all, surfaces_of, three_balls
 from tests.support.ray_walk import deepest, depth_in_ball, depth_in_bar
 from tests.validation.plan_against_random import plan_worst_sigma
 
@@ -164,11 +165,38 @@ def test_existing_contacts_that_give_no_pose_are_refused():
         plan(fixture, existing=replace(made, points=far), add=1)
 
 
-def test_too_few_existing_contacts_are_refused():
-    fixture = ball_and_bar()
-    made = simulate(fixture, seed=1).contacts.subset([0, 1, 2, 7])
-    with pytest.raises(UsageError, match="underdetermined"):
-        plan(fixture, existing=made, add=1)
+@pytest.mark.parametrize("rows", [[0], [0, 1, 2], [0, 1, 2, 7]])
+def test_contacts_that_leave_motions_free_are_extended_by_what_holds_them(rows):
+    """As many as motions are free, in the fixture frame; made where the fixture truly stands they give its pose."""
+    fixture = plate_with_all()
+    right = simulate(fixture, seed=1)
+    made = right.contacts.subset(rows)
+    found = plan(fixture, existing=made)
+    assert (found.frame, found.base_from_fixture) == ("fixture", None)
+    assert len(found.contacts) == 6 - len(rows)
+    with pytest.raises(UsageError, match=f"leave free take more; ask for {6 - len(rows)} or more"):
+        plan(fixture, existing=made, add=5 - len(rows))
+    more = plan(fixture, existing=made, add=9 - len(rows))
+    touched = simulate(fixture, more.contacts, right.base_from_fixture, seed=2).contacts
+    result = locate(fixture, made + replace(touched, units=made.units))
+    assert result.status == "located"
+    assert np.allclose(result.base_from_fixture, right.base_from_fixture, atol=0.5)
+
+
+def test_ambiguous_contacts_are_extended_so_that_one_pose_is_left():
+    fixture = problems.placed(problems.PLATE)
+    for seed in range(30):
+        rng = np.random.default_rng([9, seed])
+        truth = problems.touch_all(problems.PLATE, {"plate": 3, "pin": 2, "ball": 1}, rng, sigma=0.02, tip=2.0)
+        made = truth.contacts(rng)
+        result = locate(fixture, made)
+        if result.status == "ambiguous":
+            break
+    found = plan(fixture, existing=made, add=2)
+    assert (found.frame, found.unique) == ("base", True)
+    # The pose that the plan was made for need not be the true one.
+    poses = [c.base_from_fixture for c in result.candidates if c.accepted]
+    assert any(np.allclose(found.base_from_fixture, pose) for pose in poses)
 
 
 def test_touches_on_open_surfaces_stay_within_the_fixture():

@@ -16,7 +16,7 @@ _NUMBERS: Final = ("float", "integer", "float range", "integer range")
 
 
 _LONGEST_PATH: Final = 4096
-_OUTPUTS: Final = ("output", "junit")
+_OUTPUTS: Final = ("output", "junit", "next_contact")
 """Parameters that name a file to write."""
 
 

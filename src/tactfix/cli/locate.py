@@ -1,5 +1,6 @@
 """tactfix locate."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -37,6 +38,8 @@ from tactfix.cli.output import emit, note, on_screen, tell, wants_summary
 from tactfix.cli.streams import standard_error
 
 if TYPE_CHECKING:
+    from tactfix.contacts import Contacts
+    from tactfix.fixture import Fixture
     from tactfix.geometry.arrays import Floats
     from tactfix.results import LocateResult
 
@@ -78,6 +81,12 @@ def command(
     ] = False,
     unknown: Unknown = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
+    next_contact: Annotated[
+        Path | None,
+        typer.Option(
+            "--next-contact", metavar="FILE", help="Where contacts are missing: write those to make next, as plan does."
+        ),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
@@ -119,6 +128,8 @@ def command(
     if text is not None:
         emit(text, output)
     tell(verdict_lines(result, LISTED_BY_JSON))
+    if next_contact is not None:
+        _write_next(fixture, result, read.contacts, next_contact)
     tell([] if result.tip is None else [result.tip.message], quiet=quiet)
     tell(result.warnings, quiet=quiet)
     if for_people:
@@ -128,6 +139,17 @@ def command(
     elif point is not None:
         note(f"worst sigma at {at}: {shown_sigma(result, point)}", quiet=quiet)
     return _judge(result, point, max_sigma, max_rms, strict=strict)
+
+
+def _write_next(fixture: "Fixture", result: "LocateResult", contacts: "Contacts", output: Path) -> None:
+    """The contacts to make next as a file, where any are named."""
+    from tactfix.report.plan_csv import next_contact_csv
+
+    text = next_contact_csv(fixture, result, contacts.tip_radius, float(contacts.sigmas.max()))
+    if text is None:
+        tell([f"no contact is missing that could be named; {output} is not written"])
+    else:
+        emit(text, output)
 
 
 def _judge(

@@ -36,7 +36,7 @@ def command(
     ] = None,
     add: Annotated[
         int | None,
-        typer.Option(metavar="K", help="How many to add to CONTACTS; 1 where not given."),
+        typer.Option(metavar="K", help="How many to add to CONTACTS; the fewest that hold the pose where not given."),
     ] = None,
     contacts: Annotated[
         int | None,

@@ -72,6 +72,11 @@ def most_telling(touched: Touched) -> list[int]:
     return [int(i) for i in np.argsort(-leverage)[:_MOST_CONTACTS]]
 
 
+# Share of the largest coordinate by which a fit is off by rounding alone.
+_ROUNDING: Final = 1e-12
+
+
 def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
     """How far the worst of the corners (k, 3) is from where it should be (units)."""
-    return float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
+    off = float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
+    return off if off > _ROUNDING * float(np.abs(corners).max()) else 0.0

@@ -1,6 +1,5 @@
 """Explanations in words and numbers."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from tactfix.diagnosis.trial_search import Explanation
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.results import Diagnosis
-from tactfix.wording import listed
+from tactfix.wording import decimals, fixed, listed
 
 CONSISTENT = "the contacts are consistent"
 
@@ -108,7 +107,8 @@ def _tip(problem: Problem, units: str, explanation: Explanation) -> Told:
     if explanation.hypothesis.tip is not None:
         return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
     value = problem.contacts.tip_radius + float(explanation.values[0])
-    return value, f"with a tip radius of {value:.4g} {units} instead of {given} {CONSISTENT}"
+    shown = fixed(value, decimals(float(np.median(problem.sigmas))))
+    return value, f"with a tip radius of {shown} {units} instead of {given} {CONSISTENT}"
 
 
 def _sigma(problem: Problem, units: str, factor: float) -> Told:
@@ -129,12 +129,12 @@ def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Tol
     (name,) = hypothesis.features
     surface = hypothesis.corrected(problem, explanation.values).surfaces[name]
     given = problem.surfaces[name]
-    digits = _digits(float(np.median(problem.sigmas)))
+    digits = decimals(float(np.median(problem.sigmas)))
     if hypothesis.code == "radius":
         assert isinstance(surface, Sphere | Cylinder)
         assert isinstance(given, Sphere | Cylinder)
         return surface.radius, (
-            f"with radius {surface.radius:.{digits}f} instead of {given.radius:g} {units} of {name} {CONSISTENT}"
+            f"with radius {fixed(surface.radius, digits)} instead of {given.radius:g} {units} of {name} {CONSISTENT}"
         )
     place = tuple(_point(surface).tolist())
     return place, (
@@ -174,9 +174,4 @@ def _coordinates_of(surface: Surface, digits: int) -> str:
     if isinstance(surface, Plane):
         shown = np.abs(surface.normal) > 1e-9
     pairs = zip("xyz", _point(surface).tolist(), shown.tolist(), strict=True)
-    return ", ".join(f"{axis} {value:.{digits}f}" for axis, value, is_shown in pairs if is_shown)
-
-
-def _digits(sigma: float) -> int:
-    """Decimals down to a tenth of sigma."""
-    return max(0, min(9, 1 - math.floor(math.log10(sigma))))
+    return ", ".join(f"{axis} {fixed(value, digits)}" for axis, value, is_shown in pairs if is_shown)

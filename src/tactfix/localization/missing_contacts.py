@@ -20,7 +20,7 @@ from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
-from tactfix.wording import listed
+from tactfix.wording import coordinates, listed
 
 TRIED_PER_FEATURE = 60
 FREE = 1e-7
@@ -49,7 +49,8 @@ def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) ->
             return None
         chosen.append(number)
         information = gained
-    touches = [candidates.touch(number, known=not is_free) for number in chosen]
+    sigma = float(contacts.sigmas.max())
+    touches = [candidates.touch(number, sigma, known=not is_free) for number in chosen]
     return _told(touches, is_free) if touches else None
 
 
@@ -120,22 +121,24 @@ class _Candidates:
         ground = UNSEEN * max(float(np.trace(information)), 1.0) * np.eye(6)
         return int(np.argmax(np.linalg.slogdet(information + ground + self.information)[1]))
 
-    def touch(self, number: int, known: bool) -> NextContact:
+    def touch(self, number: int, sigma: float, known: bool) -> NextContact:
         """One of them in words; known: whether the pose is, so that it has a place in base."""
         name, point, approach = self.names[number], self.points[number], -self.normals[number]
-        return touch_in_words(name, point, approach, self.pose if known else None)
+        return touch_in_words(name, point, approach, self.pose if known else None, sigma)
 
 
-def touch_in_words(feature: str, point: Floats, approach: Floats, base_from_fixture: Floats | None) -> NextContact:
+def touch_in_words(
+    feature: str, point: Floats, approach: Floats, base_from_fixture: Floats | None, sigma: float
+) -> NextContact:
     """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base where the pose is known.
 
-    Its message says where to touch and how to come.
+    Its message says where to touch and how to come, to the digits that a contact of this sigma bears.
     """
     here, way, frame = point, approach, " of the fixture"
     if base_from_fixture is not None:
         here = transform_points(base_from_fixture, point[None])[0]
         way, frame = base_from_fixture[:3, :3] @ approach, ""
-    coordinates = " ".join(f"{axis} {value + 0.0:.6g}" for axis, value in zip("xyz", here.tolist(), strict=True))
-    message = f"touch {feature} at {coordinates}{frame}, moving along {vector(np.round(way, 4))}"
+    where = coordinates(here.tolist(), sigma)
+    message = f"touch {feature} at {where}{frame}, moving along {vector(np.round(way, 4))}"
     is_known = base_from_fixture is not None
     return NextContact(feature, here if is_known else None, way if is_known else None, message, point, approach)

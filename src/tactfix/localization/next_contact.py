@@ -50,7 +50,7 @@ def next_contact(
     if best is None or best[0] <= sigma:
         return None
     margin, name, point, normal = best
-    touch = touch_in_words(name, point, -normal, base_from_fixture)
+    touch = touch_in_words(name, point, -normal, base_from_fixture, sigma)
     disagree = f"the poses disagree by {margin / sigma:.3g} sigma ({margin:.4g} {fixture.units})"
     return replace(touch, message=f"{touch.message}: {disagree}")
 

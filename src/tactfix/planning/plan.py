@@ -32,9 +32,10 @@ def plan(
     contacts : int, optional
         How many; None: the fewest that are unique, with a table of more.
     existing : Contacts, optional
-        Already made, in base: the best next ones are chosen.
+        Already made, in base: the best next ones are chosen, in base, or in the fixture frame where those made leave a
+        motion free.
     add : int, optional
-        How many next ones.
+        How many next ones; None: the fewest that hold the pose.
     criterion : {"worst", "d", "e"}
         "worst" makes the worst sigma over the fixture's bounding box smallest, "d" the determinant of the covariance,
         "e" the smallest singular value of the contacts' rows largest (lengths in radii of the fixture, about its
@@ -90,7 +91,7 @@ def plan(
     if existing is not None:
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")
-        return task.single(1 if add is None else add, fewest=1)
+        return task.single(task.fewest if add is None else add)
     if add is not None:
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
-    return task.table() if contacts is None else task.single(contacts, fewest=task.fewest)
+    return task.table() if contacts is None else task.single(contacts)

@@ -13,9 +13,8 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import inverse
-from tactfix.localization.locate import locate
 from tactfix.localization.nominal import standing
+from tactfix.planning.contacts_made import Made, contacts_made
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
 from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
@@ -49,14 +48,6 @@ Over: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Ite
 
 
 @frozen_value
-class _Made:
-    """Contacts already made, in the fixture frame, and where the fixture stands."""
-
-    contacts: Contacts
-    base_from_fixture: Floats
-
-
-@frozen_value
 class Task:
     """One planning task: the search, how many starts it has and who follows them, and what its results are judged by.
 
@@ -65,7 +56,7 @@ class Task:
 
     fixture: Fixture
     search: Search
-    made: _Made | None
+    made: Made | None
     probe: tuple[float, float]
     seed: int
     progress: Progress
@@ -90,8 +81,8 @@ class Task:
         access = access_of(fixture, surfaces, probe[1])
         sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
         pool = pool_of(access, sigmas)
-        made = None if existing is None else _made(fixture, existing)
-        stands = standing(fixture) if made is None else made.base_from_fixture
+        made = None if existing is None else contacts_made(fixture, existing)
+        stands = standing(fixture) if made is None or made.base_from_fixture is None else made.base_from_fixture
         known = known_of(fixture.placement, stands, access.centre, access.radius)
         _refuse_free_motion(fixture, pool.touches, known)
         corners = (access.corners - access.centre) / access.radius
@@ -103,25 +94,29 @@ class Task:
     def fewest(self) -> int:
         """The fewest contacts that can hold what nothing else holds: a point holds up to three, others one each.
 
-        A measured pose spares none of them: what it says is to be checked.
+        Those made count, and one more is asked for at least. A measured pose spares none of them: what it says is to be
+        checked.
         """
         touches, known = self.search.pool.touches, self.search.objective.known
-        count, held = 0, np.zeros((0, known.unknowns))
+        count, held = 0, flat(self.search.made.rows) @ known.basis
         for at in np.flatnonzero(self.search.pool.on_points(touches.which)):
             more = np.concatenate([held, touches.rows[at] @ known.basis])
             if _rank(more) > _rank(held):
                 count, held = count + 1, more
-        return count + known.unknowns - _rank(held)
+        return max(count + known.unknowns - _rank(held), 0 if self.made is None else 1)
 
     @property
     def stands(self) -> Floats | None:
         """Where the fixture stands, base_from_fixture (4, 4): by contacts already made, else by its placement."""
-        return standing(self.fixture) if self.made is None else self.made.base_from_fixture
+        by_contacts = None if self.made is None else self.made.base_from_fixture
+        return standing(self.fixture) if by_contacts is None else by_contacts
 
-    def single(self, count: int, fewest: int) -> Plan:
+    def single(self, count: int) -> Plan:
         """The plan of count contacts."""
+        fewest = self.fewest
         if count < fewest:
-            raise UsageError(f"{count} contacts cannot be planned; ask for {fewest} or more")
+            who = "the pose takes" if self.made is None else "the motions that the contacts leave free take"
+            raise UsageError(f"{count} contacts cannot be planned: {who} more; ask for {fewest} or more")
         if count > MOST_PLANNED:
             raise UsageError(f"{count} contacts are more than are planned at once; ask for {MOST_PLANNED} or fewer")
         found = self._found(count, None, (0.0, 1.0))[1]
@@ -195,6 +190,7 @@ class Task:
         nominal = nominal_contacts(pool, touches, self.probe[0])
         fixed = None if self.made is None else self.made.contacts
         stands = self.stands
+        by_contacts = None if self.made is None else self.made.base_from_fixture
         verdict = judged(self.fixture, joined_contacts(fixed, nominal), stands)
         if verdict.rivals:
             turned = telling_approaches(pool.access, nominal, touches.normals, verdict.rivals)
@@ -209,8 +205,8 @@ class Task:
         return Plan(
             fixture=self.fixture.name,
             units=self.fixture.units,
-            contacts=nominal if self.made is None else nominal.moved(self.made.base_from_fixture),
-            frame="fixture" if self.made is None else "base",
+            contacts=nominal if by_contacts is None else nominal.moved(by_contacts),
+            frame="fixture" if by_contacts is None else "base",
             base_from_fixture=stands,
             criterion=self.search.objective.criterion,
             worst_sigma=float(sigmas.max()),
@@ -242,15 +238,3 @@ def _refuse_free_motion(fixture: Fixture, touches: Touches, known: Known) -> Non
             f"{fixture.name}: a motion stays free whatever is touched, so no plan can fix the pose; "
             "design-check names the motion and what to add"
         )
-
-
-def _made(fixture: Fixture, existing: Contacts) -> _Made:
-    """The contacts already made, carried into the fixture frame by the pose (the best one left) that they give."""
-    result = locate(fixture, existing, explain=False)
-    accepted = [candidate for candidate in result.candidates if candidate.accepted]
-    if not accepted or result.status not in ("located", "ambiguous"):
-        raise UsageError(
-            f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
-        )
-    best = min(accepted, key=lambda candidate: candidate.chi2)
-    return _Made(existing.moved(inverse(best.base_from_fixture)), best.base_from_fixture)

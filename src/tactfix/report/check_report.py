@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
+from tactfix.localization.motion_words import vector
 from tactfix.monitoring.check import CheckResult
 from tactfix.monitoring.drift import Drift
 from tactfix.report.compare_report import compare_json, compare_lines
@@ -91,4 +92,4 @@ def _drift(drift: Drift) -> Json:
 
 
 def _place(point: Floats) -> str:
-    return f"({', '.join(f'{value + 0.0:.4g}' for value in point)})"
+    return vector(np.array(point))

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from io import StringIO
 from typing import Final
 
+import numpy as np
 from rich.console import Console, Group, RenderableType
 from rich.padding import Padding
 from rich.table import Table
@@ -139,7 +140,7 @@ def _certainty(certainty: Certainty, units: str) -> Table:
 def _influence(influence: Influence, units: str) -> str:
     without = influence.sigma_without
     then = "a motion is free" if without is None else f"worst point {without:.3g} {units}"
-    where = ", ".join(f"{value:.4g}" for value in influence.point)
+    where = vector(np.array(influence.point)).strip("()")
     return f"{influence.label} on {influence.feature} at ({where}); without it {then}"
 
 

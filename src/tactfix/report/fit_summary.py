@@ -12,8 +12,9 @@ from tactfix.contacts import Contacts
 from tactfix.fitting.result import FitResult
 from tactfix.geometry.surfaces import Plane, Point, Surface
 from tactfix.report.summary import freedom, residual_table, upright_table
-from tactfix.report.text_report import decimals, surface_rows
+from tactfix.report.text_report import surface_rows
 from tactfix.results import ContactResidual
+from tactfix.wording import decimals
 
 _DIRECTIONS: Final = ("normal", "direction")
 """Names of numbers that have no unit."""

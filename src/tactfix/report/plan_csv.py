@@ -7,9 +7,12 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.localization.motion_words import vector
 from tactfix.planning.result import Plan
 from tactfix.report.text_report import decimal
+from tactfix.results import LocateResult
 from tactfix.simulation.simulate import CONE_DEG, Simulation
 from tactfix.wording import spreadsheet_cell
 
@@ -89,9 +92,33 @@ def _targets(plan: Plan) -> Iterator[str]:
         yield f"plan: in base: {row}, {spreadsheet_cell(feature)}, {place}, {way}"
 
 
+def next_contact_csv(fixture: Fixture, result: LocateResult, tip_radius: float, sigma: float) -> str | None:
+    """The contacts to make next as a contact file like that of a plan: tip centres; None where none is named."""
+    first = result.next_contact
+    if first is None:
+        return None
+    is_in_base = first.point is not None
+    touches = (first, *first.further)
+    point, approach = ("point", "approach") if is_in_base else ("point_in_fixture", "approach_in_fixture")
+    points = np.array([getattr(touch, point) for touch in touches])
+    ways = np.array([getattr(touch, approach) for touch in touches])
+    sided = np.array([fixture.features[touch.feature].type != "point" for touch in touches])[:, None]
+    contacts = Contacts(
+        features=tuple(touch.feature for touch in touches),
+        points=points - np.where(sided, tip_radius, 0.0) * ways,
+        approaches=np.where(sided, ways, np.nan),
+        sigmas=np.full(len(touches), sigma),
+        tip_radius=tip_radius,
+        rows=tuple(range(1, len(touches) + 1)),
+        ids=(None,) * len(touches),
+    )
+    frame = "base, the frame of the contacts already made" if is_in_base else "fixture frame"
+    return contact_csv(contacts, result.units, [f"next contacts on {result.fixture}: nominal, in the {frame}"])
+
+
 def plan_lines(plan: Plan) -> Iterator[str]:
     """What a plan is worth, and its table, in words."""
-    at = ", ".join(f"{value:.4g}" for value in plan.worst_point)
+    at = vector(plan.worst_point).strip("()")
     yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
     yield f"plan: {_verdict(plan)}"
     yield f"plan: {plan.agreeing} of {plan.starts} starts of the search led to within one per cent of the best"

@@ -14,8 +14,9 @@ from rich.text import Text
 
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
-from tactfix.report.text_report import decimals, reason_text, sentence, verdict_lines
+from tactfix.report.text_report import reason_text, sentence, verdict_lines
 from tactfix.results import Candidate, ContactResidual, LocateResult, Status
+from tactfix.wording import decimals
 
 _MOST_CONTACTS: Final = 20
 _MOST_CANDIDATES: Final = 8

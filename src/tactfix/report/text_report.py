@@ -1,6 +1,5 @@
 """Results as lines of plain text: what goes to standard output, and the verdict in words."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -10,6 +9,7 @@ from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import LocateResult, Reason
+from tactfix.wording import decimals
 
 if TYPE_CHECKING:
     from tactfix.fitting.fit import FitResult
@@ -40,11 +40,6 @@ def rounded_matrix_text(matrix: Floats, covariance: Floats | None) -> str:
     cells = [[f"{value + 0.0:.{turn}f}" for value in row[:3]] + [f"{row[3] + 0.0:.{shift}f}"] for row in matrix[:3]]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "".join("  ".join(map(str.rjust, row, widths)) + "\n" for row in [*cells, ["0", "0", "0", "1"]])
-
-
-def decimals(sigma: float) -> int:
-    """So many decimals that a number whose sigma this is loses less than a hundredth of it; 6 where sigma is 0."""
-    return 6 if sigma <= 0 else max(0, min(12, 2 - math.ceil(math.log10(sigma))))
 
 
 def _smallest(sigmas: Floats) -> float:

@@ -19,7 +19,7 @@ from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.mistakes import FaultKind
 from tactfix.simulation.faults import SIGMAS_OFF, Fault
 from tactfix.values import frozen_value
-from tactfix.wording import listed
+from tactfix.wording import decimals, fixed, listed
 
 One = TypeVar("One")
 
@@ -77,8 +77,8 @@ def _elsewhere(
     off = SIGMAS_OFF * sigma if fault.value is None else fault.value
     shift = off * directions @ unit(rng.standard_normal(directions.shape[1]))
     points = touches.points + np.where(touches.on([name])[:, None], shift, 0.0)
-    x, y, z = shift
-    return replace(touches, points=points), f"{name} stands {x:.6g}, {y:.6g}, {z:.6g} from where the file says"
+    by = ", ".join(fixed(value, decimals(sigma)) for value in shift)
+    return replace(touches, points=points), f"{name} stands {by} from where the file says"
 
 
 def _axes(

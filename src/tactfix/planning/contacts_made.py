@@ -1,0 +1,115 @@
+"""Contacts already made, in the fixture frame: by the pose that they give, or by one that they allow.
+
+Where they leave a motion free, what they see of the fixture is nearly the same at all the poses that the motion leads
+through. One is taken at which every contact lies in the touch box of its feature and came into the material: of those
+the true one is.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import TINY, Floats
+from tactfix.geometry.rigid import homogeneous, inverse, rotation_from_vector, transform_points
+from tactfix.geometry.surfaces import moved, outward_normals, residuals
+from tactfix.localization.locate import locate
+from tactfix.results import Candidate
+from tactfix.values import frozen_value
+
+_MUCH = 1e-3
+"""Share of the contacts' extent, and cosine, by which outside a box, or on the wrong side, is as bad as one sigma."""
+_INTO = -0.5
+"""Cosine of approach and outward normal that no usual approach exceeds."""
+_STEPS, _SMALL, _SETTLED = 40, 1e-7, 1e-6
+_TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
+"""Rotation vectors by which a pose is turned to begin with: from the wrong side nothing pulls it to the right one."""
+_MARGIN = 0.05
+"""Share of a box's width by which the poses taken keep contacts inside: planned contacts are made away from edges."""
+
+
+@frozen_value
+class Made:
+    """Contacts already made, in the fixture frame, and where the fixture stands; None where they leave that open."""
+
+    contacts: Contacts
+    base_from_fixture: Floats | None
+
+
+def contacts_made(fixture: Fixture, existing: Contacts) -> Made:
+    """The contacts in the fixture frame. Raises UsageError where no pose explains them."""
+    result = locate(fixture, existing, explain=False)
+    accepted = sorted((c for c in result.candidates if c.accepted), key=lambda candidate: candidate.chi2)
+    if not accepted:
+        raise UsageError(
+            f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
+        )
+    touch = result.next_contact
+    if result.status != "underdetermined" or (touch is not None and touch.point is not None):
+        pose = accepted[0].base_from_fixture
+        return Made(existing.moved(inverse(pose)), pose)
+    best = (np.inf, accepted[0].base_from_fixture)
+    for candidate in accepted:
+        for turn in _TURNS:
+            best = min(best, _possible(fixture, existing, candidate, turn), key=lambda one: one[0])
+            if best[0] < len(existing):
+                return Made(existing.moved(inverse(best[1])), None)
+    return Made(existing.moved(inverse(best[1])), None)
+
+
+def _possible(fixture: Fixture, contacts: Contacts, candidate: Candidate, turn: Floats) -> tuple[float, Floats]:
+    """A pose near the candidate's, from where it is turned by a rotation vector (3,), that side and box allow.
+
+    Half the sum of squares of what speaks against it, and the pose.
+    """
+    start = inverse(candidate.base_from_fixture)
+    surfaces = {name: moved(start, surface) for name, surface in candidate.surfaces.items()}
+    local = contacts.moved(start)
+    first = np.concatenate([turn, np.zeros(3)])
+    size = float(np.linalg.norm(np.ptp(local.points, axis=0))) or 1.0
+
+    def off(step: Floats) -> Floats:
+        motion = _pose(first + step, size, local.centre)
+        points, ways = transform_points(motion, local.points), local.approaches @ motion[:3, :3].T
+        parts = []
+        for name, index in contacts.by_feature.items():
+            parts.append(residuals(surfaces[name], points[index], contacts.tip_radius) / contacts.sigmas[index])
+            into = np.einsum("ij,ij->i", ways[index], outward_normals(surfaces[name], points[index]))
+            parts.append(np.where(np.isfinite(into), np.maximum(into - _INTO, 0.0), 0.0) / _MUCH)
+            box = fixture.touch.get(name)
+            if box is not None:
+                width = np.where(np.isfinite(box.high - box.low), box.high - box.low, 0.0)
+                low, high = box.low + _MARGIN * width, box.high - _MARGIN * width
+                outside = np.maximum(np.maximum(low - points[index], points[index] - high) - contacts.tip_radius, 0.0)
+                parts.append(outside.ravel() / (_MUCH * size))
+        return np.concatenate(parts)
+
+    step, cost = _least(off)
+    return cost, inverse(_pose(first + step, size, local.centre) @ start)
+
+
+def _least(off: Callable[[Floats], Floats]) -> tuple[Floats, float]:
+    """Where from zero (6,) the sum of squares is least, and half of it: Levenberg-Marquardt, forward differences."""
+    step, damping = np.zeros(6), 1e-3
+    values = off(step)
+    for _ in range(_STEPS):
+        slopes = np.array([(off(step + _SMALL * unit) - values) / _SMALL for unit in np.eye(6)]).T
+        curvature = slopes.T @ slopes
+        damped = curvature + damping * np.diag(np.diag(curvature) + TINY)
+        ahead = step - np.linalg.lstsq(damped, slopes.T @ values, rcond=None)[0]
+        gain = float(values @ values) - float(off(ahead) @ off(ahead))
+        if gain > 0:
+            step, values, damping = ahead, off(ahead), 0.2 * damping
+            if gain < _SETTLED * (1 + float(values @ values)):
+                break
+        else:
+            damping *= 5
+    return step, float(values @ values) / 2
+
+
+def _pose(step: Floats, size: float, centre: Floats) -> Floats:
+    """The motion (4, 4) by a turn (3,) about the centre and a shift (3,) in units of size."""
+    turn = rotation_from_vector(step[:3])
+    return homogeneous(turn, centre + size * step[3:] - turn @ centre)
