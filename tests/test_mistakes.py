@@ -54,4 +54,4 @@ def test_all_names_are_in_the_list_and_all_in_the_list_are_known():
     assert set(get_args(FaultKind)) == set(FAULT_KINDS) == {*CONTACT_FAULTS, *FIXTURE_FAULTS}
     assert set(get_args(BlindSpotCode)) == set(BLIND_SPOTS) == set(JUDGES)
     assert {*FROM_KNOWN_POSES, *ANEW, *AT_POSES} == set(CAUSES)
-    assert set(get_args(DiagnosisCode)) == {*CAUSES, "tip_offset"}
+    assert set(get_args(DiagnosisCode)) == set(CAUSES)

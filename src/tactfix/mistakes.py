@@ -83,6 +83,14 @@ class Mistake:
 MISTAKES: Final = (
     Mistake("the tip radius is forgotten", "forgotten-tip", "tip_radius", "tip_radius", "a tip"),
     Mistake("the tip radius is taken off on the wrong side", "tip-sign", "tip_radius", "tip_sign", "a tip"),
+    Mistake(
+        "the tip stands elsewhere in the flange than the file says",
+        None,
+        "tip_offset",
+        None,
+        "flange orientations that differ",
+        but="neither a plan nor a simulation says how the flange stands",
+    ),
     Mistake("the probe triggers late", "late-trigger", "tip_radius", "pretravel"),
     Mistake(
         "the fixture is warmer than when it was measured",

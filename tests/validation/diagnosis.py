@@ -5,11 +5,13 @@ each mistake and fixture: named first (alone, or first of those that cannot be t
 those that cannot be told apart, not named, and a good contact blamed alone.
 """
 
-import sys
+import json
 import time
+from argparse import ArgumentParser
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -262,37 +264,74 @@ def verdict(case: Case, result) -> str:
     return "good blamed" if bad else "not named"
 
 
-def main(draws: int, only: str = "") -> None:
-    columns = ("first", "first of several", "among", "not named", "good blamed", "unseen")
-    print("| mistake | fixture |", " | ".join(columns), "| worst ms |")
-    for mistake, make in MISTAKES.items():
-        total: Counter[str] = Counter()
-        slowest = 0.0
-        for fixture, (patches, counts) in FIXTURES.items():
-            if only and only not in f"{mistake} {fixture}":
-                continue
-            found: Counter[str] = Counter()
-            for draw in range(draws):
-                case = make(patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
-                if case is None:
-                    continue
-                begun = time.process_time()
-                result = locate(placed(case.said), case.contacts)
-                slowest = max(slowest, time.process_time() - begun)
-                said = verdict(case, result)
-                found[said] += 1
-                if "-v" in sys.argv and said in ("not named", "good blamed"):
-                    print(draw, said, case.code, case.rows, case.features, result.status, result.chi2, result.warnings)
-            if "-f" in sys.argv:
-                print(f"| {mistake} | {fixture} |", " | ".join(str(found[c]) for c in columns))
-            total += found
-        print(
-            f"| {mistake} | all |", " | ".join(str(total[c]) for c in columns), f"| {1000 * slowest:.0f} |", flush=True
-        )
+COLUMNS = ("first", "first of several", "among", "not named", "good blamed", "unseen")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One draw, and what was said of it: a line of the journal. said: a column of the table, "none" where the fixture
+    allows no such mistake.
+    """
+
+    mistake: str
+    fixture: str
+    draw: int
+    said: str
+    seconds: float
+
+
+def judged(mistake: str, fixture: str, draw: int) -> Judged:
+    """The verdict on one draw."""
+    patches, counts = FIXTURES[fixture]
+    case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
+    if case is None:
+        return Judged(mistake, fixture, draw, "none", 0.0)
+    begun = time.process_time()
+    result = locate(placed(case.said), case.contacts)
+    seconds = time.process_time() - begun
+    return Judged(mistake, fixture, draw, verdict(case, result), round(seconds, 3))
+
+
+def read(journal: Path) -> list[Judged]:
+    """The whole lines of a journal; a line that was cut short is left out."""
+    lines = journal.read_text(encoding="utf-8").splitlines(keepends=True) if journal.exists() else []
+    return [Judged(**json.loads(line)) for line in lines if line.endswith("\n")]
+
+
+def table(done: Iterable[Judged]) -> Iterator[str]:
+    """A row for each mistake, over all fixtures."""
+    found = [one for one in done if one.said != "none"]
+    yield f"| mistake | draws | {' | '.join(COLUMNS)} | worst ms |"
+    for mistake in MISTAKES:
+        rows = [one for one in found if one.mistake == mistake]
+        said = Counter(one.said for one in rows)
+        slowest = max((one.seconds for one in rows), default=0.0)
+        yield f"| {mistake} | {len(rows)} | {' | '.join(str(said[c]) for c in COLUMNS)} | {1000 * slowest:.0f} |"
+
+
+def main(draws: int, journal: Path, only: str) -> None:
+    """Judge what the journal does not hold yet, every mistake and fixture once before any twice; print the table."""
+    done = read(journal)
+    known = {(one.mistake, one.fixture, one.draw) for one in done}
+    with journal.open("a", encoding="utf-8") as file:
+        for draw in range(draws):
+            for mistake in MISTAKES:
+                for fixture in FIXTURES:
+                    if (mistake, fixture, draw) in known or only not in f"{mistake} {fixture}":
+                        continue
+                    done.append(judged(mistake, fixture, draw))
+                    file.write(json.dumps(asdict(done[-1])) + "\n")
+                    file.flush()
+    print(*table(done), sep="\n")
+    for one in done:
+        if one.said in ("not named", "good blamed"):
+            print(f"{one.said}: {one.mistake}, {one.fixture}, draw {one.draw}")
 
 
 if __name__ == "__main__":
-    main(
-        int(sys.argv[1]) if len(sys.argv) > 1 else 200,
-        sys.argv[2] if len(sys.argv) > 2 and sys.argv[2][0] != "-" else "",
-    )
+    reader = ArgumentParser(description=__doc__)
+    reader.add_argument("draws", type=int, nargs="?", default=200)
+    reader.add_argument("--journal", type=Path, default=Path("diagnosis.jsonl"), help="resumed where it is there")
+    reader.add_argument("--only", default="", help="part of a mistake's or fixture's name")
+    asked = reader.parse_args()
+    main(asked.draws, asked.journal, asked.only)

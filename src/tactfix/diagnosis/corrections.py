@@ -19,7 +19,7 @@ from tactfix.mistakes import DiagnosisCode
 from tactfix.poses.points_as_planes import Equations, one_equation_each
 from tactfix.values import frozen_value
 
-Free: TypeAlias = Literal["tip", "radius", "place"]
+Free: TypeAlias = Literal["tip", "tip_offset", "radius", "place"]
 
 
 @frozen_value
@@ -34,6 +34,11 @@ class Problem:
     def single(self) -> Equations:
         """The contacts with one equation each."""
         return one_equation_each(self.surfaces, self.contacts, self.sigmas)
+
+    @cached_property
+    def equations(self) -> list[int]:
+        """How many equations (n) each contact is."""
+        return [int(count) for count in np.bincount(self.single.of)]
 
     @property
     def dof(self) -> int:
@@ -68,11 +73,15 @@ class Hypothesis:
 
     def numbers(self, problem: Problem) -> int:
         """How many numbers are free: one for each equation left out, and those that are fitted."""
-        out = int(np.isin(problem.single.of, self.deleted).sum())
+        out = sum(problem.equations[i] for i in self.deleted)
         return out + (0 if self.free is None else self.directions(problem).shape[1])
 
     def directions(self, problem: Problem) -> Floats:
-        """The directions (3, k) of the fixture frame in which the feature is free to stand; (3, 1) of no meaning."""
+        """The directions (3, k) in which something is free to stand: the feature, in the fixture frame, or the tip's
+        centre, in the flange frame; (3, 1) of no meaning.
+        """
+        if self.free == "tip_offset":
+            return np.eye(3)
         return place_directions(problem.surfaces[self.features[0]]) if self.free == "place" else np.zeros((3, 1))
 
     def penalty(self, problem: Problem) -> float:
@@ -95,6 +104,8 @@ class Hypothesis:
             name = self.features[0]
             surfaces[name] = self._refitted(surfaces[name], values, problem)
         contacts = self._contacts(problem.contacts, tip)
+        if self.free == "tip_offset":
+            contacts = contacts.with_tip(np.asarray(values if len(values) else np.zeros(3)), tip)
         kept = np.delete(np.arange(len(contacts)), list(self.deleted))
         return Problem(surfaces, contacts.subset(kept), problem.sigmas[kept] * self.sigmas)
 

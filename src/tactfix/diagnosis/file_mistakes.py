@@ -1,13 +1,26 @@
 """Mistakes that a whole contact file shares: its unit and its tip radius."""
 
+import numpy as np
+
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.file_faults import UNITS_MEANT
+
+TURNED = 1e-3
+"""Entry by which rotations of the flange differ at least where one tool orientation is not all there is."""
 
 
 def tips(problem: Problem) -> list[Hypothesis]:
     """Another tip radius than the file says: none, or the one that fits best."""
     free = Hypothesis("tip_radius", free="tip", alternatives=2)
     return [free] if problem.contacts.tip_radius == 0 else [free, Hypothesis("tip_radius", tip=0.0, alternatives=2)]
+
+
+def tip_offsets(problem: Problem) -> list[Hypothesis]:
+    """The tip's centre elsewhere in the flange, where contacts say how that stood, and it turned."""
+    flanges = problem.contacts.flange_rotations
+    if flanges is None or np.abs(flanges - flanges[0]).max() < TURNED:
+        return []
+    return [Hypothesis("tip_offset", free="tip_offset")]
 
 
 def units(problem: Problem) -> list[Hypothesis]:

@@ -11,7 +11,7 @@ from tactfix.contacts import Contacts
 from tactfix.diagnosis.contact_mistakes import outliers, relabels, single_outliers, swaps
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.data_snooping import normalized_residuals
-from tactfix.diagnosis.file_mistakes import tips, units
+from tactfix.diagnosis.file_mistakes import tip_offsets, tips, units
 from tactfix.diagnosis.fixture_mistakes import (
     diameters,
     exchanged_axes,
@@ -155,6 +155,10 @@ def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution])
     return [replace(ways[0], others=tuple(ways[1:]))]
 
 
+def _tip_offset(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
+    return search.explanations(tip_offsets(problem))
+
+
 def _approaches(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
     return [one for solution in solutions for one in _approaches_at(problem, solution)]
 
@@ -181,5 +185,9 @@ def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:
 
 
 AtPoses: TypeAlias = Callable[[Problem, TrialSearch, Sequence[Solution]], list[Explanation]]
-AT_POSES: Final[Mapping[DiagnosisCode, AtPoses]] = {"approach": _approaches, "sigma": _sigma}
-"""Mistakes that are told from the residuals and sides at poses that are known."""
+AT_POSES: Final[Mapping[DiagnosisCode, AtPoses]] = {
+    "approach": _approaches,
+    "sigma": _sigma,
+    "tip_offset": _tip_offset,
+}
+"""Mistakes that are told from the residuals and sides at poses that are known, or from these alone."""

@@ -8,6 +8,7 @@ from tactfix.contacts import Contacts
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.file_faults import UNITS_MEANT
 from tactfix.diagnosis.trial_search import Explanation
+from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.results import Diagnosis
@@ -56,7 +57,7 @@ def _value_and_message(problem: Problem, units: str, explanation: Explanation) -
             return None, _labels_or_approach(problem.contacts, hypothesis)
         case "unit":
             return _unit(hypothesis)
-        case "tip_radius":
+        case "tip_radius" | "tip_offset":
             return _tip(problem, units, explanation)
         case "sigma":
             return _sigma(problem, units, hypothesis.sigmas)
@@ -103,12 +104,28 @@ def _unit(hypothesis: Hypothesis) -> Told:
 
 
 def _tip(problem: Problem, units: str, explanation: Explanation) -> Told:
+    if explanation.hypothesis.free == "tip_offset":
+        sigma = float(np.median(problem.sigmas))
+        return tip_offset_told(problem.contacts, explanation.values, units, CONSISTENT, sigma)
     given = f"{problem.contacts.tip_radius:g} {units}"
     if explanation.hypothesis.tip is not None:
         return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
     value = problem.contacts.tip_radius + float(explanation.values[0])
     shown = fixed(value, decimals(float(np.median(problem.sigmas))))
     return value, f"with a tip radius of {shown} {units} instead of {given} {CONSISTENT}"
+
+
+def tip_offset_told(contacts: Contacts, change: Floats, units: str, then: str, sigma: float) -> Told:
+    """The tip's place in the flange frame that is right, or how far it is off where none was said; and the words."""
+    off = f"{float(np.linalg.norm(change)):.3g} {units}"
+    if contacts.tip_offset is None:
+        by = ", ".join(fixed(value, decimals(sigma)) for value in change)
+        return tuple(change.tolist()), f"with the tip {off} elsewhere in the flange frame, by ({by}), {then}"
+    place = contacts.tip_offset + change
+    now, said = (", ".join(fixed(value, decimals(sigma)) for value in one) for one in (place, contacts.tip_offset))
+    return tuple(place.tolist()), (
+        f"with the tip at ({now}) in the flange frame instead of ({said}), {off} from there, {then}"
+    )
 
 
 def _sigma(problem: Problem, units: str, factor: float) -> Told:

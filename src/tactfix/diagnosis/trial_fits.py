@@ -6,7 +6,8 @@ y = A x + b of a contact x, its residual over sigma is
     plane              (n . (y - a) - t - c . q) / sigma              a = anchor + D q
     sphere, cylinder   (s (|P (y - a)| - r) - t - c . q) / sigma      s = 1 outer, -1 inner
 
-q are the numbers fitted: c = 1 for every contact is another tip radius, c = s for those of one feature another radius
+With a tip that stands q elsewhere in the flange, x is x + R q, R how the flange stood at the contact. Else q are the
+numbers fitted: c = 1 for every contact is another tip radius, c = s for those of one feature another radius
 of it, and D the directions in which a feature may stand elsewhere. Levenberg-Marquardt; arrays have the trials first,
 so that numpy and LAPACK work on all of them in one call.
 """
@@ -57,11 +58,14 @@ def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, 
 
 @frozen_value
 class Trials:
-    """points (n, 3) in base; for each of T trials weights (T, n), surfaces (T, n) by their row, tips (T,), columns (T,
-    n, k): c, shifts (T, n, 3, k): D, and where it stands: rotations (T, 3, 3), offsets (T, 3), numbers (T, k).
+    """points (n, 3) in base; flanges (n, 3, 3): how the flange stood, where the tip's place in it is fitted, else None.
+
+    For each of T trials weights (T, n), surfaces (T, n) by their row, tips (T,), columns (T, n, k): c, shifts (T, n, 3,
+    k): D, and where it stands: rotations (T, 3, 3), offsets (T, 3), numbers (T, k).
     """
 
     points: Floats
+    flanges: Floats | None
     weights: Floats
     surfaces: Ints
     tips: Floats
@@ -73,7 +77,7 @@ class Trials:
 
     def take(self, index: Ints) -> "Trials":
         """Those trials."""
-        names = [f.name for f in fields(self)][1:]
+        names = [f.name for f in fields(self)][2:]
         return replace(self, **{name: getattr(self, name)[index] for name in names})
 
 
@@ -113,7 +117,10 @@ def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
 
 def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
     """Residuals (T, n) over sigma and their derivatives (T, n, 6 + k): turn and shift in the fixture frame, numbers."""
-    turned = trials.points @ np.swapaxes(trials.rotations, 1, 2)
+    points = trials.points
+    if trials.flanges is not None:
+        points = points + (trials.flanges @ trials.numbers[:, None, :, None])[..., 0]
+    turned = points @ np.swapaxes(trials.rotations, 1, 2)
     rows, numbers = trials.surfaces, trials.numbers[:, None, :, None]
     arms = turned + trials.offsets[:, None] - table.anchors[rows] - (trials.shifts @ numbers)[..., 0]
     flat = (table.projectors[rows] @ arms[..., None])[..., 0]
@@ -122,8 +129,10 @@ def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
     gradients = normals + (signs / np.where(sizes > 0, sizes, 1.0))[..., None] * flat
     residuals = np.einsum("tni,tni->tn", normals, arms) + signs * (sizes - table.radii[rows])
     residuals -= trials.tips[:, None] + (trials.columns @ numbers[:, 0])[..., 0]
-    along = (np.swapaxes(trials.shifts, 2, 3) @ gradients[..., None])[..., 0]
-    jacobians = np.concatenate([cross(turned, gradients), gradients, -along - trials.columns], axis=2)
+    along = (np.swapaxes(trials.shifts, 2, 3) @ gradients[..., None])[..., 0] + trials.columns
+    if trials.flanges is not None:
+        along = -np.einsum("tni,tij,njk->tnk", gradients, trials.rotations, trials.flanges)
+    jacobians = np.concatenate([cross(turned, gradients), gradients, -along], axis=2)
     return residuals * trials.weights, jacobians * trials.weights[..., None]
 
 

@@ -15,12 +15,12 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.robust_poses import STARTS, robust_poses
+from tactfix.diagnosis.robust_poses import BOUND, STARTS, robust_poses
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.rigid import homogeneous, inverse
-from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.values import frozen_value
@@ -29,6 +29,8 @@ POSES = 8
 """Poses that trials start from, beside those known."""
 FEW_STARTS = 200
 """Rotations from which a problem is searched that is changed as a whole."""
+FEW_STARTS_PLANES = 60
+"""The same where all features are planes: contacts are linear in the rotation, and a descent comes from farther."""
 FIRST_STEPS, LAST_STEPS = 3, 30
 FOLLOWED = 80
 """Hypotheses that are fitted to the end, each from ..."""
@@ -38,6 +40,8 @@ WORSE = 10.0
 """By so much chi-square may be larger at other poses that are looked at."""
 AGREES = 3.0
 """Sigmas within which a contact is where it should be, at a pose from which other labels are tried for it."""
+MOST_AGREE = 0.5
+"""Share of the contacts not concerned that agree within BOUND sigma at poses from which a few contacts are doubted."""
 SETS = 12
 """Sets of contacts that are left out, for each pose, those first without which chi-square falls most."""
 CORRELATED = 1e-9
@@ -83,10 +87,15 @@ class TrialSearch:
         return np.concatenate([rotations, turns]), np.concatenate([offsets, shifts])
 
     def explanations(self, hypotheses: Sequence[Hypothesis]) -> list[Explanation]:
-        """Each of the most plausible hypotheses where it fits best, most plausible first."""
+        """Each of the most plausible hypotheses where it fits best, most plausible first.
+
+        A tip elsewhere in the flange is looked for alone: it moves each contact in another direction.
+        """
         if not hypotheses:
             return []
         table, trials, of = self._trials(hypotheses)
+        if not len(of):
+            return []
         begun = fitted(table, trials, FIRST_STEPS)
         penalties = np.array([hypothesis.penalty(self.problem) for hypothesis in hypotheses])
         followed = _most_plausible(begun.chi2 + penalties[of], of)
@@ -132,6 +141,7 @@ class TrialSearch:
         of, pose = np.nonzero(worth)
         trials = Trials(
             points=rows.points,
+            flanges=rows.flanges,
             weights=rows.weights[of],
             surfaces=rows.surfaces[of],
             tips=rows.tips[of],
@@ -144,11 +154,19 @@ class TrialSearch:
         return rows.table, trials, of
 
     def _worth_trying(self, hypothesis: Hypothesis) -> Bools:
-        """From which of the poses (k,): other labels only where the contacts do not agree with those they have."""
-        if hypothesis.labels is None or not hypothesis.index:
+        """From which of the poses (k,) it can be found.
+
+        A mistake in a few contacts only from where most others agree; other labels only where the contacts do not agree
+        with those they have.
+        """
+        if not hypothesis.index:
             return np.ones(len(self.rotations), dtype=bool)
         concerned = np.isin(self.single.of, hypothesis.index)
-        return np.asarray((np.abs(self._there.residuals[:, concerned]) > AGREES).all(axis=1))
+        sizes = np.abs(self._there.residuals)
+        others = np.count_nonzero(sizes[:, ~concerned] <= BOUND, axis=1) >= MOST_AGREE * np.count_nonzero(~concerned)
+        if hypothesis.labels is None:
+            return np.asarray(others)
+        return np.asarray(others & (sizes[:, concerned] > AGREES).all(axis=1))
 
     @cached_property
     def _there(self) -> Fits:
@@ -192,7 +210,9 @@ def searched_anew(problem: Problem, hypotheses: Iterable[Hypothesis]) -> list[Ex
 def _found_anew(problem: Problem) -> Explanation | None:
     if least_chi_square(problem.surfaces, problem.contacts, problem.sigmas) > chi_square_limit(problem.dof):
         return None
-    return TrialSearch(problem, starts=FEW_STARTS).explanations([NOTHING])[0]
+    only_planes = all(isinstance(problem.surfaces[name], Plane) for name in problem.contacts.by_feature)
+    starts = FEW_STARTS_PLANES if only_planes else FEW_STARTS
+    return TrialSearch(problem, starts=starts).explanations([NOTHING])[0]
 
 
 def _most_plausible(scores: Floats, of: Ints) -> Ints:
@@ -224,6 +244,8 @@ class _Rows:
         self.surfaces = np.tile(self.base, (len(hypotheses), 1))
         self.tips = np.full(len(hypotheses), problem.contacts.tip_radius / frame.length)
         self.columns, self.shifts = np.zeros((*shape, width)), np.zeros((*shape, 3, width))
+        flanges = problem.contacts.flange_rotations if {h.free for h in hypotheses} == {"tip_offset"} else None
+        self.flanges = None if flanges is None else flanges[single.of]
         changed: list[SidedSurface] = []
         for row, hypothesis in enumerate(hypotheses):
             self._fill(row, hypothesis, changed)

@@ -37,6 +37,10 @@ def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: f
 def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
     """What is suspicious about the residuals of a pose that is left: one contact, or sigma."""
     suspect = _stands_out(fixture, contacts, solution, SUSPICIOUS)
+    if suspect is not None or solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
+        elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)
+        if elsewhere is not None:
+            return (elsewhere,)
     if suspect is not None and _is_one_contact(solution.chi2, suspect[1], dof, len(contacts)):
         return (_outlier(fixture, contacts, solution, *suspect),)
     if solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
@@ -46,6 +50,22 @@ def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: in
             return ()
         return (_sigma(fixture, contacts, solution, dof, "the residuals are improbably small, {ratio:.2g} of sigma"),)
     return ()
+
+
+def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> Diagnosis | None:
+    """Another place of the tip in the flange, where that explains the residuals as well as one bad contact would."""
+    if contacts.flange_rotations is None or dof < 4:
+        return None
+    from tactfix.diagnosis.tip_change import tip_change
+
+    found = tip_change(contacts, residual_sigmas(fixture, contacts), solution, fixture.placement)
+    if found is None or found.chi2 > chi_square_limit(dof - 3, SUSPICIOUS) or not found.is_plausible:
+        return None
+    from tactfix.diagnosis.telling import tip_offset_told
+
+    then = "the residuals are what sigma allows for"
+    value, message = tip_offset_told(contacts, found.change, fixture.units, then, float(np.median(contacts.sigmas)))
+    return Diagnosis("tip_offset", (), (), value, found.chi2, message)
 
 
 def _is_one_contact(chi2: float, size: float, dof: int, count: int) -> bool:

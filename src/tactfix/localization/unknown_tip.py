@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
+from tactfix.diagnosis.telling import tip_offset_told
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
@@ -20,7 +21,7 @@ from tactfix.noise import SURE
 from tactfix.poses.solution import largest_sigma
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import realize
-from tactfix.results import POSE_UNKNOWNS, Candidate, LocateResult, Reason, Status, TipEstimate
+from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, Reason, Status, TipEstimate
 from tactfix.unknowns.search import TipSolutions, tip_solutions
 from tactfix.unknowns.solution import TipSolution
 
@@ -60,7 +61,21 @@ def locate_with_tip(
         joint = left[0].covariance * factor
         pose = left[0].solution.base_from_fixture
         return replace(result, base_from_fixture=pose, covariance=joint[:6, :6], joint_covariance=joint)
+    if status == "inconsistent" and "tip" not in unknown and contacts.flange_rotations is not None:
+        freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within)
+        found = _tip_elsewhere(fixture, contacts, freed)
+        return replace(result, diagnosis=found, warnings=(*result.warnings, *(cause.message for cause in found)))
     return result
+
+
+def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solutions: TipSolutions) -> tuple[Diagnosis, ...]:
+    """Another place of the tip in the flange as what explains the contacts; nothing where it does not."""
+    best = next((s for s in solutions.found if not _against(fixture, s, solutions.limit)), None)
+    if best is None or not best.tip_is_known or solutions.dof < 1:
+        return ()
+    then = "the contacts are consistent"
+    value, message = tip_offset_told(contacts, best.tip, fixture.units, then, float(np.median(contacts.sigmas)))
+    return (Diagnosis("tip_offset", (), (), value, best.solution.chi2, message),)
 
 
 def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Reason, ...]:
