@@ -61,7 +61,8 @@ def cells(kinds: list[str]) -> Iterator[Cell]:
 
 def problem(cell: Cell, seed: int, folder: Path) -> Counter:
     """What comes out for one part and one set of contacts."""
-    rng = np.random.default_rng([seed, *cell.kind.encode(), int(1e3 * cell.angle), int(1e3 * cell.sigma)])
+    place = [int(1e3 * cell.angle), int(1e3 * cell.sigma), cell.turned]
+    rng = np.random.default_rng([seed, *cell.kind.encode(), *place])
     part = KINDS[cell.kind].make(Angle.drawn(cell.angle, cell.sigma, rng))
     base = np.eye(4)
     base[:3, 3] = rng.uniform(-300, 300, 3)
