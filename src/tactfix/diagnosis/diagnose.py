@@ -10,7 +10,8 @@ Locating again costs a tenth of a second or more, so that a hypothesis is first 
 it out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
 """
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, islice
 from typing import TypeAlias
 
@@ -36,6 +37,7 @@ from tactfix.fixture import Fixture
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import fixture_scale, realize
+from tactfix.relations.trials import Trials
 from tactfix.results import Diagnosis
 
 MOST_SHAPES = 2
@@ -84,37 +86,60 @@ def suspicions(
     fits: bool,
     solve: Solve,
     explained: Explained,
+    trials: Trials | None = None,
 ) -> tuple[Diagnosis, ...]:
     """What would make the contacts consistent, best first; nothing where no single mistake explains them.
 
     best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
-    speak against it. solve gives the solutions for corrected contacts.
+    speak against it. solve gives the solutions for corrected contacts. trials: of a fixture by
+    relations that leave its shape open.
     """
     doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
-    order = doubts.order if doubts else list(range(len(contacts)))
-    screen = Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
+    order = doubts.order if doubts else _on_contradicted_first(contacts, trials)
+    screen = trials or Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
     pairs = likely_pairs(contacts, order, doubts)
     swaps = (hypothesis for hypothesis in swapped_labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
+    units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
     if fits:
         against = _against(contacts, best) if best else order
         # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
-        stages = [approaches(contacts, against), coordinates(contacts), whole_files(contacts)]
+        stages = [approaches(contacts, against), units]
     else:
-        stages = [coordinates(contacts), whole_files(contacts), tip_radii(fixture, contacts, solve)]
+        stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:
         alone = doubts.singly if doubts else order
-        stages[-1] = chain(stages[-1], without_each(contacts, alone[:MOST_CONTACTS]))
+        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:MOST_CONTACTS]))
         stages.append(islice(swaps, MOST_SWAPS))
     few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
-    for stage in chain(few, stages):
-        found = [
-            told
-            for hypothesis in stage
-            if screen.lets_pass(hypothesis.contacts) and (told := _tried(hypothesis, explained)) is not None
-        ]
+    # Where single contacts cost next to nothing to ask, none is taken for several.
+    for stage in chain(stages, few) if trials else chain(few, stages):
+        asked: Iterator[Hypothesis] = (hypothesis for hypothesis in stage if screen.lets_pass(hypothesis.contacts))
+        if trials is not None:
+            asked = _promising(asked, trials)
+        found = [told for hypothesis in asked if (told := _tried(hypothesis, explained)) is not None]
         if found:
             return tuple(sorted(found, key=lambda told: told.chi2 or 0.0))
     return ()
+
+
+def _has_lengths(fixture: Fixture) -> bool:
+    """Whether anything of a fixture is a length; faces at angles fit contacts in any unit."""
+    given = fixture.is_placed or fixture.touch or any(f.radius is not None for f in fixture.features.values())
+    return bool(given) or any(relation.kind == "distance" for relation in fixture.relations)
+
+
+def _on_contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
+    """Indices of the contacts, those first that are on a feature that no surface explains."""
+    suspects = trials.contradicted() if trials else ()
+    return sorted(range(len(contacts)), key=lambda i: contacts.features[i] not in suspects)
+
+
+def _promising(asked: Iterable[Hypothesis], trials: Trials) -> Iterator[Hypothesis]:
+    """Those that the linear model does not rule out, the most promising first, since not all may be fitted."""
+    promises = [(trials.promise(hypothesis.contacts), hypothesis) for hypothesis in asked]
+    for promise, hypothesis in sorted(promises, key=lambda pair: pair[0]):
+        if promise < math.inf:
+            yield hypothesis
 
 
 def _tried(hypothesis: Hypothesis, explained: Explained) -> Diagnosis | None:

@@ -17,7 +17,7 @@ from tactfix.localization.elimination import Verdict
 from tactfix.localization.fit_test import misgivings
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.free_motions import free_motions, is_worthless
-from tactfix.localization.outcome import outcome_of, solve, verdict_of
+from tactfix.localization.outcome import outcome_from, outcome_of, solve, verdict_of
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
@@ -26,6 +26,7 @@ from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, N
 CLOSE = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
 
+CUT = "Of the mistakes only the most plausible ones were tried."
 SAMPLES_SHOWN = 8
 """Poses of a continuum that are listed."""
 
@@ -237,18 +238,25 @@ def _with_free_motions(
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
     from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, suspicions
+    from tactfix.relations.realization import realize
+    from tactfix.relations.trials import Trials
 
-    def solve_again(corrected: Contacts) -> Solutions:
-        return solve(fixture, corrected, residual_sigmas(fixture, corrected))
+    trials = None if realize(fixture) else Trials(fixture, contacts)
+
+    def solve_again(corrected: Contacts, with_misses: bool = True) -> Solutions:
+        if trials is not None:
+            return trials.solutions(corrected, with_misses)
+        return solve(fixture, corrected, residual_sigmas(fixture, corrected), with_misses)
 
     def explained(corrected: Contacts) -> tuple[float, str] | None:
-        again = locate(fixture, corrected, explain=False)
-        if again.chi2 is None or not any(candidate.accepted for candidate in again.candidates):
+        again = outcome_from(fixture, corrected, solve_again(corrected, with_misses=False))
+        if not again.left:
             return None
         # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
-        if again.status == "underdetermined" and (again.dof < 1 or len(corrected) == len(contacts)):
+        is_weak = again.status == "underdetermined"
+        if is_weak and (again.solutions.dof < 1 or len(corrected) == len(contacts)):
             return None
-        return again.chi2, "" if again.status == "located" else f" (what is left is {again.status})"
+        return again.left[0].chi2, "" if again.status == "located" else f" (what is left is {again.status})"
 
     def accepts(corrected: Fixture, kept: Contacts, solution: Solution) -> str | None:
         verdict = verdict_of(corrected, kept, solution, chi_square_limit(corrected.dof(kept.features)))
@@ -263,7 +271,8 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts,
         contacts,
         solutions.found,
         accepts,
-        lambda: suspicions(fixture, contacts, best, fits, solve_again, explained),
+        lambda: suspicions(fixture, contacts, best, fits, solve_again, explained, trials),
     )
-    messages = tuple(cause.message for cause in found) or (NOTHING_EXPLAINS,)
+    nothing = f"{NOTHING_EXPLAINS} {CUT}" if trials and trials.is_cut else NOTHING_EXPLAINS
+    messages = tuple(cause.message for cause in found) or (nothing,)
     return replace(result, warnings=(*result.warnings, *messages), diagnosis=found)

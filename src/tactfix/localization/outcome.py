@@ -28,7 +28,11 @@ def outcome_of(
     fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True, thorough: bool = True
 ) -> Outcome:
     """The outcome for contacts with sigmas (n,) of the residuals; with_misses and thorough as in `solve`."""
-    solutions = solve(fixture, contacts, sigmas, with_misses, thorough)
+    return outcome_from(fixture, contacts, solve(fixture, contacts, sigmas, with_misses, thorough))
+
+
+def outcome_from(fixture: Fixture, contacts: Contacts, solutions: Solutions) -> Outcome:
+    """The outcome of these solutions."""
     solutions = replace(solutions, found=in_order(solutions.found))
     verdicts = [verdict_of(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
     verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)

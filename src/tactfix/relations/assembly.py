@@ -24,11 +24,10 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.nearest import foot
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import Start, branch_fit, starts_from
+from tactfix.relations.branch_fits import MOST_FITS, Start, branch_fit, starts_from
 from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import combinations
 from tactfix.relations.joint_problem import JointFit, JointProblem
@@ -45,6 +44,8 @@ NEAR = 10.0
 FEW_COMBINATIONS = 64
 """Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
 MOST_COMBINATIONS = 4096
+FEW_FITS = 12
+"""Starts that are followed where contacts are as good as flat, and whatever is found says next to nothing."""
 MOST_FALLEN = 32
 """Combinations that fell because of a relation and are listed."""
 LOOSE = 3.0
@@ -69,7 +70,8 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
         if is_exact:
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
         return _loosened(fixture, problem, with_misses)
-    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS], with_misses)
+    most = FEW_FITS if located.thinned else MOST_FITS
+    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS], with_misses, most)
     if is_exact:
         searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
         if searched:
@@ -77,14 +79,15 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
             return body_solutions(fixture, chosen, contacts, sigmas, with_misses)
     solutions = joint_solutions(fixture, problem, fits)
     fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
-    return replace(solutions, complete=len(located.surfaces) <= MOST_COMBINATIONS, fallen=tuple(fallen))
+    complete = len(located.surfaces) <= MOST_COMBINATIONS and not located.thinned
+    return replace(solutions, complete=complete, fallen=tuple(fallen))
 
 
 def _fits(
-    problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool
+    problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool, most: int = MOST_FITS
 ) -> tuple[list[Start], list[JointFit]]:
     """The joint fits next to combinations of features in base, one for each branch, and where each started."""
-    starts = starts_from(problem, [_anchored(surfaces, problem.contacts) for surfaces in found], with_misses)
+    starts = starts_from(problem, found, with_misses)[:most]
     return starts, [branch_fit(problem, start) for start in starts]
 
 
@@ -119,17 +122,3 @@ def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Sol
 def _slack(fixture: Fixture, scale: float) -> float:
     """How far (length) the relations let the features be from where their values put them, one standard deviation."""
     return float(np.linalg.norm([r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]))
-
-
-def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
-    """The surfaces with their given points next to their contacts, so that tilts and shifts are independent."""
-    return {
-        name: _anchor(s, contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points)
-        for name, s in surfaces.items()
-    }
-
-
-def _anchor(surface: Surface, points: Floats) -> Surface:
-    if not isinstance(surface, Plane | Cylinder):
-        return surface
-    return replace(surface, point=foot(surface, points.mean(axis=0)))

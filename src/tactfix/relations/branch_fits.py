@@ -5,14 +5,17 @@ the features differ, the relation is put in its place and the fit goes on from t
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Surface
+from tactfix.geometry.nearest import foot
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.relations.branches import branches, least_cost, nearest_branch
 from tactfix.relations.equations import Equation, linear_equations
-from tactfix.relations.joint import joint_fit
+from tactfix.relations.joint import MOST_STEPS, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
 from tactfix.values import frozen_value
 
@@ -46,7 +49,8 @@ def starts_from(
     Where there are none, the nearest misses, unless without with_misses.
     """
     found, missed = [], []
-    for number, surfaces in enumerate(combinations):
+    for number, located in enumerate(combinations):
+        surfaces = _anchored(located, problem.contacts)
         values, _ = contact_observations(problem.contacts, problem.sigmas, surfaces)
         own = float(values @ values)
         open_ones = branches(problem, surfaces)
@@ -63,14 +67,14 @@ def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number
     return Start(number, surfaces, nearest_branch(problem.relations, surfaces, problem.scale), cost)
 
 
-def branch_fit(problem: JointProblem, start: Start) -> JointFit:
+def branch_fit(problem: JointProblem, start: Start, most_steps: int = MOST_STEPS) -> JointFit:
     """The fit of one branch."""
-    fit = joint_fit(problem, start.surfaces, start.equations)
+    fit = joint_fit(problem, start.surfaces, start.equations, most_steps)
     while True:
         narrowed = _narrowed(problem, fit)
         if narrowed is None:
             return fit
-        fit = joint_fit(problem, fit.surfaces, narrowed)
+        fit = joint_fit(problem, fit.surfaces, narrowed, most_steps)
 
 
 def _narrowed(problem: JointProblem, fit: JointFit) -> list[Equation] | None:
@@ -95,3 +99,17 @@ def _is_seen(equation: Equation, factor: Floats) -> bool:
     """Whether the circle is large beside the spread across it; factor (k, m): of the covariance of its components."""
     across = float(np.linalg.norm(factor, 2))
     return equation.coincidence > RESOLVED * max(across, equation.relation.sigma)
+
+
+def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
+    """The surfaces with their given points next to their contacts, so that tilts and shifts are independent."""
+    return {
+        name: _anchor(s, contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points)
+        for name, s in surfaces.items()
+    }
+
+
+def _anchor(surface: Surface, points: Floats) -> Surface:
+    if not isinstance(surface, Plane | Cylinder):
+        return surface
+    return replace(surface, point=foot(surface, points.mean(axis=0)))

@@ -4,6 +4,7 @@ A sphere with too few contacts of its own is placed by its known distances to fe
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import islice, product
 
 from tactfix.contacts import Contacts
@@ -11,19 +12,32 @@ from tactfix.errors import DegenerateContactsError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
-from tactfix.relations.features_alone import FeatureCandidate, candidates_alone, candidates_by_distance, is_weak
+from tactfix.relations.features_alone import (
+    FeatureCandidate,
+    candidates_alone,
+    candidates_by_distance,
+    is_flat,
+    is_weak,
+)
 from tactfix.values import frozen_value
+
+FEW = 4
+"""Surfaces of a round feature that are followed where its contacts lie in a plane but for noise: what explains them is
+then anything, in a hundred local minima, and a joint fit finds from any where the other features and relations put it.
+"""
 
 
 @frozen_value
 class Combinations:
     """Combinations of the features' surfaces in base.
 
-    weak: some surface is known so badly that others placed by it, or beside it, may be missing.
+    weak: some surface is known so badly that others placed by it, or beside it, may be missing. thinned: of those on a
+    feature whose contacts tell nothing of its radius only a few are there.
     """
 
     surfaces: Sequence[Mapping[str, Surface]]
     weak: bool
+    thinned: bool = False
 
 
 def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int) -> Combinations | None:
@@ -32,13 +46,25 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
     sigmas (n,) of the residuals. A feature whose contacts no surface explains leaves no combination.
     """
     alone: dict[str, Sequence[FeatureCandidate]] = {}
+    thinned = False
     for name, feature in fixture.features.items():
         if name not in contacts.by_feature:
             continue
         try:
-            alone[name] = candidates_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
+            candidates = candidates_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
+            flat = len(candidates) > FEW and is_flat(feature, contacts.on(name))
+            thinned |= flat
+            alone[name] = sorted(candidates, key=lambda candidate: candidate.chi2)[:FEW] if flat else candidates
         except DegenerateContactsError:
             continue
+    found = combinations_of(fixture, contacts, alone, most)
+    return None if found is None else replace(found, thinned=thinned)
+
+
+def combinations_of(
+    fixture: Fixture, contacts: Contacts, alone: Mapping[str, Sequence[FeatureCandidate]], most: int
+) -> Combinations | None:
+    """The same from the candidates of those features that can be located alone."""
     weak = any(is_weak(candidate) for candidates in alone.values() for candidate in candidates)
     choices = islice(product(*alone.values()), most)
     found: list[dict[str, FeatureCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]

@@ -23,6 +23,7 @@ from tactfix.localizers.sphere_distances import (
     PlaneDistance,
     localize_sphere_at_distances,
 )
+from tactfix.noise import SURE
 
 FeatureCandidate: TypeAlias = SurfaceCandidate | PointCandidate
 
@@ -66,6 +67,21 @@ def candidates_by_distance(
     )
     found = localize_sphere_at_distances(contacts.points, radius, distances, sigmas)
     return [_true(feature, candidate) for candidate in found]
+
+
+def is_flat(feature: Feature, contacts: Contacts) -> bool:
+    """Whether contacts on a round feature tell nothing of its radius, since noise hides that they are no plane."""
+    if feature.radius is None or len(contacts) < 4:
+        return False
+    return thickness(contacts.points) < SURE * float(np.hypot(contacts.sigmas.max(), feature.sigma))
+
+
+def thickness(points: Floats) -> float:
+    """Root mean square distance of points (n, 3) from the plane that fits them best; 0 of three or fewer."""
+    if len(points) < 4:
+        return 0.0
+    values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return float(values[2] / np.sqrt(len(points)))
 
 
 def is_weak(candidate: FeatureCandidate) -> bool:

@@ -32,12 +32,12 @@ class JointSpread:
     fit: JointFit
     frame_jacobian: Floats
 
-    def at(self, base_from_fixture: Floats) -> Spread:
-        """The spread of one of the frames (4, 4)."""
+    def at(self, base_from_fixture: Floats, curved: bool = True) -> Spread:
+        """The spread of one of the frames (4, 4); without curved that of the linear model, which is trusted."""
         factor, free = self.fit.spread()
         linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T
         is_free = np.abs(moving).max(initial=0.0) > STILL * np.abs(self.frame_jacobian).max()
-        if is_free or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
+        if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
             return Spread(linear, moving, trusted=True)
         centre = self.problem.contacts.centre
         return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))

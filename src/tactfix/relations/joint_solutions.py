@@ -33,9 +33,11 @@ class _Group:
 
 
 def joint_solutions(
-    fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool = False
+    fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool = False, curved: bool = True
 ) -> Solutions:
     """The frames of each fit that is within its limit; of the best one where none is.
+
+    Without curved the covariance is that of the linear model.
 
     Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
     """
@@ -47,7 +49,7 @@ def joint_solutions(
     refusal: FrameError | None = None
     for group in explaining or groups[:1]:
         try:
-            found += _framed(fixture, problem, group)
+            found += _framed(fixture, problem, group, curved)
         except FrameError as error:
             refusal = error
     if refusal is not None and explaining and not found and not continuum:
@@ -73,12 +75,12 @@ def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
     return seen < (FOLD if same_branch else BRANCHES)
 
 
-def _framed(fixture: Fixture, problem: JointProblem, group: _Group) -> list[Solution]:
+def _framed(fixture: Fixture, problem: JointProblem, group: _Group, curved: bool) -> list[Solution]:
     """One solution per frame that the recipe allows; turning an axis round turns the frame, not how it moves."""
     recipe, fit = recipe_of(fixture), group.best
     pose, *others = frames(recipe, fit.surfaces)
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    spread = JointSpread(problem, recipe, fit, _frame_jacobian(recipe, fit)).at(pose)
+    spread = JointSpread(problem, recipe, fit, _frame_jacobian(recipe, fit)).at(pose, curved)
     aside = [np.sqrt(weight(fit.chi2, other.chi2)) * _motion_to(recipe, pose, other) for other in group.others]
     spread = replace(spread, factor=np.hstack([spread.factor, *aside]))
     solution = solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread)

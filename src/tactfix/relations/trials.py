@@ -1,0 +1,161 @@
+"""Corrected contacts of a fixture whose shape the relations leave open: are they explained, at little cost.
+
+Whoever looks for a mistake asks this of a hundred corrections, nearly all of them wrong. Most leave a feature that no
+surface explains, which that feature's contacts tell alone: at once where they bend otherwise than its radius does, else
+when it is located, which is done once for all corrections that leave its contacts as they are. Of
+what is left the linear model tells the least chi-square (`branches`), so that whoever asks may begin with the most
+promising ones; a few joint fits follow, without the curvature of their covariance.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import DegenerateContactsError, TipDoesNotFitError
+from tactfix.fixture import Fixture
+from tactfix.geometry.surfaces import offset_radius
+from tactfix.noise import SURE
+from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.solution import Solutions
+from tactfix.probe import residual_sigmas
+from tactfix.relations.branch_fits import Start, branch_fit, starts_from
+from tactfix.relations.combinations import combinations_of
+from tactfix.relations.features_alone import FeatureCandidate, candidates_alone, is_flat, thickness
+from tactfix.relations.joint_problem import JointProblem
+from tactfix.relations.joint_solutions import joint_solutions
+from tactfix.relations.realization import fixture_scale
+from tactfix.values import frozen_value
+
+MOST_COMBINATIONS = 12
+"""Combinations of surfaces of one correction that are looked at."""
+MOST_FOLLOWED = 3
+"""Starts of one correction that are fitted, those of the least cost."""
+FEW_STEPS = 20
+"""Of each fit: what explains contacts is near by then, and what creeps is not told apart by its last digits."""
+MOST_FITS = 40
+"""The same of all corrections together."""
+
+
+@frozen_value
+class Begun:
+    """A correction that is to be fitted, and where from, best first; no starts where features are not located alone."""
+
+    contacts: Contacts
+    problem: JointProblem
+    starts: tuple[Start, ...]
+
+
+class Trials:
+    """Corrections of the contacts of one fixture; is_cut: whether one was not fitted since others had been before."""
+
+    def __init__(self, fixture: Fixture, contacts: Contacts) -> None:
+        self.fixture, self.contacts, self.scale = fixture, contacts, fixture_scale(fixture)
+        self.is_cut = False
+        self._fits = 0
+        self._begun: dict[int, Begun] = {}
+        self._located: dict[tuple[str, float, bytes, bytes], Sequence[FeatureCandidate] | None] = {}
+        self._flat = {name for name in contacts.by_feature if is_flat(fixture.features[name], contacts.on(name))}
+
+    def contradicted(self) -> list[str]:
+        """The features whose contacts no surface explains."""
+        return [name for name in self.contacts.by_feature if self._alone(self.contacts.on(name)) == ()]
+
+    def lets_pass(self, contacts: Contacts) -> bool:
+        """Whether each feature's contacts are explained by some surface, and if shrunk still tell of its radius."""
+        parts = [contacts.on(name) for name in contacts.by_feature]
+        is_shrunk = len(contacts) == len(self.contacts) and contacts.spread < self.contacts.spread / 2
+        if is_shrunk and any(self._has_become_flat(part) for part in parts):
+            return False
+        if any(self._bends_otherwise(part) for part in parts):
+            return False
+        # What is known already comes first, then what other corrections will ask as well.
+        parts.sort(key=lambda part: _key(part) not in self._located)
+        return all(self._alone(self._old_ones(part)) != () and self._alone(part) != () for part in parts)
+
+    def _has_become_flat(self, part: Contacts) -> bool:
+        name = part.features[0]
+        return name not in self._flat and is_flat(self.fixture.features[name], part)
+
+    def _old_ones(self, part: Contacts) -> Contacts:
+        """Those on a feature that were on it before any label was changed: no surface explains all and not these."""
+        old = {self.contacts.rows[i] for i in self.contacts.by_feature.get(part.features[0], ())}
+        kept = [i for i, row in enumerate(part.rows) if row in old]
+        return part.subset(kept) if kept and len(kept) < len(part) else part
+
+    def promise(self, contacts: Contacts) -> float:
+        """The least chi-square that the linear model promises; infinite where nothing does."""
+        begun = self._begun[id(contacts)] = self._begin(contacts, with_misses=False)
+        return begun.starts[0].cost if begun.starts else np.inf
+
+    def solutions(self, contacts: Contacts, with_misses: bool = False) -> Solutions:
+        """What fits contacts that are possible, its covariance that of the linear model; nothing once it is cut.
+
+        Where nothing fits the nearest miss, unless without with_misses. Raises FrameError where the recipe gives none.
+        """
+        begun = self._begun.get(id(contacts)) or self._begin(contacts, with_misses)
+        fits = []
+        for start in begun.starts:
+            if self._fits >= MOST_FITS:
+                self.is_cut = True
+                break
+            self._fits += 1
+            fits.append(branch_fit(begun.problem, start, FEW_STEPS))
+        return joint_solutions(self.fixture, begun.problem, fits, curved=False)
+
+    def _begin(self, contacts: Contacts, with_misses: bool) -> Begun:
+        sigmas = residual_sigmas(self.fixture, contacts)
+        problem = JointProblem(contacts, sigmas, self.fixture.relations, self.scale)
+        located = {}
+        for name in self.fixture.features:
+            found = self._alone(contacts.on(name)) if name in contacts.by_feature else None
+            if found is not None:
+                located[name] = sorted(_approached(found, contacts.on(name)), key=lambda candidate: candidate.chi2)
+        combinations = combinations_of(self.fixture, contacts, located, MOST_COMBINATIONS)
+        if combinations is None:
+            return Begun(contacts, problem, ())
+        starts = starts_from(problem, combinations.surfaces, with_misses)
+        return Begun(contacts, problem, tuple(starts[:MOST_FOLLOWED]))
+
+    def _alone(self, part: Contacts) -> Sequence[FeatureCandidate] | None:
+        """The surfaces that explain the contacts on one feature, () for none; None where these do not locate it."""
+        key = _key(part)
+        if key not in self._located:
+            feature = self.fixture.features[part.features[0]]
+            try:
+                self._located[key] = tuple(candidates_alone(feature, part, residual_sigmas(self.fixture, part)))
+            except DegenerateContactsError:
+                self._located[key] = None
+            except TipDoesNotFitError:
+                self._located[key] = ()
+        return self._located[key]
+
+    def _bends_otherwise(self, part: Contacts) -> bool:
+        """Whether contacts on a round feature are farther apart, or bent more, than its radius allows."""
+        name, points = part.features[0], part.points
+        feature = self.fixture.features[name]
+        if feature.radius is None:
+            return False
+        try:
+            radius = offset_radius(name, feature.radius, feature.side, part.tip_radius)
+        except TipDoesNotFitError:
+            return True
+        grace = SURE * float(np.hypot(part.sigmas.max(), feature.sigma))
+        apart = float(np.linalg.norm(points[:, None] - points[None], axis=2).max())
+        # Within s of one of them a sphere or cylinder lies no deeper than s^2 / 2r below the tangent plane there, so
+        # that all of it there is within half of that of a plane.
+        too_bent = thickness(points) > apart**2 / (4 * radius) + grace
+        return too_bent or (feature.type == "sphere" and apart > 2 * (radius + grace))
+
+
+def _approached(found: Sequence[FeatureCandidate], part: Contacts) -> list[FeatureCandidate]:
+    """Those that the fewest contacts come to from within: a plane explains its contacts with either side outwards."""
+    name, counts = part.features[0], []
+    for candidate in found:
+        _, normals = contact_residuals({name: candidate.surface}, part)
+        counts.append(int((np.einsum("ij,ij->i", part.approaches, normals) > 0).sum()))
+    return [candidate for candidate, count in zip(found, counts, strict=True) if count == min(counts)]
+
+
+def _key(part: Contacts) -> tuple[str, float, bytes, bytes]:
+    return part.features[0], part.tip_radius, part.points.tobytes(), part.sigmas.tobytes()

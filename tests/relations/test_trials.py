@@ -1,0 +1,104 @@
+"""Mistakes in contacts on fixtures whose shape the relations leave open: named, after few fits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import tactfix
+from tactfix.relations import branch_fits
+from tactfix.relations.features_alone import thickness
+from tactfix.relations.trials import MOST_FITS, Trials
+from tests.validation.relation_geometry import KINDS, Angle
+from tests.validation.relation_touches import Touched, by_relations, touches
+
+
+def touched_part(kind, seed=3, angle=60.0):
+    """A fixture by relations and contacts on it, noisy, in a turned base."""
+    rng = np.random.default_rng([seed, *kind.encode()])
+    part = KINDS[kind].make(Angle(angle, 0.0, angle, 0.0))
+    base = np.eye(4)
+    base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
+    return part, touches(part, base, rng, nominal=False), rng.standard_normal(40)
+
+
+def read(part, touched: Touched, noise, folder):
+    (folder / "fixture.yaml").write_text(by_relations(part))
+    (folder / "contacts.csv").write_text(touched.csv(0.01, noise[: len(touched.names)]))
+    fixture = tactfix.load_fixture(folder / "fixture.yaml")
+    return fixture, tactfix.load_contacts(folder / "contacts.csv", fixture)
+
+
+@pytest.fixture
+def fits(monkeypatch):
+    """How many joint fits have been begun."""
+    count, fit = [], branch_fits.joint_fit
+    monkeypatch.setattr(branch_fits, "joint_fit", lambda *given: count.append(1) or fit(*given))
+    return count
+
+
+@pytest.mark.parametrize("kind", ["two pins pair by pair", "three faces and ball"])
+@pytest.mark.parametrize("factor", [1 / 25.4, 25.4])
+def test_a_wrong_unit_is_named_after_few_fits(kind, factor, tmp_path, fits):
+    part, touched, noise = touched_part(kind)
+    fixture, contacts = read(part, replace(touched, points=touched.points * factor), noise, tmp_path)
+    result = tactfix.locate(fixture, contacts)
+    assert result.status == "inconsistent"
+    assert {cause.code for cause in result.diagnosis} == {"unit"}
+    assert result.diagnosis[0].value == pytest.approx(1 / factor)
+    assert len(fits) <= 2 * MOST_FITS
+
+
+@pytest.mark.parametrize("row", [2, 18])
+def test_one_bad_contact_is_named_wherever_it_stands_in_the_file(row, tmp_path):
+    """A feature that no surface explains leaves no nearest miss to doubt contacts by."""
+    part, touched, noise = touched_part("crossed bars")
+    points = touched.points.copy()
+    points[row] += 1.5 * touched.normals[row]
+    fixture, contacts = read(part, replace(touched, points=points), noise, tmp_path)
+    result = tactfix.locate(fixture, contacts)
+    assert result.status == "inconsistent"
+    assert contacts.rows[row] in result.diagnosis[0].rows
+    assert {cause.code for cause in result.diagnosis} == {"outlier"}
+
+
+def test_two_labels_exchanged_are_named(tmp_path):
+    part, touched, noise = touched_part("two bars on plate")
+    names = list(touched.names)
+    names[6], names[20] = names[20], names[6]
+    fixture, contacts = read(part, replace(touched, names=tuple(names)), noise, tmp_path)
+    causes = tactfix.locate(fixture, contacts).diagnosis
+    assert causes[0].code == "swapped_labels"
+    assert causes[0].rows == (contacts.rows[6], contacts.rows[20])
+
+
+def test_units_are_not_doubted_where_the_fixture_has_no_length(tmp_path):
+    """Faces at angles fit contacts in any unit, and in a larger one worse only for their noise."""
+    part, touched, noise = touched_part("square block", angle=180.0)
+    points = touched.points.copy()
+    points[2] += 1.5 * touched.normals[2]
+    fixture, contacts = read(part, replace(touched, points=points), noise, tmp_path)
+    causes = tactfix.locate(fixture, contacts).diagnosis
+    assert causes[0].code == "outlier"
+    assert contacts.rows[2] in causes[0].rows
+    assert "unit" not in {cause.code for cause in causes}
+
+
+def test_contacts_bent_more_than_a_radius_allows_are_ruled_out_before_any_fit(tmp_path, fits):
+    part, touched, noise = touched_part("bar on plate")
+    fixture, contacts = read(part, touched, noise, tmp_path)
+    trials = Trials(fixture, contacts)
+    assert trials.lets_pass(contacts)
+    for factor in (1e-3, 25.4):
+        assert not trials.lets_pass(replace(contacts, points=contacts.points * factor))
+    for factor in (1 / 25.4, 1e-3, 25.4):
+        sigmas = contacts.sigmas * factor
+        assert not trials.lets_pass(replace(contacts, points=contacts.points * factor, sigmas=sigmas))
+    assert not fits
+
+
+def test_thickness_is_the_rms_distance_from_the_best_plane():
+    corners = np.array([[1, 1, 0.2], [1, -1, -0.2], [-1, 1, -0.2], [-1, -1, 0.2]])
+    assert thickness(corners) == pytest.approx(0.2)
+    assert thickness(corners[:3]) == 0.0
