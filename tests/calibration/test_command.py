@@ -147,6 +147,17 @@ BAD_TOUCHES = {
     "a column too few": ((",q6", ""), "line 2: the robot has 6 joints, the file has q1, q2, q3, q4 and q5"),
     "an unknown place": (("\nfront,a", "\nfronk,a"), "row 1, line 3: there is no place 'fronk'; did you mean 'front'"),
     "an unknown feature": (("\nfront,a", "\nfront,d"), "row 1, line 3: seats at 'front' has no feature 'd'"),
+    "a setting twice": (("# joints: deg", "# joints: deg\n# joints: rad"), "line 2: joints is said twice"),
+    "a setting without its colon": (("# joints: deg", "# joints: deg\n## sigma 0.2"), "line 2: .*write '# sigma: 0.2'"),
+    "a setting of the cell": (
+        ("# joints: deg", "# joints: deg\n# tip_radius: 3"),
+        "line 2: tip_radius is said by the cell",
+    ),
+    "a setting misspelt": (
+        ("# joints: deg", "# joints: deg\n# sigm: 1"),
+        "line 2: unknown setting 'sigm'; write '# sigma",
+    ),
+    "an unknown unit": (("# joints: deg", "# joints: deg\n# units: ft"), "units is 'ft'; use one of: mm, m, um, in"),
     "no number": (("\nfront,a,", "\nfront,a,x"), "row 1, line 3: q1 is 'x"),
 }
 
@@ -169,6 +180,26 @@ def test_bad_touches_are_refused_with_their_place(
     status, out, err = told(capsys, cell, touches)
     assert (status, out) == (3, "")
     assert re.search(message, err), err
+
+
+def test_relations_that_fix_the_shape_will_do(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    distances = {"a, b": 60.0, "a, c": 82.46211251235322, "b, c": 101.9803902718557}
+    text = "tactfix: 1\nname: seats\nunits: mm\n"
+    text += "features: {a: {type: point}, b: {type: point}, c: {type: point}}\ndistances:\n"
+    text += "".join(f"  - {{between: [{pair}], value: {value}}}\n" for pair, value in distances.items())
+    text += "frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}\n"
+    (cell.parent / "seats.yaml").write_text(text)
+    touches = cell.parent / "touches.csv"
+    plan = told(capsys, cell, touches, "--plan", 0, "--json")
+    (cell.parent / "seats.yaml").write_text((SAMPLE / "seats.yaml").read_text())
+    other = told(capsys, cell, touches, "--plan", 0, "--json")
+    assert plan[0] == other[0] == 0
+    one, two = (json.loads(out)["prediction"]["planned"] for _, out, _ in (plan, other))
+    assert one == pytest.approx(two, rel=1e-4)
+    (cell.parent / "seats.yaml").write_text(text.replace("value: 60.0", "value: 60.0, sigma: 0.1"))
+    status, _, err = told(capsys, cell, touches)
+    assert status == 3
+    assert "line 17, column 19: fixture 'plate' says where its features are by relations that have a sigma" in err
 
 
 def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -200,6 +231,23 @@ BAD_CELLS = {
     "no robot file": (("robot:\n  dh:", "robot: {urdf: r.urdf, tip_link: t}\nx:\n  dh:"), "unknown key 'x'"),
     "a loop of places": (
         ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
+    ),
+    "unknown as a word": (("unknown: all", "unknown: tip"), "unknown is 'tip'; write all, or a list"),
+    "a version that equals 1": (("tactfix_cell: 1", "tactfix_cell: true"), "tactfix_cell is True"),
+    "a range from high to low": (
+        ("robot:", "robot:\n  joint_ranges: [[0, 1], [2, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"),
+        "range 2 of joint_ranges goes from 2 to 1",
+    ),
+    "joined to no place": (
+        ("left: plate", "left: {fixture: plate, place: {of: frond, kuka: x}}"),
+        "'left' is joined to 'frond', which is not among places; did you mean 'front'",
+    ),
+    "joined by no pose": (
+        ("left: plate", "left: {fixture: plate, place: {of: front, kuka: x}}"), "place: holds no pose of this form"
+    ),
+    "a limit below zero": (
+        ("left: plate", "left: {fixture: plate, placement: {near: {kuka: x}, within: {translation: -1, rotation: 1}}}"),
+        "^[^\n]*places.left.placement.within.translation is -1[^\n]*\n$",
     ),
     "joined and placed": (
         ("left: plate", "left: {fixture: plate, placement: {near: {kuka: x}}, place: {of: front, kuka: x}}"),

@@ -94,6 +94,13 @@ def test_the_corrected_file_is_the_robot_with_its_errors(only: str | None) -> No
     assert '<visual><origin xyz="9 9 9"/></visual>' in text
 
 
+def test_the_comment_stands_before_the_robot_wherever_else_it_is_named() -> None:
+    text = ARM.replace("<!-- an arm -->", "").replace("<robot", "<!-- what a <robot> -->\n<robot", 1)
+    written = corrected_urdf(urdf_robot(text, "ball", None, 1000.0), np.zeros(21), ["a---b"])
+    assert tips(written, Q) == pytest.approx(tips(ARM, Q), abs=1e-9)
+    assert written.replace("<!--\n  a- - -b\n-->\n", "") == text
+
+
 def test_without_errors_only_the_comment_is_added() -> None:
     robot = urdf_robot(ARM, "ball", None, 1000.0)
     assert corrected_urdf(robot, np.zeros(21), ["x"]).replace("<!--\n  x\n-->\n", "") == ARM
@@ -122,6 +129,10 @@ BAD = {
     "xacro": (ARM.replace("<!-- an arm -->", "").replace('<link name="two"/>', "<xacro:arm/>"), "ball", None, "xacro"),
     "zero axis": (ARM.replace("0 -1 0", "0 0 0"), "ball", None, "axis of joint 'A2' is zero"),
     "other": ("<html/>", "ball", None, "not <robot>"),
+    "two links of a name": (ARM.replace('<link name="rail"/>', '<link name="two"/>'), "ball", None, "second link"),
+    "limits reversed": (ARM.replace('lower="-2.9"', 'lower="3.9"'), "ball", None, "limits 3.9 to 2.9"),
+    "two axes": (ARM.replace('<axis xyz="0 -1 0"/>', "<axis/><axis/>"), "ball", None, "second <axis>"),
+    "no parent": (ARM.replace('<parent link="two"/>', ""), "ball", None, "has no <parent>"),
     "nothing moves": (ARM, "ball", "rail", "no joint between the base and 'ball' moves"),
 }  # fmt: skip
 

@@ -94,7 +94,7 @@ def command(
         return _plan(file, touches_path, plan, criterion, seed, output, as_json=as_json, quiet=quiet, verbose=verbose)
     if touches_path is None:
         raise UsageError("no TOUCHES are given; name a touch file, or plan touches with --plan N")
-    check_output(file, output)
+    check_output(file, output, is_printed=not as_json and tip_format is None)
     dialect = None if tip_format is None else _dialect(tip_format)
     touches = load_touches(touches_path, file.cell, file.sigma)
     result = calibrate(file.cell, touches, tuple(hold_out or ()), unchecked)

@@ -23,6 +23,7 @@ from tactfix.kinematics.chain import Chain, Joint
 from tactfix.kinematics.denavit_hartenberg import Convention, Row, chain_of_rows
 from tactfix.kinematics.urdf import UrdfRobot, urdf_robot
 from tactfix.kinematics.urdf_syntax import UrdfError
+from tactfix.relations.realization import realize
 from tactfix.units import factor
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
@@ -190,6 +191,9 @@ def _ranges(document: "CellDocument", chain: Chain) -> Floats | None:
     ranges = np.array(document.robot.joint_ranges)
     if len(ranges) != len(chain.joints) or not (ranges[:, 0] < ranges[:, 1]).all():
         what = f"joint_ranges are {len(ranges)}, the robot has {len(chain.joints)} joints"
+        if len(ranges) == len(chain.joints):
+            worst = int(np.flatnonzero(ranges[:, 0] >= ranges[:, 1])[0])
+            what = f"range {worst + 1} of joint_ranges goes from {ranges[worst, 0]:g} to {ranges[worst, 1]:g}"
         remedy = "write [low, high] for each joint, low below high"
         raise _CellError(Finding(("robot", "joint_ranges"), what, remedy))
     turns = np.array([not joint.is_prismatic for joint in chain.joints])
@@ -200,10 +204,7 @@ def _places(document: "CellDocument", value: Any, folder: Path) -> dict[str, Pla
     fixtures = {}
     for name, file in document.fixtures.items():
         fixture = load_fixture(folder / file)
-        if not fixture.is_placed:
-            what = f"fixture {name!r} says where its features are by relations"
-            raise _CellError(Finding(("fixtures", name), what, "calibrate needs fixtures by geometry"))
-        fixtures[name] = _in_units(fixture, document.units)
+        fixtures[name] = _in_units(_rigid(name, fixture), document.units)
 
     def pose_files(file: str) -> "Pose":
         from tactfix.files.pose_file import load_pose
@@ -223,9 +224,22 @@ def _places(document: "CellDocument", value: Any, folder: Path) -> dict[str, Pla
         if entry.place is not None:
             of = str(entry.place["of"])
             pose = {key: item for key, item in entries[name]["place"].items() if key != "of"}
-            of_from_place = _placement({"near": pose}, name, document.units, pose_files).near
+            of_from_place = _placement({"near": pose}, name, document.units, pose_files, "place").near
         places[name] = Place(name, fixtures[entry.fixture], placement, of, of_from_place)
     return places
+
+
+def _rigid(name: str, fixture: Fixture) -> Fixture:
+    """The fixture by geometry: as it is, or as exact relations that leave one shape put it."""
+    if fixture.is_placed:
+        return fixture
+    shapes = () if any(relation.sigma for relation in fixture.relations) else realize(fixture)
+    if len(shapes) == 1:
+        features = {key: replace(feature, surface=shapes[0][key]) for key, feature in fixture.features.items()}
+        return replace(fixture, features=features, relations=(), frame=None)
+    why = f"fit {len(shapes)} shapes" if shapes else "have a sigma, or leave the shape open"
+    what = f"fixture {name!r} says where its features are by relations that {why}"
+    raise _CellError(Finding(("fixtures", name), what, "write its features by geometry: plane: point and normal, ..."))
 
 
 def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: dict[str, Fixture]) -> Placement | None:
@@ -241,10 +255,12 @@ def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: 
     return placement
 
 
-def _placement(entry: Any, name: str, units: str, pose_files: Any) -> Placement:
+def _placement(entry: Any, name: str, units: str, pose_files: Any, key: str = "placement.near") -> Placement:
     found = list(check_placement(entry)) or read_placement(entry, units, pose_files)
     if isinstance(found, list):
-        raise _CellError(*(Finding(("places", name), item.what, item.remedy) for item in found))
+        raise _CellError(
+            *(Finding(("places", name), item.what.replace("placement.near", key), item.remedy) for item in found)
+        )
     return found
 
 

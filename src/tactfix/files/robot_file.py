@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tactfix.calibration.independence import asked_for
 from tactfix.calibration.result import Calibration
 from tactfix.errors import UsageError
 from tactfix.files.cell_file import CellFile
@@ -68,15 +69,29 @@ def robot_text(file: CellFile, result: Calibration) -> str:
     return "\n".join(lines) + "\n"
 
 
-def check_output(file: CellFile, output: Path | None) -> None:
-    """UsageError where the ending of output is not that of the robot's format."""
+def check_output(file: CellFile, output: Path | None, *, is_printed: bool) -> None:
+    """UsageError where the ending of output is not that of the robot's format, or the format has no place for the tip.
+
+    is_printed: whether the robot is wanted on standard output where there is no output.
+    """
+    if isinstance(file.robot, UrdfRobot) and not file.robot.has_place_for_tip:
+        names = [p.name for p, asked in zip(file.cell.parameters, asked_for(file.cell), strict=True) if asked]
+        wanted_robot = is_printed if output is None else output.suffix.lower() not in (".json", ".html")
+        if wanted_robot and any(name.startswith("tip.") for name in names):
+            what = (
+                f"tip_link {file.robot.joints[-1].child!r} moves with the last joint: the URDF has no place for the tip"
+            )
+            raise UsageError(f"{what}; name a link with a fixed joint as tip_link, or write --json or a .json file")
     wanted = (".urdf", ".xml") if isinstance(file.robot, UrdfRobot) else (".yaml", ".yml")
     if output is not None and output.suffix.lower() not in (*wanted, ".json", ".html"):
         raise UsageError(f"{output}: this robot is written as {wanted[0]}; or name a .json or .html file")
 
 
 def _notes(result: Calibration) -> list[str]:
-    head = [f"calibrated by tactfix; shrinkage {result.shrinkage:g}", "parameter, error of the nominal robot, sigma"]
-    return head + [
-        f"{item.name} {item.value:.6g} {item.sigma:.2g} {item.unit}" for item in result.parameters if item.sigma > 0
+    x, y, z = (repr(round(float(value), 9) + 0.0) for value in result.tip.flange_from_tip[:3, 3])
+    return [
+        f"calibrated by tactfix; shrinkage {result.shrinkage:g}",
+        f"tip in {result.tip.flange}: {x} {y} {z} {result.units}",
+        "parameter, error of the nominal robot, sigma",
+        *(f"{item.name} {item.value:.6g} {item.sigma:.2g} {item.unit}" for item in result.parameters if item.sigma > 0),
     ]

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from typing import Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from tactfix.files.contact_table import Table, decimal_mark, numbers
 from tactfix.files.reading import Source, read_source
 from tactfix.geometry.arrays import Floats
 from tactfix.kinematics.chain import Joint
-from tactfix.units import factor
+from tactfix.units import UNITS, factor, which_unit
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
@@ -26,7 +27,10 @@ _SLACK: Final = 0.002
 """Rad beyond a limit that rounding of either may explain."""
 _MOST_TURN: Final = 4 * np.pi
 _TIMES: Final = 2 * np.pi
-_SETTING: Final = re.compile(r"#\s*(joints|sigma|units)\s*[:=]\s*(.*?)[\s,;]*", re.IGNORECASE)
+_SETTINGS: Final = ("joints", "sigma", "units")
+_OF_THE_CELL: Final = ("tip_radius", "tip_offset")
+_NEARLY: Final = re.compile(r"#[#\s]*(joints|sigma|units)\W+([\w.+-]+)\W*", re.IGNORECASE)
+_SETTING: Final = re.compile(r"#\s*(\w+)\s*[:=]\s*(.*?)[\s,;]*", re.IGNORECASE)
 
 
 @frozen_value(eq=True)
@@ -68,6 +72,8 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     _check_names(table, cell, problems)
     raw = numbers(table, [f"q{k + 1}" for k in range(len(cell.chain.joints))], problems)
     approaches, in_flange = _approaches(table, problems)
+    if said.units not in (None, *UNITS):
+        return None
     sigmas = _sigmas(table, cell, said, sigma, problems)
     if problems or said.joints is None:
         return None
@@ -83,18 +89,33 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
     found: dict[str, str] = {}
     for number, line in enumerate(lines, 1):
         match = _SETTING.fullmatch(line.strip())
-        if match:
-            found[match[1].lower()] = match[2].strip().lower()
-            if match[1].lower() == "joints" and found["joints"] not in ("deg", "rad"):
-                problems.append(
-                    Problem(f"joints is {match[2]!r}", "write '# joints: deg' or '# joints: rad'", line=number)
-                )
+        key = match[1].lower() if match else ""
+        if key not in _SETTINGS:
+            problems += _nearly_setting(line.strip(), key, number)
+            continue
+        assert match is not None  # it has given the key
+        if key in found:
+            problems.append(Problem(f"{key} is said twice", "keep one of the lines", line=number))
+        found[key] = match[2].strip().lower()
+        if key == "joints" and found["joints"] not in ("deg", "rad"):
+            problems.append(Problem(f"joints is {match[2]!r}", "write '# joints: deg' or '# joints: rad'", line=number))
     if "joints" not in found:
         remedy = "write '# joints: deg' or '# joints: rad' above the header"
         problems.append(Problem("nothing says whether the joints are in degrees or rad", remedy))
-    if found.get("units", "mm") not in ("mm", "m", "um", "in"):
-        problems.append(Problem(f"units is {found['units']!r}", "write one of mm, m, um, in"))
+    if found.get("units", "mm") not in UNITS:
+        problems.append(Problem(f"units is {found['units']!r}", which_unit(found["units"])))
     return _Said(**found)
+
+
+def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
+    """What is wrong with a line that sets nothing but nearly would, by its key where it has one."""
+    if key in _OF_THE_CELL:
+        what = f"{key} is said by the cell file, not by its touches"
+        return [Problem(what, "remove the line, and write it under probe: in the cell file", line=number)]
+    if not key and (nearly := _NEARLY.fullmatch(line)):
+        return [Problem(f"{line!r} is nearly a setting", f"write '# {nearly[1].lower()}: {nearly[2]}'", line=number)]
+    near = get_close_matches(key, _SETTINGS, n=1, cutoff=0.7)
+    return [Problem(f"unknown setting {key!r}", f"write '# {near[0]}: ...'", line=number)] if near else []
 
 
 def _header(line: str, index: int, count: int, problems: list[Problem]) -> Header | None:

@@ -18,9 +18,17 @@ def read_cell(value: Any) -> CellDocument | list[Finding]:
     try:
         document = CellDocument.model_validate(value)
     except ValidationError as error:
-        found = {_finding(detail) for detail in error.errors(include_url=False)}
+        found = {_finding(detail) for detail in error.errors(include_url=False) if not _is_other_form(detail, value)}
         return sorted(found, key=lambda finding: tuple(map(str, finding.path)))
     return [*_robot_findings(document), *_place_findings(document)] or document
+
+
+def _is_other_form(error: Any, value: dict[str, Any]) -> bool:
+    """Whether this is why an entry is none of the other form that it could have: a name where a mapping stands."""
+    location = error["loc"]
+    if location[0] == "places" and len(location) == 3 and isinstance(error["input"], dict):
+        return True
+    return location[0] == "unknown" and isinstance(value.get("unknown"), list) and "literal['all']" in location
 
 
 def _finding(error: Any) -> Finding:
@@ -37,7 +45,8 @@ def _finding(error: Any) -> Finding:
         parent = path[:-1]
         whole = where.rpartition(".")[0] or "the file"
         return Finding(parent, f"{whole} has no {path[-1]}", f"add {path[-1]}:", at_key=bool(parent))
-    return Finding(path, f"{where} is {error['input']!r}", _lowered(str(error["msg"])))
+    remedy = "write all, or a list: [joint_offsets, tip]" if path == ("unknown",) else _lowered(str(error["msg"]))
+    return Finding(path, f"{where} is {error['input']!r}", remedy)
 
 
 def _known(path: Path) -> tuple[str, ...]:
@@ -86,7 +95,10 @@ def _place_findings(document: CellDocument) -> list[Finding]:
 def _joined_findings(document: CellDocument, name: str, joined: dict[str, Any]) -> list[Finding]:
     path = ("places", name, "place")
     other = joined.get("of")
-    if other not in document.places or len(joined) != 2:
+    if isinstance(other, str) and other not in document.places:
+        what = f"place {name!r} is joined to {other!r}, which is not among places"
+        return [Finding(path, what, did_you_mean(other, document.places))]
+    if other is None or len(joined) != 2:
         what = f"place {name!r} must be joined to one place by one pose"
         return [Finding(path, what, "write place: {of: base_plate, matrix: [[...], ...]}, or a pose in another format")]
     if document.places[name].placement is not None:  # type: ignore[union-attr]

@@ -4,6 +4,7 @@ Frames and units are those of URDF: m and rad inside the file, rpy are rotations
 The chain's lengths are in the cell's units.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -13,7 +14,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector
 from tactfix.kinematics.chain import Chain, FixedMotion, Joint, Motion, motions_of
 from tactfix.kinematics.link import Link, chain_of_links
-from tactfix.kinematics.urdf_syntax import UrdfError, UrdfJoint, read_urdf
+from tactfix.kinematics.urdf_syntax import UrdfError, UrdfJoint, UrdfTree, read_urdf
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
@@ -22,12 +23,21 @@ _MOVING: Final = ("revolute", "continuous", "prismatic")
 
 @frozen_value
 class UrdfRobot:
-    """A URDF text, the joints of its chain in order, and the chain with lengths in units (units_per_metre)."""
+    """A URDF text, the joints of its chain in order, and the chain with lengths in units (units_per_metre).
+
+    start: the byte at which the tag of the robot begins.
+    """
 
     text: str
     joints: tuple[UrdfJoint, ...]
     chain: Chain
     units_per_metre: float
+    start: int
+
+    @property
+    def has_place_for_tip(self) -> bool:
+        """Whether a fixed joint behind the last moving one can take up where the tip is."""
+        return self.joints[-1].type == "fixed"
 
     @property
     def flange(self) -> tuple[str, Floats]:
@@ -51,7 +61,8 @@ def urdf_robot(
     tip_offset (3,): the tip's centre in the frame of tip_link, in units; None: its origin.
     Raises UrdfError for a link that is not there, a loop, a joint that cannot be calibrated, or no joint at all.
     """
-    joints = _path(text, tip_link, base_link)
+    tree = read_urdf(text)
+    joints = _path(tree, tip_link, base_link)
     links: list[Link] = []
     before = np.eye(4)
     for joint in joints:
@@ -63,12 +74,11 @@ def urdf_robot(
         remedy = "name the link that holds the tip as tip_link"
         raise UrdfError(f"no joint between the base and {tip_link!r} moves", remedy)
     offset = homogeneous(np.eye(3), np.zeros(3) if tip_offset is None else tip_offset)
-    return UrdfRobot(text, tuple(joints), chain_of_links(links, before @ offset), units_per_metre)
+    return UrdfRobot(text, tuple(joints), chain_of_links(links, before @ offset), units_per_metre, tree.start)
 
 
-def _path(text: str, tip_link: str, base_link: str | None) -> list[UrdfJoint]:
+def _path(tree: UrdfTree, tip_link: str, base_link: str | None) -> list[UrdfJoint]:
     """The joints from the base to the tip."""
-    tree = read_urdf(text)
     for name in (tip_link, *((base_link,) if base_link else ())):
         if name not in tree.links:
             raise UrdfError(f"there is no link {name!r}", did_you_mean(name, tree.links))
@@ -137,14 +147,13 @@ def corrected_urdf(robot: UrdfRobot, values: Floats, notes: Sequence[str]) -> st
     Nothing but the origins changes. Raises UrdfError where the tip has moved and no fixed joint behind the last moving
     one can take it up.
     """
-    edits = sorted(_edits(robot, values), reverse=True)
+    # No comment may hold two hyphens in a row.
+    comment = "\n".join(["<!--", *(f"  {re.sub('-(?=-)', '- ', note)}" for note in notes), "-->\n"])
+    edits = [*_edits(robot, values), ((robot.start, robot.start), comment.encode())]
     content = robot.text.encode()
-    for (start, end), tag in edits:
+    for (start, end), tag in sorted(edits, reverse=True):
         content = content[:start] + tag + content[end:]
-    text = content.decode()
-    comment = "\n".join(["<!--", *(f"  {note.replace('--', '- -')}" for note in notes), "-->\n"])
-    head = text.find("<robot")
-    return text[:head] + comment + text[head:]
+    return content.decode()
 
 
 def _edits(robot: UrdfRobot, values: Floats) -> Iterator[tuple[tuple[int, int], bytes]]:
@@ -191,7 +200,7 @@ def _corrections(robot: UrdfRobot, values: Floats) -> dict[int, Floats]:
     tip = motions_of(pending, values)
     if not np.array_equal(tip, np.eye(4)):
         last = len(robot.joints) - 1
-        if robot.joints[last].type != "fixed":
+        if not robot.has_place_for_tip:
             what = f"{robot.joints[last].child!r} moves with the last joint, so that the tip's offset has no place"
             raise UrdfError(what, "put a link with a fixed joint at the tip's centre, and name it as tip_link")
         found[last] = tip

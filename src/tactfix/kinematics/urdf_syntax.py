@@ -50,10 +50,11 @@ class UrdfJoint:
 
 @dataclass(slots=True)
 class UrdfTree:
-    """Names of the links and the joints, in the order of the file."""
+    """Names of the links and the joints, in the order of the file; start: the byte at which the robot's tag begins."""
 
     links: list[str]
     joints: list[UrdfJoint]
+    start: int
 
 
 def read_urdf(text: str) -> UrdfTree:
@@ -70,7 +71,7 @@ def read_urdf(text: str) -> UrdfTree:
         raise UrdfError(what, "mend the tag there", error.lineno, error.offset + 1) from None
     if not reader.is_robot:
         raise UrdfError("this is no URDF: its outermost tag is not <robot>", "name the robot's URDF file", 1)
-    return UrdfTree(reader.links, reader.joints)
+    return UrdfTree(reader.links, reader.joints, reader.robot_start)
 
 
 _TAG_END: Final = re.compile(rb"""(?:[^>"']|"[^"]*"|'[^']*')*>""")
@@ -85,6 +86,8 @@ class _Reader:
         self.joints: list[UrdfJoint] = []
         self.path: list[str] = []
         self.is_robot = False
+        self.robot_start = 0
+        self.parts: set[str] = set()
 
     def doctype(self, *_: object) -> None:
         raise self.error("the file has a document type (<!DOCTYPE>)", "remove it: no URDF needs one")
@@ -96,14 +99,22 @@ class _Reader:
         match self.path:
             case ["robot"]:
                 self.is_robot = True
+                self.robot_start = int(self.parser.CurrentByteIndex)
             case ["robot", "link"]:
-                self.links.append(self.needed(attributes, "name", tag))
+                name = self.needed(attributes, "name", tag)
+                if name in self.links:
+                    raise self.error(f"there is a second link {name!r}", "give each link its own name")
+                self.links.append(name)
             case ["robot", "joint"]:
+                self.parts = set()
                 self.joints.append(self.joint(attributes))
             case ["robot", "joint", part]:
                 self.part(self.joints[-1], part, attributes)
 
     def end(self, _: str) -> None:
+        if self.path == ["robot", "joint"] and (missing := {"parent", "child"} - self.parts):
+            what = f"joint {self.joints[-1].name!r} has no <{max(missing)}>"
+            raise self.error(what, f'write <{max(missing)} link="..."/>')
         self.path.pop()
 
     def joint(self, attributes: dict[str, str]) -> UrdfJoint:
@@ -117,6 +128,9 @@ class _Reader:
 
     def part(self, joint: UrdfJoint, part: str, attributes: dict[str, str]) -> None:
         """One of the tags inside a joint."""
+        if part in self.parts and part in ("parent", "child", "origin", "axis", "limit"):
+            raise self.error(f"joint {joint.name!r} has a second <{part}>", "remove one")
+        self.parts.add(part)
         match part:
             case "parent" | "child":
                 setattr(joint, part, self.needed(attributes, "link", part))
@@ -131,6 +145,9 @@ class _Reader:
             case "limit":
                 joint.lower = self.number(attributes, "lower", 0.0)
                 joint.upper = self.number(attributes, "upper", 0.0)
+                if joint.lower > joint.upper:
+                    what = f"joint {joint.name!r} has the limits {joint.lower:g} to {joint.upper:g}"
+                    raise self.error(what, "write the lower one as lower")
             case "mimic":
                 joint.mimics = attributes.get("joint", "")
 
