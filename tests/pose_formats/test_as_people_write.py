@@ -111,6 +111,9 @@ REFUSED = [
     ("g10", "G10 L2 P1 X1 Y2 Z3 R4 A5", "A5"),
     ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+1\nCYCL DEF 7.2 Y+2\nCYCL DEF 7.3 Z+3\nPLANE SPATIAL SPA+0 SPB+0 SPC+5,5", "no pose"),
     ("yaskawa", "1,2,3,4,5,6e400", "no pose|measure"),
+    ("csv", "# units: mm\n1,0,0,300\n0,1,0,-20#.5\n0,0,1,3\n0,0,0,1\n", "left over|no number"),
+    ("matrix", "1 0 0 3\n0 1 0 5#mm\n0 0 1 3\n", "left over|no number"),
+    ("ros-static", "static_transform_publisher --x 0.3 --y 0.2 --z 1#.5 --qx 0 --qy 0 --qz 0 --qw 1", "left over"),
 ]  # fmt: skip
 
 

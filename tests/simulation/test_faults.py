@@ -99,7 +99,14 @@ def test_faults_are_read(text):
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("outlyer", "outlier"), ("outlier:much", "number"), ("outlier:nan", "number"), ("", "use one of")],
+    [
+        ("outlyer", "outlier"),
+        ("outlier:much", "number"),
+        ("outlier:nan", "number"),
+        ("outlier:1_0", "number"),
+        ("outlier:1e308", "number"),
+        ("", "use one of"),
+    ],
 )
 def test_faults_that_are_none_are_refused(text, said):
     with pytest.raises(UsageError, match=said):
@@ -126,3 +133,11 @@ def test_three_planes_see_nothing_of_a_forgotten_tip():
     assert result.status == "located"
     moved = np.linalg.norm(result.base_from_fixture[:3, 3] - right.base_from_fixture[:3, 3])
     assert moved == pytest.approx(3.0 * np.sqrt(3), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "fault", [Fault("outlier", 1e308), Fault("late-trigger", float("nan")), Fault("wrong-unit", 1e-300)]
+)
+def test_a_fault_beyond_all_measure_is_refused_however_it_is_given(fault: Fault) -> None:
+    with pytest.raises(UsageError, match="beyond all measure"):
+        simulate(ball_and_bar(), sigma=0.01, tip_radius=1.0, fault=fault)

@@ -89,7 +89,7 @@ def parse_features(text: str) -> tuple[FeatureRun, ...]:
     for part in composed(text).split(","):
         match = re.fullmatch(r"\s*(.+?)\s*:\s*([0-9]{1,9})\s*", part)
         if match is None or int(match.group(2)) == 0:
-            raise UsageError(f"--features {text!r}: {part.strip()!r} is not NAME:COUNT; write bar:5,ball:3, in order")
+            raise UsageError(f"--features: {part.strip()[:60]!r} is not NAME:COUNT; write bar:5,ball:3, in order")
         runs.append(FeatureRun(match.group(1), int(match.group(2))))
     return tuple(runs)
 

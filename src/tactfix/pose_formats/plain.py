@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import warnings
 from collections.abc import Mapping
 from tokenize import TokenError
@@ -23,6 +24,8 @@ from tactfix.yaml_tree import read_tree
 SCHEMA: Final = "tactfix/pose/1"
 _LOCATE_SCHEMA: Final = "tactfix/locate/1"
 _MOST_BYTES: Final = 1 << 16
+# Glued to a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damage.
+_REMARK: Final = re.compile(r"(?<![\w.+-])#")
 """Far more than the header and the 16 numbers of a pose."""
 _ROS: Final = Numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), "m", Quaternion(scalar_first=False), "")
 
@@ -42,7 +45,7 @@ def _read_rows(text: str | bytes) -> Pose:
     """The matrix, with or without brackets; '# units: mm' in a line of its own says the unit."""
     units, spoken = None, []
     for number, line in enumerate(decoded(text).splitlines(), 1):
-        content, _, remark = line.partition("#")
+        content, remark = (*_REMARK.split(line, maxsplit=1), "")[:2]
         key, _, value = remark.partition(":")
         if key.strip().lower() == "units":
             units = _units(value.strip(), number)

@@ -23,7 +23,7 @@ _XML_COMMENT: Final = re.compile(r"<!--.*?-->", re.DOTALL)
 _ORIGIN: Final = re.compile(r"<\s*origin\b", re.IGNORECASE)
 _ORIGIN_EXAMPLE: Final = '<origin xyz="0.0 0.0 0.0" rpy="0.0 0.0 0.0"/>'
 
-_HASH_COMMENT: Final = re.compile(r"#[^\r\n]*|<!--.*?-->", re.DOTALL)
+_HASH_COMMENT: Final = re.compile(r"(?<![\w.+-])#[^\r\n]*|<!--.*?-->", re.DOTALL)
 _PUBLISHER: Final = re.compile(r"static_transform_publisher")
 _ARGUMENTS: Final = re.compile(r"(?:args|arguments)\s*=\s*(?:\"([^\"]*)\"|'([^']*)'|\[([^\]]*)\])")
 _STATIC_EXAMPLE: Final = (

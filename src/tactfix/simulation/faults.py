@@ -9,9 +9,11 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.decimal_text import number_of
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.mistakes import FAULT_KINDS, FaultKind
+from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
@@ -65,13 +67,21 @@ def parse_fault(text: str) -> Fault:
         raise UsageError(f"no fault is called {name!r}; {did_you_mean(name, FAULT_KINDS)}")
     if not colon:
         return Fault(kinds[name])
-    try:
-        value = float(number)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise UsageError(f"the value of fault {name} must be a number, not {number!r}; write {name} or {name}:VALUE")
+    value = number_of(number)
+    if value is None:
+        shown = number if len(number) <= 40 else f"{number[:40]}..."
+        raise UsageError(f"the value of fault {name} must be a number, not {shown!r}; write {name} or {name}:VALUE")
     return Fault(kinds[name], value)
+
+
+def check_fault(fault: Fault | None) -> None:
+    """Raise UsageError for a value that is no number, or that takes contacts beyond all numbers."""
+    if fault is None or fault.value is None:
+        return
+    if not abs(fault.value) <= MOST_LENGTH or (fault.kind == "wrong-unit" and 0 < fault.value < LEAST_LENGTH):
+        raise UsageError(
+            f"the fault {fault.kind} by {fault.value:g} is beyond all measure; give a number as in practice"
+        )
 
 
 def growth(fault: Fault | None) -> float:

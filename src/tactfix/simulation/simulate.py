@@ -19,7 +19,7 @@ from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transf
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
-from tactfix.simulation.faults import CONTACT_FAULTS, Fault, growth, mistaken, scatter, touching_radius
+from tactfix.simulation.faults import CONTACT_FAULTS, Fault, check_fault, growth, mistaken, scatter, touching_radius
 from tactfix.simulation.fixture_faults import Touches, really
 from tactfix.simulation.placed_poses import placed_pose
 from tactfix.units import factor
@@ -129,6 +129,7 @@ def simulate(
     >>> len(made.contacts), made.mistake is None
     (9, True)
     """
+    check_fault(fault)
     if plan is not None and count is not None:
         raise UsageError("a plan says how many contacts there are; leave out the number of contacts")
     pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
