@@ -8,6 +8,7 @@ from tactfix.errors import FileError, UsageError
 from tactfix.files.reading import read_bytes
 from tactfix.pose_formats import DIALECTS, SUFFIXES
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError
+from tactfix.pose_formats.recognition import recognized
 from tactfix.units import UNITS, which_unit
 
 _NUMPY_MAGIC = b"\x93NUMPY"
@@ -28,7 +29,7 @@ def load_pose(
         The unit of a file that does not say.
     dialect : str, optional
         The name of its format; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content:
-        JSON, a numpy array, or four rows of four numbers.
+        marks that only one format has, JSON, a numpy array, or four rows of four numbers.
 
     Returns
     -------
@@ -68,10 +69,13 @@ def load_pose(
 
 
 def _dialect_of(name: str, content: bytes) -> str:
-    """What the ending says, else what the first bytes look like."""
+    """What the ending says, else what the content is recognized by."""
     suffix = Path(name).suffix.lower()
     if suffix in SUFFIXES and suffix != ".txt":
         return SUFFIXES[suffix]
     if content.startswith(_NUMPY_MAGIC):
         return "npy"
+    known = recognized(content.decode("utf-8", errors="replace"))
+    if known is not None:
+        return known
     return "json" if content.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{" else "matrix"
