@@ -142,6 +142,7 @@ def test_plain_options_import_no_more() -> None:
             4,
             ["reversed-approaches", "reversed-approach"],
         ),
+        ("tactfix locate --explain tip_", 3, ["tip_radius", "tip_offset"]),
         ("tactfix design-check --explain symmetry_o", 3, ["symmetry_overlap"]),
         ("tactfix convert pose.txt --to ku", 4, ["kuka"]),
         ("tactfix convert pose.txt --from hei", 4, ["heidenhain"]),

@@ -73,6 +73,13 @@ def finding_codes(incomplete: str) -> list[str]:
     return [code for code in explanations() if code.startswith(incomplete)]
 
 
+def verdict_codes(incomplete: str) -> list[str]:
+    """The statuses, reasons and diagnoses of locate, which have an explanation."""
+    from tactfix.localization.explanations import explanations
+
+    return [code for code in explanations() if code.startswith(incomplete)]
+
+
 def features(incomplete: str) -> list[str]:
     """The features of the fixture that stands on the line, or of the contact file."""
     return [name for name in (*_features(), *_touched()) if name.startswith(incomplete)]

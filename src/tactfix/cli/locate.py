@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli.arguments import unknowns, vector
-from tactfix.cli.completion import pose_formats
+from tactfix.cli.completion import pose_formats, verdict_codes
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     Approach,
@@ -42,6 +42,15 @@ if TYPE_CHECKING:
     from tactfix.fixture import Fixture
     from tactfix.geometry.arrays import Floats
     from tactfix.results import LocateResult
+
+
+def _explained(code: str | None) -> None:
+    """Print what stands behind a code and end: no file is needed for that."""
+    from tactfix.localization.explanations import explanation
+
+    if code is not None:
+        emit(explanation(code))
+        raise typer.Exit
 
 
 def command(
@@ -81,6 +90,17 @@ def command(
     ] = False,
     unknown: Unknown = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
+    explain: Annotated[
+        str | None,
+        typer.Option(
+            "--explain",
+            metavar="CODE",
+            help="Tell what stands behind a status, a reason or a diagnosis, and do nothing else.",
+            autocompletion=verdict_codes,
+            callback=_explained,
+            is_eager=True,
+        ),
+    ] = None,
     next_contact: Annotated[
         Path | None,
         typer.Option(
