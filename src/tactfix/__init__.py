@@ -1,11 +1,22 @@
 """tactfix: where a fixture stands, from a handful of touches.
 
-What __all__ names is the public API. Each name is imported when it is first asked for, so that `import tactfix` costs
-next to nothing:
-
     fixture = tactfix.load_fixture("fixtures/cylinder-sphere.yaml")
     contacts = tactfix.load_contacts("samples/cylinder-sphere/contacts.csv", fixture)
     result = tactfix.locate(fixture, contacts)
+    if result.status == "located":
+        print(result.pose.base_from_fixture)
+
+In:          load_fixture, Fixture.from_features, load_contacts, contacts_from_arrays, load_pose, ContactOptions
+Where:       locate, batch, check, compare, guide; fit for one surface alone
+Beforehand:  design_check, plan, simulate, qualify
+Robot:       load_cell, load_touches, calibrate, write_robot
+Out:         write_pose, html_report; to_json and to_dict of every result
+Stacks:      cylinders_through_five, sphere_centers: many minimal problems at once
+Errors:      all are TactfixError; FileError has every problem of a file
+
+`help(tactfix.locate)` tells one of them; tactfix.parts has the types of what results hold. Lengths are in the unit of
+the fixture, angles in rad, poses are base_from_fixture. Each name is imported when it is first asked for, so that
+`import tactfix` costs next to nothing.
 """
 
 from tactfix.version import VERSION

@@ -42,14 +42,14 @@ def exceeded_gates(
 
     max_sigma holds for the worst sigma of point_fixture (3,), of the origin where None; both limits in units.
     """
-    where = "the origin" if point_fixture is None else "--at"
+    where = "the origin" if point_fixture is None else f"({', '.join(f'{x:g}' for x in point_fixture)})"
     checks = (
-        (f"the worst sigma of {where}", sigma_at(result, point_fixture), max_sigma, "--max-sigma"),
-        ("the rms of the residuals", result.rms, max_rms, "--max-rms"),
+        (f"the worst sigma of {where}", sigma_at(result, point_fixture), max_sigma),
+        ("the rms of the residuals", result.rms, max_rms),
     )
     return [
-        f"not acceptable: {what} is {_shown(value, result.units)}, above {option} {limit:g}"
-        for what, value, limit, option in checks
+        f"not acceptable: {what} is {_shown(value, result.units)}, above the limit of {limit:g} {result.units}"
+        for what, value, limit in checks
         if limit is not None and (value is None or not value <= limit)
     ]
 

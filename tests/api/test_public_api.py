@@ -1,14 +1,19 @@
 """What `import tactfix` offers: cheap to import, whole in whatever order it is used, typed, arrays in and out."""
 
+import inspect
 import pickle
+import re
 import subprocess
 import sys
+import typing
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tactfix
+import tactfix.parts
 from tests.support.project import ROOT
 
 FIXTURE = ROOT / "fixtures" / "robot-cell-plate.yaml"
@@ -113,3 +118,46 @@ def test_arrays_that_make_no_contacts_are_refused(change: dict, says: str) -> No
     good = {"features": ["top", "top"], "points": [[0, 0, 0], [1, 0, 0]], "sigma": 0.1, "tip_radius": 0.0}
     with pytest.raises(tactfix.UsageError, match=says):
         tactfix.contacts_from_arrays(**(good | change))
+
+
+def types_in(annotation: object) -> Iterator[type]:
+    """The classes of tactfix that an annotation names."""
+    if isinstance(annotation, type) and annotation.__module__.startswith("tactfix."):
+        yield annotation
+    for part in typing.get_args(annotation):
+        yield from types_in(part)
+
+
+def annotations_of(value: object) -> Iterator[object]:
+    """The annotations of a function or class, its methods and properties too; what is imported for them is at hand."""
+    at_hand = {**vars(tactfix.parts), **{name: getattr(tactfix, name) for name in tactfix.__all__}, "DataFrame": object}
+    own = [value]
+    if isinstance(value, type):
+        parts = [getattr(part, "fget", None) or getattr(part, "__func__", part) for part in vars(value).values()]
+        own += [part for part in parts if inspect.isfunction(part) and not part.__name__.startswith("_")]
+    for each in own:
+        yield from typing.get_type_hints(each, localns=at_hand).values()
+
+
+def test_the_types_of_what_public_values_hold_are_public() -> None:
+    public = {getattr(tactfix, name) for name in tactfix.__all__} | {
+        vars(tactfix.parts)[n] for n in tactfix.parts.__all__
+    }
+    values = [value for value in public if isinstance(value, type) and not issubclass(value, Exception)]
+    held = {kind: value.__name__ for value in values for hint in annotations_of(value) for kind in types_in(hint)}
+    returned = {
+        kind: name
+        for name in FUNCTIONS
+        for kind in types_in(typing.get_type_hints(getattr(tactfix, name)).get("return"))
+    }
+    assert {kind.__name__: where for kind, where in {**held, **returned}.items() if kind not in public} == {}
+    assert len(held) > 40
+
+
+def test_help_begins_with_what_there_is() -> None:
+    """Every function is named before the long list of classes, and nothing is named that is not there."""
+    said = tactfix.__doc__ or ""
+    assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", said)] == []
+    listed = re.findall(r"^[A-Z][a-z]+:\s+(.*)$", said, re.MULTILINE)
+    names = {name for line in listed for name in re.findall(r"\b[A-Za-z]+_[a-z_]+\b", line)}
+    assert names - set(tactfix.__all__) == {"to_json", "to_dict", "from_features"}

@@ -107,6 +107,26 @@ def test_messages_to_python_speak_of_arguments(tmp_path: Path) -> None:
     assert "--tip-radius" in caught.value.on_command_line
 
 
+def test_what_results_say_to_python_speaks_of_no_option() -> None:
+    """Notes on logs, gates that are exceeded, and hints of a design are not errors: their words must do for both."""
+    fixture = tactfix.load_fixture(FIXTURE)
+    log = {"format": "ur", "features": "plate:4,pin:6,ball:5"}
+    options = tactfix.ContactOptions(tip_radius=0.003, sigma=8e-5)
+    day = sorted((ROOT / "samples" / "calibration-day").glob("*.txt"))
+    (row,) = tactfix.batch(fixture, day[:1], options, **log, max_sigma=1e-6, at=(300.0, 180.0, 60.0))
+    assert "tip offset" in " ".join(row.warnings)
+    assert "(300, 180, 60) is" in row.message
+    bare = tactfix.Fixture.from_features("bare", "mm", dict(fixture.features), touch={})
+    reports = [
+        tactfix.design_check(bare),
+        tactfix.design_check(fixture, None, tactfix.Wishes(max_sigma=1e-6, layouts=0)),
+    ]
+    findings = [finding for report in reports for finding in report.findings]
+    assert {"sigma_missing", "accuracy"} <= {finding.code for finding in findings}
+    said = [row.message, *row.warnings, *(f"{finding.message} {finding.hint}" for finding in findings)]
+    assert [text for text in said if re.search(r"(^|\s)--[a-z]", text)] == []
+
+
 def test_a_batch_has_a_row_for_each_set(tmp_path: Path) -> None:
     fixture = tactfix.load_fixture(FIXTURE)
     torn = tmp_path / "torn.csv"

@@ -129,7 +129,7 @@ def test_gates_are_told_in_the_row(task: BatchTask) -> None:
     row = locate_set(strict, one)
     assert row.status == "located"
     assert not row.acceptable
-    assert "--max-sigma 1e-09" in row.message
+    assert "above the limit of 1e-09" in row.message
     assert locate_set(BatchTask(task.fixture, PLAIN, blank, max_sigma=1.0), one).acceptable
     # 12 m away the same pose is less sure.
     far = BatchTask(task.fixture, PLAIN, blank, max_sigma=1.0, point_fixture=(0.0, 0.0, 1e6))

@@ -121,7 +121,7 @@ def test_options_hold_for_every_set(cell: tuple[Path, Path]) -> None:
     with (sets / "r.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert all(0.05 < float(line["sigma_tx"]) < 1 for line in lines)
-    assert all("above --max-rms" in line["message"] for line in lines)
+    assert all("above the limit of 1e-15 mm" in line["message"] for line in lines)
 
 
 def test_a_machine_log_for_each_set(tmp_path: Path) -> None:

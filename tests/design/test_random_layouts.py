@@ -152,7 +152,7 @@ def test_layouts_that_cannot_be_made_are_said_so(monkeypatch):
     (told,) = [f for f in report.findings if f.code == "uniqueness"]
     assert told.status == "warning"
     assert "top cannot be touched 4 times" in told.message
-    assert "--study 0" in told.hint
+    assert "leave the study out" in told.hint
     assert report.study.shares == ()
 
 

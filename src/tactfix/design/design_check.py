@@ -274,7 +274,7 @@ _NO_SIGMA = Finding(
     "sigma_missing",
     "warning",
     "nothing says the sigma of a contact: accuracy, margins and blind spots are left out",
-    "give --sigma, or say sigma in the fixture's probe block",
+    "give sigma, or say it in the fixture's probe block",
 )
 
 

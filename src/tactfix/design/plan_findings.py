@@ -41,7 +41,7 @@ _REMEDIES: Final = {
     "scale": "add a known length, such as a second sphere or an opposite face, along the direction that grows",
     "unit": "say the unit in the contact file; a sphere or cylinder of known radius makes a wrong one show",
     "sigma": "add three contacts or more, so that their residuals show how much they scatter",
-    "one_approach": "add a contact where the two poses differ: tactfix plan --add 1 proposes one",
+    "one_approach": "add a contact where the two poses differ: plan, asked to add 1, proposes one",
     "wrong_label": "touch each feature more often: a contact that is labelled as another one is then hard to fit",
     "contacts": "touch those features once more each: two bad contacts then stand against more good ones",
     "diameter": "add contacts around the feature, on opposite sides of it",
@@ -108,7 +108,7 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
         what = f"{where}, and its direction to {np.degrees(turn):.3g} deg: locate will call that underdetermined"
     elif max_sigma is not None and at_worst.sigma > max_sigma:
         status = "error"
-        what = f"{where}, above --max-sigma {max_sigma:g}"
+        what = f"{where}, above the limit of {max_sigma:g} {units}"
     else:
         status = "warning" if ratio > _WEAK else "ok"
         what = f"{where}, {ratio:.2g} times a contact's sigma"
@@ -141,7 +141,7 @@ def margin_findings(margins: Margins, source: Source, is_symmetric: bool, units:
             )
 
 
-_SEPARATE: Final = "add a contact where the two poses differ: tactfix plan --add 1 proposes one"
+_SEPARATE: Final = "add a contact where the two poses differ: plan, asked to add 1, proposes one"
 
 
 def _of(rival: Rival, units: str) -> str:
@@ -212,5 +212,5 @@ def not_studied(why: str) -> Finding:
         "uniqueness",
         "warning",
         f"random layouts could not be tried: {why}",
-        "make the features easier to touch, or leave the study out with --study 0",
+        "make the features easier to touch, or leave the study out (0 layouts)",
     )

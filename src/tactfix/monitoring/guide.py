@@ -77,7 +77,7 @@ class GuideStep:
         if self.result.next_contact is not None:
             return self.result.next_contact.message
         if self.result.status == "located":
-            return "touch more, far from the touches that were made; plan FIXTURE CONTACTS --add 1 says where"
+            return "touch more, far from the touches that were made; plan says where, asked to add 1 to these"
         if self.untouched:
             return f"touch {' or '.join(self.untouched)}, which nothing has touched yet"
         return "touch far from the touches that were made"

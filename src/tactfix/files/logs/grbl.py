@@ -167,7 +167,7 @@ class _Reader:
         notes += [f"line {line}: $# tells the last hit again; dropped" for line in self.repeated]
         notes += [f"line {line}: stray bytes before the report" for line in self.noisy]
         if self.on_bed:
-            notes.append("Marlin's G30 reports in the active coordinates; --work-offset takes the results out of them")
+            notes.append("Marlin's G30 reports in the active coordinates; a work offset takes the results out of them")
         rotary = (_ROTARY, *(f"the axis {axis}" for axis in "ABCUVW"))
         notes += [*self.commands.notes(), *self.standing.notes(*rotary)]
         return Log(tuple(self.contacts), self.units, (*notes, *passed_over(self.talk, "lines that are no reports")))

@@ -111,7 +111,7 @@ class _Reader:
 
 _RADIUS: Final = (
     "R() without ER(), inside PtMeas(...), is taken as the radius of the tip, as in files that were not written by "
-    "the standard, where R() is the rotary table; --tip-radius beats it"
+    "the standard, where R() is the rotary table; a tip radius that is given beats it"
 )
 
 

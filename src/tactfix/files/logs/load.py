@@ -259,11 +259,11 @@ def _frame_notes(log_format: LogFormat, contacts: Sequence[LogContact], wanted: 
     if log_format.frame and wanted.work_offset is None:
         notes.append(
             f"{log_format.name} reports in {log_format.frame}, and so stand the results; "
-            f"--work-offset takes them to the frame that it is written in"
+            f"a work offset takes them to the frame that it is written in"
         )
     if wanted.tip_offset is None and any(contact.rotation is not None for contact in contacts):
         notes.append(
-            "the poses are taken as those of the tip's centre; for poses of the flange give --tip-offset x,y,z"
+            "the poses are taken as those of the tip's centre; for poses of the flange give the tip offset x,y,z"
         )
     return tuple(notes)
 

@@ -50,7 +50,7 @@ class ProbeCommands:
         if self.assumed:
             notes.append("approaches are read from probe commands, taken as incremental (G91): nothing says which")
         if self.absolute:
-            notes.append("probe commands in G90 do not tell the approach; --approach does")
+            notes.append("probe commands in G90 do not tell the approach; give it")
         return tuple(notes)
 
     def mode(self, block: Block) -> None:
