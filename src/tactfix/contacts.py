@@ -1,6 +1,6 @@
 """Contacts: the touches that a probe reports, as arrays in base coordinates and in the fixture's units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -102,9 +102,15 @@ class Contacts:
         """The contacts on one feature, in order."""
         return self.subset(self.by_feature.get(feature, ()))
 
-    def __getitem__(self, which: slice | Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
-        """The contacts of a slice, a mask (n,) of booleans, or these indices (from 0)."""
-        return self.subset(np.arange(len(self))[which] if isinstance(which, slice) else which)
+    def __getitem__(self, which: int | slice | Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
+        """The contacts of a slice, a mask (n,) of booleans, or these indices (from 0); of one index that one alone."""
+        if isinstance(which, slice):
+            return self.subset(np.arange(len(self))[which])
+        return self.subset([which] if isinstance(which, int | np.integer) else which)
+
+    def __iter__(self) -> Iterator["Contacts"]:
+        """Each contact alone, in order."""
+        return (self.subset([i]) for i in range(len(self)))
 
     def __add__(self, other: "Contacts") -> "Contacts":
         """These contacts and then the other ones; rows keep their numbers.
@@ -165,6 +171,12 @@ class Contacts:
             if index.shape != (len(self),):
                 raise UsageError(f"a mask of shape {index.shape} for {len(self)} contacts; give one boolean for each")
             index = np.flatnonzero(index)
+        if index.ndim != 1 or (index.size and not np.issubdtype(index.dtype, np.integer)):
+            raise UsageError(f"{indices!r} are no indices; give whole numbers or booleans, or take on(feature)")
+        if index.size and not (index.min() >= -len(self) and index.max() < len(self)):
+            raise UsageError(
+                f"there are {len(self)} contacts, with indices from 0; one of those that are wanted is not"
+            )
         index = index.astype(np.intp, copy=False)
         pick = tuple(int(i) for i in index)
         return Contacts(

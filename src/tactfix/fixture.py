@@ -401,6 +401,10 @@ class Fixture:
 
         return fixture_text(self)
 
+    def __repr__(self) -> str:
+        features = ", ".join(f"{name} {feature.type}" for name, feature in self.features.items())
+        return f"<Fixture {self.name!r}: {features}; {self.units}>"
+
     def equations(self, features: Iterable[str]) -> int:
         """How many equations contacts on these features, one named for each contact, give in all."""
         return sum(self.features[name].equations for name in features)

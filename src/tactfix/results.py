@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tactfix.errors import NotLocatedError
+from tactfix.errors import NotLocatedError, UsageError
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.surfaces import Surface
 from tactfix.mistakes import DiagnosisCode
@@ -227,11 +227,14 @@ class LocateResult:
     def sigma_at(self, point_fixture: ArrayLike = (0.0, 0.0, 0.0)) -> float:
         """One standard deviation (units) of a point (3,) of the fixture frame along its worst direction.
 
-        Raises NotLocatedError unless status is "located".
+        Raises NotLocatedError unless status is "located", UsageError for what is no point.
         """
         from tactfix.acceptance import sigma_at
 
-        sigma = sigma_at(self, np.asarray(point_fixture, dtype=np.float64))
+        point = np.asarray(point_fixture, dtype=np.float64)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise UsageError("a point of the fixture is three finite numbers x, y, z; ask for one point at a time")
+        sigma = sigma_at(self, point)
         if sigma is None:
             raise NotLocatedError(self.fixture, self.status)
         return sigma

@@ -96,3 +96,53 @@ def test_what_is_no_rigid_motion_is_no_pose(matrix: np.ndarray) -> None:
 def test_a_covariance_has_six_rows() -> None:
     with pytest.raises(tactfix.UsageError, match="6 x 6"):
         tactfix.Pose(np.eye(4), "mm", np.eye(3))
+
+
+@pytest.fixture(scope="module")
+def plate(fixture: tactfix.Fixture) -> tuple[tactfix.Fixture, tactfix.Contacts]:
+    return fixture, tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
+
+
+def test_one_contact_is_taken_by_its_index(plate: tuple[tactfix.Fixture, tactfix.Contacts]) -> None:
+    _, contacts = plate
+    assert contacts[3].rows == contacts[np.int64(3)].rows == (4,)
+    assert contacts[-1].rows == (15,)
+    assert [each.rows[0] for each in contacts] == list(contacts.rows)
+
+
+@pytest.mark.parametrize("which", ["ball", [0.5, 1.0], [99], [-99], 99, [[0, 1]]])
+def test_what_is_no_index_is_refused(plate: tuple[tactfix.Fixture, tactfix.Contacts], which: object) -> None:
+    with pytest.raises(tactfix.UsageError):
+        plate[1][which]  # type: ignore[index]
+
+
+@pytest.mark.parametrize("point", [[1.0, 2.0], [[0.0, 0.0, 0.0]], [1.0, 2.0, np.nan], 3.0])
+def test_sigma_is_of_one_point(plate: tuple[tactfix.Fixture, tactfix.Contacts], point: object) -> None:
+    with pytest.raises(tactfix.UsageError, match="three finite numbers"):
+        tactfix.locate(*plate).sigma_at(point)  # type: ignore[arg-type]
+
+
+def test_a_pose_has_a_unit_and_a_covariance_that_can_be() -> None:
+    with pytest.raises(tactfix.UsageError, match="furlong"):
+        tactfix.Pose(np.eye(4), "furlong")
+    skew = np.eye(6)
+    skew[0, 1] = 0.5
+    for covariance in (-np.eye(6), skew, np.diag([1, 1, 1, 1, 1, -1.0])):
+        with pytest.raises(tactfix.UsageError, match="symmetric"):
+            tactfix.Pose(np.eye(4), "mm", covariance)
+    held = np.zeros((6, 6))
+    held[2:5, 2:5] = np.array([[1e-8, 1e-5, 0], [1e-5, 0.02, 0], [0, 0, 0.01]])
+    assert np.array_equal(tactfix.Pose(np.eye(4), "mm", held).covariance, held)
+
+
+def test_values_are_short_on_a_screen(plate: tuple[tactfix.Fixture, tactfix.Contacts]) -> None:
+    fixture, contacts = plate
+    pose = tactfix.locate(fixture, contacts).pose
+    values = [
+        fixture,
+        tactfix.design_check(fixture, None, tactfix.Wishes(layouts=0)),
+        tactfix.check(fixture, contacts, pose),
+        tactfix.plan(fixture, contacts=8),
+    ]
+    assert [repr(value) for value in values if len(repr(value)) > 120] == []
+    assert repr(fixture) == "<Fixture 'robot-cell-plate': plate plane, pin cylinder, ball sphere; mm>"

@@ -128,6 +128,10 @@ class DesignReport:
     study: LayoutStudy
     findings: tuple[Finding, ...]
 
+    def __repr__(self) -> str:
+        counts = [sum(finding.status == status for finding in self.findings) for status in ("error", "warning")]
+        return f"<DesignReport {self.fixture.name!r}: {self.status}, {counts[0]} errors, {counts[1]} warnings>"
+
     @property
     def status(self) -> Severity:
         """The severity of the gravest finding."""

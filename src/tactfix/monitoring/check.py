@@ -90,6 +90,12 @@ class CheckResult:
     drift: Drift | None = None
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        if self.movement is None:
+            return f"<CheckResult {self.result.fixture!r}: {self.result.status}>"
+        verdict = "has moved" if self.has_moved else "has not moved"
+        return f"<CheckResult {self.result.fixture!r}: {verdict}, {self.movement.distance:.2g} {self.result.units}>"
+
     @property
     def exceeded(self) -> dict[str, str]:
         """The limits that the movement exceeds, each with a sentence."""

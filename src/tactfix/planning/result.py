@@ -71,6 +71,11 @@ class Plan:
     agreeing: int
     steps: tuple[PlanStep, ...] = ()
 
+    def __repr__(self) -> str:
+        unique = "one pose" if self.unique else f"{self.rivals} other poses"
+        sigma = f"worst sigma {self.worst_sigma:.2g} {self.units}"
+        return f"<Plan {self.fixture!r}: {len(self.contacts)} contacts, {sigma}, {unique}>"
+
     @property
     def in_base(self) -> Contacts | None:
         """The contacts in base, None where it is not known where the fixture stands."""

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 from tactfix.errors import Problem, TactfixError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import homogeneous, orthonormalized
-from tactfix.units import MOST_LENGTH, factor
+from tactfix.units import MOST_LENGTH, UNITS, factor, which_unit
 from tactfix.values import frozen_value
 
 # A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
 MOST_SKEW = 1e-5
+_NO_COVARIANCE = 1e-4
 # What double arithmetic leaves; a matrix this good is taken as it is, to the last bit.
 LEAST_SKEW = 1e-12
 
@@ -43,7 +44,19 @@ def _frozen_covariance(given: ArrayLike) -> Floats:
     covariance = frozen(given)
     if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
         raise UsageError("the covariance of a pose is 6 x 6 finite numbers, or None")
+    # By the largest sigma of a turn and of a shift: a held direction has no variance; files have few digits.
+    sigmas = np.sqrt(np.abs(np.diag(covariance))).reshape(2, 3).max(axis=1)
+    scale = np.repeat(np.where(sigmas > 0, sigmas, 1.0), 3)
+    scaled = covariance / np.outer(scale, scale)
+    if np.abs(scaled - scaled.T).max() > _NO_COVARIANCE or np.linalg.eigvalsh(scaled + scaled.T)[0] < -_NO_COVARIANCE:
+        raise UsageError("the covariance of a pose is symmetric, with no negative variance in any direction")
     return covariance
+
+
+def _known_unit(units: str) -> str:
+    if units not in UNITS:
+        raise UsageError(f"units is {units!r}; {which_unit(units)}")
+    return units
 
 
 @frozen_value
@@ -64,7 +77,7 @@ class Pose:
     Raises
     ------
     UsageError
-        What is no rigid motion: a scale, a shear, a mirror image, nan.
+        What is no rigid motion (a scale, a shear, a mirror image, nan), no covariance, or no unit.
 
     Examples
     --------
@@ -73,7 +86,7 @@ class Pose:
     """
 
     base_from_fixture: Annotated[Floats, _frozen_motion]
-    units: str | None
+    units: Annotated[str, _known_unit] | None
     covariance: Annotated[Floats, _frozen_covariance] | None = None
     fixture: str = ""
 
