@@ -33,7 +33,7 @@ def test_a_mistake_that_is_made_is_named(mistake):
     if not (mistake.fault and mistake.cause):
         assert mistake.but
         return
-    simulation = simulate(RICH, seed=1, fault=Fault(mistake.fault), **PROBE)
+    simulation = simulate(RICH, seed=1, fault=Fault(mistake.fault), orientations=4, **PROBE)
     assert simulation.mistake
     result = locate(RICH, simulation.contacts)
     assert result.status == "inconsistent"
@@ -42,7 +42,7 @@ def test_a_mistake_that_is_made_is_named(mistake):
 
 
 def test_design_check_judges_the_same_mistakes():
-    plan = simulate(RICH, seed=2, **PROBE).contacts
+    plan = simulate(RICH, seed=2, orientations=4, **PROBE).contacts
     judged = {spot.error for spot in design_check(RICH, plan, wishes=Wishes(layouts=0)).blind_spots}
     assert judged == {mistake.blind_spot for mistake in MISTAKES if mistake.blind_spot}
     assert all(mistake.blind_spot or mistake.but for mistake in MISTAKES)

@@ -21,6 +21,7 @@ FaultKind: TypeAlias = Literal[
     "late-trigger",
     "thermal-growth",
     "wrong-sigma",
+    "wrong-tip",
     "wrong-radius",
     "diameters",
     "wrong-place",
@@ -46,6 +47,7 @@ DiagnosisCode: TypeAlias = Literal[
 BlindSpotCode: TypeAlias = Literal[
     "tip_radius",
     "tip_sign",
+    "tip_offset",
     "pretravel",
     "scale",
     "unit",
@@ -85,11 +87,10 @@ MISTAKES: Final = (
     Mistake("the tip radius is taken off on the wrong side", "tip-sign", "tip_radius", "tip_sign", "a tip"),
     Mistake(
         "the tip stands elsewhere in the flange than the file says",
-        None,
+        "wrong-tip",
         "tip_offset",
-        None,
+        "tip_offset",
         "flange orientations that differ",
-        but="neither a plan nor a simulation says how the flange stands",
     ),
     Mistake("the probe triggers late", "late-trigger", "tip_radius", "pretravel"),
     Mistake(

@@ -186,6 +186,43 @@ def test_a_tip_half_a_millimetre_off_sideways_in_20_random_directions() -> None:
         assert off @ np.linalg.solve(result.tip.covariance, off) < chi_square.isf(1e-4, 3)
 
 
+@pytest.mark.parametrize(("count", "tilt", "named"), [(3, 20.0, 18), (4, 45.0, 20)])
+def test_a_tip_half_a_millimetre_off_is_named_where_it_is_taken_to_be_known(
+    count: int, tilt: float, named: int
+) -> None:
+    """Whether a pose is left or not; good contacts and sigma are not blamed for it."""
+    told = []
+    for seed in range(20):
+        angle = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        off = 0.5 * np.array([np.cos(angle), np.sin(angle), 0.0])
+        problem = plate_problem(100 + seed, count, tilt, off)
+        result = locate(fixture_of(PLATE), problem.contacts)
+        told += [cause.code for cause in result.diagnosis[:1]]
+        for cause in result.diagnosis:
+            if cause.code == "tip_offset" and not cause.one_of:
+                assert np.linalg.norm(np.array(cause.value) - problem.tip) < 0.6
+                break
+    assert set(told) == {"tip_offset"}
+    assert len(told) >= named
+
+
+def test_a_tip_that_is_right_is_seldom_doubted() -> None:
+    doubted = 0
+    for seed in range(150):
+        result = locate(fixture_of(PLATE), plate_problem(300 + seed, 4, 45.0, np.zeros(3)).contacts)
+        assert result.status == "located"
+        doubted += any(cause.code == "tip_offset" for cause in result.diagnosis)
+    # One in a thousand of good contacts.
+    assert doubted <= 2
+
+
+def test_one_orientation_shows_nothing_of_the_tip_and_says_nothing() -> None:
+    problem = plate_problem(9, 1, 0.0, np.array([3.0, 0.0, 0.0]))
+    result = locate(fixture_of(PLATE), problem.contacts)
+    assert result.status == "located"
+    assert not any(cause.code == "tip_offset" for cause in result.diagnosis)
+
+
 def test_a_tip_farther_off_than_it_can_be_falls() -> None:
     problem = plate_problem(5, 4, 45.0, np.array([8.0, 0.0, 0.0]))
     near, far = (locate(fixture_of(PLATE, w), problem.contacts, unknown=["tip"]) for w in (5.0, 10.0))

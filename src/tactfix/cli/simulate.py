@@ -53,6 +53,10 @@ def command(
             autocompletion=completion.fault_names,
         ),
     ] = None,
+    orientations: Annotated[
+        int | None,
+        typer.Option(metavar="K", min=1, help="Write how the flange stood too, in K tool orientations in turn."),
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
 ) -> int:
@@ -64,9 +68,9 @@ def command(
 
     Faults, and what VALUE is: outlier (length; default 20 sigma), outliers (how many; 2), reversed-approach (row),
     reversed-approaches, swapped-labels, wrong-label, exchanged-features, wrong-unit (factor; 25.4), forgotten-tip and
-    tip-sign (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4), wrong-sigma (factor; 10). What
-    the fixture file has wrong: wrong-radius (length; 20 sigma), diameters, wrong-place (length; 20 sigma),
-    exchanged-axes, mirrored.
+    tip-sign (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4), wrong-sigma (factor; 10),
+    wrong-tip (length; 20 sigma; takes --orientations). What the fixture file has wrong: wrong-radius (length; 20
+    sigma), diameters, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
     """
     from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions
@@ -81,7 +85,7 @@ def command(
     fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
-    simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked)
+    simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked, orientations)
     emit(text_of(simulation_json(simulation)) if as_json else simulation_csv(simulation), output)
     return 0
 

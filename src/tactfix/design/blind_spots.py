@@ -71,6 +71,33 @@ def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, Bli
     )
 
 
+def _tip_offset(case: Case) -> Iterator[BlindSpot]:
+    """The tip elsewhere in the flange, off in the direction that, to first order, leaves the least of chi-square.
+
+    Contacts that do not say how the flange stood are made in one orientation, where flange poses are in use at all: all
+    of them are then off alike, and so is the pose.
+    """
+    touched = case.touched
+    rotations = touched.contacts.flange_rotations
+    if rotations is None:
+        if case.fixture.probe.tip_offset is None:
+            return
+        rotations = np.tile(np.eye(3), (len(touched.contacts), 1, 1))
+    normals = normals_of(touched)
+    span = span_of(moments(touched, normals) / touched.sigmas[:, None])
+    seen = np.einsum("ni,nij->nj", normals, rotations) / touched.sigmas[:, None]
+    left = seen - span @ (span.T @ seen)
+    direction = np.linalg.eigh(left.T @ left)[1][:, 0]
+    off = SIGMAS_OFF * float(np.sqrt((touched.sigmas**2).mean()))
+    points = touched.contacts.points + rotations @ (off * direction)
+    alike = "in one orientation of the tool" if np.ptp(rotations, axis=0).max() < _ALIKE else "in the flange frame"
+    yield refitted("tip_offset", touched, replace(touched.contacts, points=points), f"tip {off:.3g} off {alike}")
+
+
+_ALIKE: Final = 1e-3
+"""Orientations of the tool that differ by less tell nothing of the tip."""
+
+
 def _pretravel(case: Case) -> Iterator[BlindSpot]:
     touched = case.touched
     normals = normals_of(touched)
@@ -197,6 +224,7 @@ def _off(touched: Touched, sigmas_off: Mapping[int, float]) -> Contacts:
 JUDGES: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
     "tip_radius": lambda case: tip_blind_spots(case.touched, case.tip_radius)[:1],
     "tip_sign": lambda case: tip_blind_spots(case.touched, case.tip_radius)[1:],
+    "tip_offset": _tip_offset,
     "pretravel": _pretravel,
     "scale": _growth,
     "unit": _unit,

@@ -37,6 +37,7 @@ _SOURCES: Final[dict[Source, str]] = {
 _REMEDIES: Final = {
     "tip_radius": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
     "tip_sign": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
+    "tip_offset": "touch in three tool orientations or more, tilted to different sides: a wrong tip then shows",
     "pretravel": "add an opposite face or a sphere touched from several sides, and calibrate the probe's pretravel",
     "scale": "add a known length, such as a second sphere or an opposite face, along the direction that grows",
     "unit": "say the unit in the contact file; a sphere or cylinder of known radius makes a wrong one show",

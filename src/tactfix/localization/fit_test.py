@@ -37,10 +37,9 @@ def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: f
 def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
     """What is suspicious about the residuals of a pose that is left: one contact, or sigma."""
     suspect = _stands_out(fixture, contacts, solution, SUSPICIOUS)
-    if suspect is not None or solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
-        elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)
-        if elsewhere is not None:
-            return (elsewhere,)
+    elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)
+    if elsewhere is not None:
+        return (elsewhere,)
     if suspect is not None and _is_one_contact(solution.chi2, suspect[1], dof, len(contacts)):
         return (_outlier(fixture, contacts, solution, *suspect),)
     if solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
@@ -53,13 +52,19 @@ def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: in
 
 
 def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> Diagnosis | None:
-    """Another place of the tip in the flange, where that explains the residuals as well as one bad contact would."""
+    """Another place of the tip in the flange, where that explains the residuals as well as one bad contact would.
+
+    Chi-square must fall by more than three numbers without meaning make it fall once in a thousand: that sees a wrong
+    tip long before all residuals together are suspicious.
+    """
     if contacts.flange_rotations is None or dof < 4:
         return None
     from tactfix.diagnosis.tip_change import tip_change
 
     found = tip_change(contacts, residual_sigmas(fixture, contacts), solution, fixture.placement)
     if found is None or found.chi2 > chi_square_limit(dof - 3, SUSPICIOUS) or not found.is_plausible:
+        return None
+    if solution.chi2 - found.chi2 <= chi_square_limit(3, SUSPICIOUS):
         return None
     from tactfix.diagnosis.telling import tip_offset_told
 

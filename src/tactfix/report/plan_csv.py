@@ -11,6 +11,7 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.motion_words import vector
 from tactfix.planning.result import Plan
+from tactfix.pose_formats import DIALECTS
 from tactfix.report.text_report import decimal
 from tactfix.results import LocateResult
 from tactfix.simulation.simulate import CONE_DEG, Simulation
@@ -25,20 +26,36 @@ _TRUTH = 12
 def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
     """The text of a contact file: comments, settings, header, rows."""
     sigma = float(contacts.sigmas.max())
-    settings = (f"units: {units}", f"tip_radius: {decimal(contacts.tip_radius)}", f"sigma: {decimal(sigma)}")
+    settings: tuple[str, ...] = (
+        f"units: {units}",
+        f"tip_radius: {decimal(contacts.tip_radius)}",
+        f"sigma: {decimal(sigma)}",
+    )
     own = bool((contacts.sigmas != sigma).any())
     named = any(contacts.ids)
     columns = [
         ["feature", *map(spreadsheet_cell, contacts.features)],
         *_columns("x y z", np.round(contacts.points, _digits(float(contacts.sigmas.min())))),
         *_columns("ax ay az", np.round(contacts.approaches, _DIRECTION)),
+        *_flange(contacts),
         *([["sigma", *map(decimal, contacts.sigmas)]] if own else []),
         *([["id", *(spreadsheet_cell(name or "") for name in contacts.ids)]] if named else []),
     ]
+    if contacts.flange_rotations is not None and contacts.tip_offset is not None:
+        settings = (*settings, f"tip_offset: {', '.join(map(decimal, contacts.tip_offset))}")
     text = io.StringIO()
     text.writelines(f"# {line}\n" for line in (*comments, *settings))
     csv.writer(text, lineterminator="\n").writerows(zip(*columns, strict=True))
     return text.getvalue()
+
+
+def _flange(contacts: Contacts) -> Iterator[list[str]]:
+    """How the flange stood, where the contacts say it, as unit quaternions."""
+    quaternion = DIALECTS["abb"].numbers
+    if contacts.flange_rotations is None or quaternion is None:
+        return
+    numbers = np.array([quaternion.orientation.numbers(rotation) for rotation in contacts.flange_rotations])
+    yield from _columns("qw qx qy qz", np.round(numbers, _DIRECTION))
 
 
 def _digits(sigma: float) -> int:

@@ -37,7 +37,8 @@ class Fault:
         came. swapped-labels: two contacts exchange their features. wrong-unit: coordinates are numbers of a unit value
         times as large as the file says. forgotten-tip: a tip of that radius touched, and the file says 0. late-trigger:
         every contact is reported further along the approach. thermal-growth: the fixture is larger than its file says,
-        by the share value about its origin.
+        by the share value about its origin. wrong-tip: the tip is off sideways in the flange. The others of the list
+        of mistakes (`tactfix.mistakes`), of contacts and of the fixture file, are as their names say.
     value : float, optional
         How large (lengths in fixture units), or the row of the reversed approach. None: a typical size: 20 sigma for an
         outlier and a late trigger, 25.4 for a unit, the probe's own radius, a growth of 2.3e-4 (aluminium, 10 K), and
@@ -147,6 +148,18 @@ def _noisy(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Gen
     return contacts, f"contacts scatter {scatter(fault):g} times as much as sigma says"
 
 
+def _wrong_tip(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
+    if contacts.flange_rotations is None:
+        raise UsageError("a wrong tip takes tool orientations; ask for some with --orientations 4")
+    off = SIGMAS_OFF * float(contacts.sigmas.max()) if fault.value is None else fault.value
+    angle = rng.uniform(0.0, 2 * np.pi)
+    change = off * np.array([np.cos(angle), np.sin(angle), 0.0])
+    # The file reports where the tip would be that it believes in.
+    points = contacts.points - contacts.flange_rotations @ change
+    shown = ", ".join(f"{value:.6g}" for value in change)
+    return replace(contacts, points=points), f"the tip is off by {shown} in the flange frame from where the file says"
+
+
 def _rescaled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     factor = _INCH if fault.value is None else fault.value
     if factor <= 0:
@@ -246,4 +259,5 @@ CONTACT_FAULTS: Final[Mapping[FaultKind, _Maker]] = {
     "late-trigger": _late,
     "thermal-growth": _grown,
     "wrong-sigma": _noisy,
+    "wrong-tip": _wrong_tip,
 }

@@ -6,6 +6,7 @@ thing drawn, so that a fault leaves the pose, the touches and the noise alone.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import CONTACT_FAULTS, Fault, check_fault, growth, mistaken, scatter, touching_radius
 from tactfix.simulation.fixture_faults import Touches, really
+from tactfix.simulation.orientations import in_turn, tool_orientations
 from tactfix.simulation.placed_poses import placed_pose
 from tactfix.units import factor
 from tactfix.values import frozen_value
@@ -81,6 +83,7 @@ def simulate(
     seed: int = 0,
     count: int | None = None,
     fault: Fault | None = None,
+    orientations: int | None = None,
 ) -> Simulation:
     """Simulate contacts on a fixture that stands somewhere.
 
@@ -103,6 +106,9 @@ def simulate(
         How many random touches.
     fault : Fault, optional
         A mistake that is made.
+    orientations : int, optional
+        Of the tool, in turn, where the plan does not say how the flange stands; the tip is then where the fixture's
+        probe says, at the flange's origin where it says nothing.
 
     Returns
     -------
@@ -112,8 +118,8 @@ def simulate(
     Raises
     ------
     UsageError
-        Where nothing says sigma or tip_radius, where the fixture's relations do not place its features, where a feature
-        cannot be reached, or where plan and count are both given.
+        For less than one orientation, where nothing says sigma or tip_radius, where the fixture's relations do not
+        place its features, where a feature cannot be reached, or where plan and count are both given.
     TipDoesNotFitError
         A tip that is not smaller than a bore.
 
@@ -132,6 +138,8 @@ def simulate(
     check_fault(fault)
     if plan is not None and count is not None:
         raise UsageError("a plan says how many contacts there are; leave out the number of contacts")
+    if orientations is not None and orientations < 1:
+        raise UsageError(f"{orientations} tool orientations cannot be had; ask for one or more")
     pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
     surfaces = nominal_surfaces(fixture)
     probe_sigma, said_tip = probe_settings(fixture, plan, sigma, tip_radius)
@@ -162,6 +170,7 @@ def simulate(
         ids=(None,) * len(names) if plan is None else plan.ids,
         units=fixture.units,
     )
+    contacts = _with_flange(contacts, fixture, plan, orientations, seed, rotation)
     if fault is not None and fault.kind in CONTACT_FAULTS:
         contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
     return Simulation(
@@ -174,6 +183,20 @@ def simulate(
         fault=fault,
         mistake=mistake,
     )
+
+
+def _with_flange(
+    contacts: Contacts, fixture: Fixture, plan: Contacts | None, count: int | None, seed: int, rotation: Floats
+) -> Contacts:
+    """The contacts with how the flange stood at each, as the plan says, or in count orientations in turn."""
+    if plan is not None and plan.flange_rotations is not None:
+        return replace(contacts, flange_rotations=rotation @ plan.flange_rotations, tip_offset=plan.tip_offset)
+    if count is None:
+        return contacts
+    (stream,) = streams(seed, 5)[4:]
+    rotations = tool_orientations(count, contacts.approaches, stream.uniform(0.0, 2 * np.pi))
+    offset = np.array(fixture.probe.tip_offset or (0.0, 0.0, 0.0))
+    return replace(contacts, flange_rotations=rotations[in_turn(contacts.features, count)], tip_offset=offset)
 
 
 def streams(seed: int, count: int) -> list[np.random.Generator]:
