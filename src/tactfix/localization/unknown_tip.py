@@ -18,10 +18,11 @@ from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.motion_words import vector
 from tactfix.localization.tip_motions import tip_motions
 from tactfix.noise import SURE
+from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import largest_sigma
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import realize
-from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, Reason, Status, TipEstimate
+from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, Reason, Status, TipEstimate, WithoutPrior
 from tactfix.unknowns.search import TipSolutions, tip_solutions
 from tactfix.unknowns.solution import TipSolution
 
@@ -38,13 +39,12 @@ def locate_with_tip(
     """
     if "tip" in unknown and contacts.flange_rotations is None:
         raise UsageError("the tip is unknown, and the contacts do not say how the flange stood at each touch")
-    if fixture.placement is not None:
-        raise UsageError("an unknown tip and a place known beforehand do not go together; leave out one of them")
     shapes = realize(fixture)
     if not shapes:
         raise UsageError(f"{fixture.name}: an unknown tip takes a fixture whose features stand in known places")
     sigmas = residual_sigmas(fixture, contacts)
-    solutions = tip_solutions(shapes, contacts, sigmas, unknown, fixture.probe.tip_within)
+    known = fixture.placement
+    solutions = tip_solutions(shapes, contacts, sigmas, unknown, fixture.probe.tip_within, known)
     reasons = [_against(fixture, solution, solutions.limit) for solution in solutions.found]
     if not any(len(against) == 0 for against in reasons):
         # Where only the path speaks against every pose that is left, it is not the one that the probe took.
@@ -52,6 +52,8 @@ def locate_with_tip(
     left = [solution for solution, against in zip(solutions.found, reasons, strict=True) if not against]
     status = _status(solutions, left)
     result = _result(fixture, contacts, solutions, reasons, left, status)
+    if known is not None and known.is_known:
+        result = _beside_prior(result, fixture, contacts, unknown)
     result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
     if status == "underdetermined":
         loosest = max(left or solutions.found, key=lambda s: len(s.weak))
@@ -62,7 +64,7 @@ def locate_with_tip(
         pose = left[0].solution.base_from_fixture
         return replace(result, base_from_fixture=pose, covariance=joint[:6, :6], joint_covariance=joint)
     if status == "inconsistent" and "tip" not in unknown and contacts.flange_rotations is not None:
-        freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within)
+        freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within, known)
         found = _tip_elsewhere(fixture, contacts, freed)
         return replace(result, diagnosis=found, warnings=(*result.warnings, *(cause.message for cause in found)))
     return result
@@ -90,7 +92,29 @@ def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Rea
     if within is not None and off > within and off - SURE * _sigma_along(solution) > within:
         message = f"the tip would be {off:.4g} {fixture.units} from its nominal place, tip_within is {within:g}"
         return (Reason("tip", None, None, message),)
-    return judge(fixture, solution.contacts, pose).reasons
+    if fixture.placement is not None:
+        beyond = contradiction(fixture.placement, pose, fixture.units, fitted=True)
+        if beyond is not None:
+            return (Reason("prior", None, None, beyond.message),)
+    return judge(replace(fixture, placement=None), solution.contacts, pose).reasons
+
+
+def _beside_prior(
+    result: LocateResult, fixture: Fixture, contacts: Contacts, unknown: frozenset[Unknown]
+) -> LocateResult:
+    """The result with what would be left without what is known beforehand, and whether that alone decided."""
+    alone = locate_with_tip(replace(fixture, placement=None), contacts, unknown)
+    poses = sum(candidate.accepted for candidate in alone.candidates)
+    without = WithoutPrior(alone.status, None if alone.status == "underdetermined" else poses)
+    warnings: tuple[str, ...] = ()
+    if result.status == "located" and alone.status != "located":
+        left = f"at least {poses} poses would be left" if without.poses else "the contacts would leave a motion free"
+        warnings = (f"only what is known beforehand decides: without it {left}",)
+    if result.status == "inconsistent" and alone.status in ("located", "ambiguous"):
+        beyond = next((r.message for c in result.candidates for r in c.reasons if r.code == "prior"), "")
+        words = f": of the nearest pose that fits, {beyond}" if beyond else ", and agree without it"
+        warnings = (f"the contacts contradict what is known beforehand{words}",)
+    return replace(result, without_prior=without, warnings=(*result.warnings, *warnings))
 
 
 def _sigma_along(solution: TipSolution) -> float:

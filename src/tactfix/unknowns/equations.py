@@ -9,16 +9,22 @@ the contacts' centre c and shifts by v, and a tip that changes by d and its radi
 A contact on a point p has three equations, the three components of x + Q d - p, without the last term and with p for x
 in the second: a turn about p is then free to the last digit, whatever the noise. Lengths are divided by one
 length of the problem and places counted from c, so that all columns are alike in size. Trials come first: (S, ...).
+
+What is known of the pose beforehand is further residuals, W (log R R_near^T, t - t_near): W^T W is the inverse of the
+covariance of a measured pose, and directions that are held are measured HELD times as well as the contacts.
 """
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
-from tactfix.geometry.rigid import orthonormalized, rotation_from_vector
+from tactfix.geometry.rigid import orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.poses.measured_pose import inverse_left_jacobian, turn_vectors
 from tactfix.values import frozen_value
 
 
@@ -39,6 +45,44 @@ class Trials:
         return Trials(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
 
 
+HELD: Final = 1e-5
+"""Of a contact's sigma: a direction known so well moves no contact by what could be seen."""
+
+
+@frozen_value
+class KnownPose:
+    """near (3, 3), place (3,) of the fixture's origin there, as origins of trials are; whitening (r, 6): W."""
+
+    near: Floats
+    place: Floats
+    whitening: Floats
+
+    @staticmethod
+    def of(placement: Placement | None, contacts: Contacts, sigma: float, length: float) -> "KnownPose":
+        """What a placement says for the fit; sigma: of the best contact, in fixture units as length is."""
+        if placement is None:
+            return KnownPose(np.eye(3), np.zeros(3), np.zeros((0, 6)))
+        place = (placement.near[:3, 3] - contacts.centre) / length
+        held = np.flatnonzero(~np.concatenate([placement.turns, placement.shifts]))
+        rows = np.eye(6)[held] * length / (HELD * sigma)
+        if (covariance := placement.covariance) is not None:
+            units = np.array([1.0] * 3 + [length] * 3)
+            measured = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(units, units)))
+            rows = np.concatenate([measured, rows])
+        return KnownPose(placement.near[:3, :3], place, rows)
+
+    def evaluate(self, rotations: Floats, origins: Floats) -> tuple[Floats, Floats]:
+        """Residuals (S, r) and Jacobian (S, r, 10) at rotations (S, 3, 3), origins (S, 3)."""
+        turns = turn_vectors(rotations @ self.near.T)
+        rows = np.zeros((len(turns), 6, 10))
+        rows[:, :3, :3] = inverse_left_jacobian(turns)
+        # A turn about the problem's centre carries the fixture's origin along.
+        rows[:, 3:, :3] = -skew(origins)
+        rows[:, 3:, 3:6] = np.eye(3)
+        off = np.concatenate([turns, origins - self.place], axis=1)
+        return off @ self.whitening.T, self.whitening @ rows
+
+
 @frozen_value
 class TipEquations:
     """m equations: points (m, 3) from the centre, flanges, projectors (m, 3, 3), anchors, normals (m, 3).
@@ -46,6 +90,7 @@ class TipEquations:
     radii (m,), signs (m,): 1 outside, -1 inside; takes_tip (m,): 1 where the tip's radius counts, 0 on points; weights
     (m,): one over sigma, in units of length. of (m,): the contact of each. columns: of
     the ten unknowns (turn, shift, tip, radius) those that are unknown. centre (3,), length: those of the problem.
+    known: what is known of the pose beforehand.
     """
 
     points: Floats
@@ -61,10 +106,15 @@ class TipEquations:
     columns: Ints
     centre: Floats
     length: float
+    known: KnownPose
 
     @staticmethod
     def build(
-        surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, unknown: frozenset[Unknown]
+        surfaces: Mapping[str, Surface],
+        contacts: Contacts,
+        sigmas: Floats,
+        unknown: frozenset[Unknown],
+        placement: Placement | None = None,
     ) -> "TipEquations":
         """The equations of contacts on surfaces (fixture frame), sigmas (n,) of their residuals."""
         length = length_of(contacts)
@@ -87,10 +137,11 @@ class TipEquations:
             columns=np.flatnonzero([True] * 6 + ["tip" in unknown] * 3 + ["tip-radius" in unknown]),
             centre=contacts.centre,
             length=length,
+            known=KnownPose.of(placement, contacts, float(sigmas.min()), length),
         )
 
     def __len__(self) -> int:
-        return len(self.of)
+        return len(self.of) + len(self.known.whitening)
 
     def trials(self, poses: Floats, tips: Floats, tip_radius: float) -> Trials:
         """Trials at base_from_fixture poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
@@ -129,7 +180,9 @@ class TipEquations:
             ],
             axis=2,
         )
-        return values * self.weights, jacobian[:, :, self.columns] * self.weights[:, None]
+        known, known_jacobian = self.known.evaluate(trials.rotations, trials.origins)
+        jacobian = np.concatenate([jacobian * self.weights[:, None], known_jacobian], axis=1)
+        return np.concatenate([values * self.weights, known], axis=1), jacobian[:, :, self.columns]
 
     def stepped(self, trials: Trials, step: Floats) -> Trials:
         """The trials after steps (S, u): turns about the problem's centre, shifts, tip and radius."""

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
+from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import Surface, moved
 from tactfix.noise import chi_square_limit
@@ -58,8 +59,9 @@ def tip_solutions(
     sigmas: Floats,
     unknown: frozenset[Unknown],
     within: float | None,
+    placement: Placement | None = None,
 ) -> TipSolutions:
-    """Every pose, with its tip, at which the contacts are explained.
+    """Every pose, with its tip, at which the contacts, and what placement says for the fit, are explained.
 
     shapes: the surfaces of the fixture in its frame, each way that it can be; sigmas (n,) of the residuals; within: how
     far the tip can be from where it was reported, None where nothing bounds it. At least one is unknown.
@@ -68,10 +70,11 @@ def tip_solutions(
     for loose, complete in _levels(contacts, sigmas, unknown, within):
         found = []
         for surfaces in shapes:
-            equations = TipEquations.build(surfaces, contacts, sigmas, unknown)
+            equations = TipEquations.build(surfaces, contacts, sigmas, unknown, placement)
             dof = len(equations) - len(equations.columns)
             limit = chi_square_limit(dof)
-            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, loose), loose if "tip" in unknown else 0.0)
+            off = loose if "tip" in unknown else 0.0
+            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, loose), off, placement)
             trials, cost = descend(equations, starts)
             ok = (cost <= limit) & (trials.radii >= 0)
             misses.append((float(cost.min()), surfaces, equations, trials.subset(np.argsort(cost)[:1])))
@@ -96,13 +99,19 @@ def _levels(
 
 
 def _starts(
-    equations: TipEquations, surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, off: float
+    equations: TipEquations,
+    surfaces: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    off: float,
+    placement: Placement | None,
 ) -> Trials:
-    """Every pose for contacts with these sigmas, with the tip as reported and at half of off to all sides."""
+    """Every pose for contacts with these sigmas, with the tip as reported and at half of off to all sides; and near."""
     single = one_equation_each(surfaces, contacts, sigmas)
-    fits = all_poses(single.surfaces, single.contacts, single.sigmas).fits[:MOST_POSES]
+    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).fits[:MOST_POSES]
     tips = 0.5 * off * (AROUND if off else AROUND[:1])
-    poses = np.array([fit.base_from_fixture for fit in fits])
+    near = [] if placement is None else [placement.near]
+    poses = np.array([fit.base_from_fixture for fit in fits] + near)
     return equations.trials(np.repeat(poses, len(tips), axis=0), np.tile(tips, (len(poses), 1)), contacts.tip_radius)
 
 
