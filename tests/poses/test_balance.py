@@ -6,6 +6,7 @@ import pytest
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.poses.balance import are_balanced
 from tactfix.poses.equations import pose_equations
+from tactfix.poses.zeros import Zeros
 from tests.validation.pose_oracle import all_real_poses
 from tests.validation.pose_problems import oracle_features, problem_number
 
@@ -34,6 +35,12 @@ def solved(kind, layout, number=0):
     return equations, rotations, offsets, answer
 
 
+def exact(rotations, offsets):
+    """These poses (3, 3, k), (3, k), each met once."""
+    count = offsets.shape[1]
+    return Zeros(rotations, offsets, np.zeros(count), np.ones(count, dtype=np.intp))
+
+
 @pytest.mark.parametrize("layout", ["loose", "symmetric", "mixed"])
 @pytest.mark.parametrize(
     "kind",
@@ -49,23 +56,21 @@ def solved(kind, layout, number=0):
 def test_all_poses_balance_and_all_but_one_do_not(kind, layout):
     equations, rotations, offsets, answer = solved(kind, layout)
     assert not answer.multiple.any()
-    costs = np.zeros(len(answer.poses))
-    assert are_balanced(equations, rotations, offsets, costs)
-    for missing in range(len(costs)):
-        kept = np.delete(np.arange(len(costs)), missing)
-        assert not are_balanced(equations, rotations[..., kept], offsets[:, kept], costs[kept])
+    zeros = exact(rotations, offsets)
+    assert are_balanced(equations, zeros)
+    for missing in range(len(zeros)):
+        assert not are_balanced(equations, zeros.subset(np.delete(np.arange(len(zeros)), missing)))
 
 
 def test_what_may_have_either_sign_may_stand_for_what_is_missing():
     """A minimum that is no zero, as noise makes of two poses that are nearly one."""
-    equations, rotations, offsets, answer = solved("sphere3+sphere2+sphere1", "loose")
-    costs = np.zeros(len(answer.poses))
-    kept = np.arange(1, len(costs))
-    costs[1] = 1e-8
-    assert are_balanced(equations, rotations[..., kept], offsets[:, kept], costs[kept])
+    equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
+    zeros = exact(rotations, offsets)
+    zeros.costs[1] = 1e-8
+    assert are_balanced(equations, zeros.since(1))
 
 
 def test_seven_contacts_say_nothing():
-    equations, rotations, offsets, answer = solved("sphere3+sphere2+sphere1", "loose")
+    equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
     seven = equations.subset([0, 1, 2, 3, 4, 5, 5])
-    assert are_balanced(seven, rotations[..., 1:], offsets[:, 1:], np.zeros(len(answer.poses) - 1))
+    assert are_balanced(seven, exact(rotations, offsets).since(1))

@@ -8,7 +8,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.poses.descent import FEW, damped_step, descend, solve_positive, turned
 from tactfix.poses.equations import curvature, evaluate, pose_equations
 from tactfix.poses.starts import covering
-from tactfix.poses.zeros import distinct
+from tactfix.poses.zeros import Zeros
 from tests.support.problems import BALLS, touch_all
 
 
@@ -69,8 +69,9 @@ def test_ends_are_zeros_and_what_is_left_above_the_limit_is_not_among_them():
     before = rotations.copy(), offsets.copy()
     ends = descend(equations, rotations, offsets, 1e-12)
     assert 0 < len(ends) < 60
-    assert np.allclose(ends[:, :12], np.concatenate([np.eye(3).ravel(), np.zeros(3)]), atol=1e-6)
-    assert (ends[:, 12] < 1e-12).all()
+    assert np.allclose(ends.entries, np.concatenate([np.eye(3).ravel(), np.zeros(3)]), atol=1e-6)
+    assert (ends.costs < 1e-12).all()
+    assert (ends.counts == 1).all()
     assert np.array_equal(before[0], rotations)
     assert np.array_equal(before[1], offsets)
     assert len(descend(equations, rotations, offsets, np.inf)) == 60
@@ -128,7 +129,7 @@ def test_descents_along_curved_valleys_end():
     equations = pose_equations(surfaces, [0, 0, 0, 0, 1, 2], points, np.ones(6), 0.0)
     limit = 50 * (0.017 / 100) ** 2
     ends = descend(equations, *covering(equations, 600, 0), limit, most_steps=100)
-    kept, _ = distinct(ends, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
+    kept = Zeros.none().joined(ends)
     assert len(ends) > 300
     assert len(kept) < 10
-    assert np.sum(kept[:, 12] < 1e-20) == 6
+    assert np.sum(kept.costs < 1e-20) == 6

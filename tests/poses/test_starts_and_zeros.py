@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from tactfix.poses.equations import centred_offsets, pose_equations
 from tactfix.poses.pose_domain import ALL_POSES
 from tactfix.poses.starts import NEIGHBOURS, OFF_CENTRE, SIDES, around, covering
-from tactfix.poses.zeros import MOST_ZEROS, distinct, gathered
+from tactfix.poses.zeros import MOST_ZEROS, Zeros, together
 from tests.support.problems import PLATE, touch_all
 
 
@@ -39,12 +39,12 @@ def test_coverings_differ():
 
 
 def test_neighbours_are_at_every_scale():
-    centre = np.concatenate([np.eye(3).ravel(), [1.0, 2.0, 3.0], [0.0]])
-    rotations, offsets = around(ALL_POSES, centre[None], 1)
+    centre = Zeros(np.eye(3)[:, :, None], np.array([[1.0], [2.0], [3.0]]), np.zeros(1), np.ones(1, dtype=np.intp))
+    rotations, offsets = around(ALL_POSES, centre, 1)
     assert offsets.shape == (3, NEIGHBOURS)
     # Cayley's map turns by twice the arc tangent of half the vector.
     angles = Rotation.from_matrix(np.moveaxis(rotations, -1, 0)).magnitude()
-    steps = np.hypot(2 * np.tan(angles / 2), np.linalg.norm(offsets - centre[9:12, None], axis=0))
+    steps = np.hypot(2 * np.tan(angles / 2), np.linalg.norm(offsets - centre.offsets, axis=0))
     assert 0.05 <= steps.min() < 0.1
     assert 0.8 < steps.max() <= 1.2
 
@@ -58,11 +58,12 @@ def test_more_zeros_than_any_problem_has_are_samples_of_a_motion():
     """As many different ones as are enough to tell are kept of a thousand, and those tell."""
     there = equations()
     rotations, offsets = covering(there, 1000, 0)
-    found = np.concatenate([rotations.reshape(9, -1), offsets, np.zeros((1, 1000))]).T
-    none = np.zeros((0, 13)), np.zeros(0, dtype=np.intp)
-    kept, counts = distinct(found, *none)
+    found = Zeros(rotations, offsets, np.zeros(1000), np.ones(1000, dtype=np.intp))
+    kept = Zeros.none().joined(found)
     assert len(kept) == MOST_ZEROS + 1
-    assert gathered(there, kept, counts)[2]
-    kept, counts = distinct(np.concatenate([found[:300], found[:300]]), *none)
-    assert (counts == 2).all()
-    assert not gathered(there, kept, counts)[2]
+    assert kept.merged(there).continuum
+    part = found.subset(np.arange(300))
+    kept = Zeros.none().joined(together([part, part]))
+    assert (kept.counts == 2).all()
+    assert not kept.merged(there).continuum
+    assert (kept.joined(part).counts == 3).all()

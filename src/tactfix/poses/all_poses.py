@@ -27,7 +27,7 @@ from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.starts import BEYOND, domain_rotations, start_count
 from tactfix.poses.subsets import PART, agreed_poses
-from tactfix.poses.zeros import Zeros, sampled, together
+from tactfix.poses.zeros import Zeros, together
 from tactfix.values import frozen_value
 
 SEARCHED = 18
@@ -37,8 +37,8 @@ PLENTY = 9
 """Contacts from which on the features located alone are relied on for where to start."""
 
 FAR_OFF = 100.0
-"""Times the limit on the cost, beyond which a miss is not polished only to be dropped: the cost is that of the distance
-up to a few per cent unless contacts are off by a large part of a radius."""
+"""If the lowest cost exceeds this many times the acceptance limit, skip the geometric refinement: the algebraic cost
+differs from the geometric one by a few per cent at most, so the pose would be rejected anyway."""
 
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
@@ -96,7 +96,7 @@ def all_poses(
     dof, limit = equations.dof, chi_square_limit(equations.dof)
     least = zeros.costs.min(initial=np.inf) / zero_limit(searched.dof, unit)
     if zeros.continuum:
-        zeros = sampled(searched, zeros, SAMPLES)
+        zeros = zeros.split_off(searched, SAMPLES)
     elif least > FAR_OFF and not with_misses:
         return PoseSearch((), dof, limit, zeros.complete, continuum=False)
     elif least > 1 and len(contacts) > SEARCHED and thorough:
@@ -135,13 +135,13 @@ def _zeros(
             # So many are samples of a turn that one direction leaves, not the only rotations there are.
             many = rotations.shape[2] >= TURNS
             zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=many, thorough=thorough)
-            if len(zeros.costs):
+            if len(zeros):
                 return zeros
     starts = _starts(surfaces, contacts, searched.dof)
     if not thorough:
         return find_zeros(searched, cost_limit, int(BEYOND * starts), turns, thorough=False)
     zeros = find_zeros(searched, cost_limit, starts, turns)
-    if len(zeros.costs):
+    if len(zeros):
         return zeros
     rotations = domain_rotations(searched.domain, start_count(searched.domain, starts))
     misses = nearest_misses(searched, rotations, turns)
@@ -149,7 +149,7 @@ def _zeros(
         return misses
     # Before contacts are called inconsistent they deserve a closer look.
     zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
-    return zeros if len(zeros.costs) else replace(misses, complete=True)
+    return zeros if len(zeros) else replace(misses, complete=True)
 
 
 STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}

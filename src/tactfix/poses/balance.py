@@ -14,8 +14,8 @@ axes, which have no orientation, and for planes alone: shifts take any values th
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
 from tactfix.poses.equations import PoseEquations, evaluate, translation_matrix
+from tactfix.poses.zeros import Zeros
 
 EXACT = 1e-20
 """Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
@@ -23,17 +23,17 @@ FIRM = 1e-4
 """Ratio of singular values below which two poses may have met in one: its sign may be either, or none."""
 
 
-def are_balanced(equations: PoseEquations, rotations: Floats, offsets: Floats, costs: Floats) -> bool:
-    """Whether these poses (3, 3, k), (3, k), costs (k,), may be all; true where it cannot be told.
+def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
+    """Whether these may be all; true where it cannot be told.
 
     A pose that is no exact zero, or nearly a double one, may have either sign.
     """
     if not _signs_cancel(equations):
         return True
-    _, jacobian = evaluate(equations, rotations, offsets, geometric=False)
+    _, jacobian = evaluate(equations, zeros.rotations, zeros.offsets, geometric=False)
     matrices = np.moveaxis(jacobian, -1, 0)
     values = np.linalg.svd(matrices, compute_uv=False)
-    sure = (values[:, -1] > FIRM * values[:, 0]) & (costs < EXACT)
+    sure = (values[:, -1] > FIRM * values[:, 0]) & (zeros.costs < EXACT)
     signs = np.linalg.slogdet(matrices)[0][sure]
     return bool(abs(signs.sum()) <= np.count_nonzero(~sure))
 

@@ -16,10 +16,11 @@ import numpy as np
 
 from tactfix.geometry.arrays import TINY, Bools, Floats, Ints
 from tactfix.poses.equations import PoseEquations, curvature, evaluate
+from tactfix.poses.zeros import Zeros, together
 
 FIRST_LOOK = 14
-"""Steps after which a descent is in sight of a zero or is given up: what creeps on through a valley from there reaches,
-if anything, a zero that others have met."""
+"""A descent whose cost is above IN_SIGHT after this many steps is abandoned. Such slow descents were only seen to reach
+zeros that other starts had found."""
 IN_SIGHT = 1e-3
 """Cost of a descent in sight of a zero: contacts off by about a hundredth of the fixture's size."""
 SECOND_LOOK = 60
@@ -51,10 +52,10 @@ def descend(
     geometric: bool = False,
     most_steps: int = MOST_STEPS,
     first_look: int = FIRST_LOOK,
-) -> Floats:
-    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends (k, 13) whose cost is below cost_limit.
+) -> Zeros:
+    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends whose cost is below cost_limit, not compared.
 
-    An end is rotation, offset, cost. A descent that is below the limit counts wherever most_steps bring it.
+    A descent that is below the limit counts wherever most_steps bring it.
     """
     state = _State.at(equations, rotations, offsets, geometric)
     sight = max(IN_SIGHT, 100 * cost_limit)
@@ -64,11 +65,10 @@ def descend(
         if step_number >= first_look:
             stuck |= state.cost > (sight if step_number < SECOND_LOOK else cost_limit)
         if ended.any():
-            ends.append(state.poses(ended))
+            ends.append(state.ends(ended))
         if not state.keep(~(ended | stuck)):
             break
-    ends.append(state.poses(~(state.cost > cost_limit)))
-    return np.concatenate(ends, axis=1).T
+    return together([*ends, state.ends(~(state.cost > cost_limit))])
 
 
 class _State:
@@ -140,10 +140,10 @@ class _State:
         stuck = ~below & ((self.damping > 1e4) | (gain < 1e-4 * self.cost))
         return ended, stuck
 
-    def poses(self, which: Bools) -> Floats:
-        """Rotation, offset and cost (13, k) of those."""
-        rotations = self.rotations[..., which].reshape(9, -1)
-        return np.concatenate([rotations, self.offsets[:, which], self.cost[None, which]])
+    def ends(self, which: Bools) -> Zeros:
+        """Where those are, each met once."""
+        costs = self.cost[which]
+        return Zeros(self.rotations[..., which], self.offsets[:, which], costs, np.ones(len(costs), dtype=np.intp))
 
     def keep(self, which: Bools) -> bool:
         """Follow only those from here on; whether there are any."""

@@ -33,14 +33,14 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
     if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
         zeros = zeros.best(MISSES)
     # One at a time: the residuals and Jacobians of a million contacts fill some hundred megabytes for each.
-    each = [zeros.subset(np.array([number])) for number in range(len(zeros.costs))]
+    each = [zeros.subset(np.array([number])) for number in range(len(zeros))]
     return together([_settled(equations, zero, unit) for zero in each])
 
 
 def _settled(equations: PoseEquations, zeros: Zeros, unit: float) -> Zeros:
     """The minima within the limit, or those near the misses."""
     found = polish(equations, zeros, _limit(equations.dof, unit))
-    return found if len(found.costs) else polish(equations, zeros, most_steps=MISS_STEPS)
+    return found if len(found) else polish(equations, zeros, most_steps=MISS_STEPS)
 
 
 def _limit(dof: int, unit: float) -> float:

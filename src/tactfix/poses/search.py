@@ -1,5 +1,9 @@
 """All zeros of the pose equations: damped descents from coverings of the poses, repeated around what it finds.
 
+1. A covering of all rotations starts one descent each. 2. Coverings follow until every zero has been met OFTEN. 3. Each
+zero is a centre for new starts, until a round finds nothing new. 4. Zeros of six equations have to balance; where they
+do not, more coverings follow. 5. `complete` says whether all that was reached.
+
 Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
 a linear problem to within a few radii. A low-discrepancy covering of the rotations, each with a translation off that
 one by OFF_CENTRE, starts one damped descent each (`descent`), so a zero is lost only if its basin falls through
@@ -18,12 +22,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Ints
+from tactfix.geometry.arrays import Bools, Floats
 from tactfix.poses.balance import are_balanced
 from tactfix.poses.descent import FIRST_LOOK, MOST_STEPS, descend
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.starts import SIDES, around, covering
-from tactfix.poses.zeros import Zeros, distinct, gathered, met_nearby, split, with_twins
+from tactfix.poses.zeros import Zeros, together
+from tactfix.values import frozen_value
 
 OFTEN = 6
 MOST_COVERINGS = 6
@@ -51,37 +56,13 @@ def find_zeros(
     itself. Deterministic: the same call gives the same poses in the same order. Without thorough only what one covering
     meets.
     """
-    kept, counts = np.zeros((0, 13)), np.zeros(0, dtype=np.intp)
-    often = OFTEN * (1 + len(turns))
-    for number in range(MOST_COVERINGS):
-        found = descend(equations, *covering(equations, starts, number), cost_limit)
-        kept, counts = distinct(with_twins(found, turns), kept, counts)
-        kept, counts, continuum = gathered(equations, kept, counts)
-        seldom = _within(equations, kept) & (met_nearby(kept, counts) < often)
-        if continuum or not thorough or (number + 1 >= coverings and not seldom.any()):
-            break
+    search = _Search(equations, cost_limit, turns)
+    zeros = search.of_coverings(starts, coverings if thorough else 0)  # steps 1 and 2
     if not thorough:
-        return Zeros(*split(kept), complete=False, continuum=continuum)
-    zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
-    for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
-        if zeros.continuum or _are_all(equations, zeros):
-            break
-        found = with_twins(descend(equations, *covering(equations, starts, number), cost_limit), turns)
-        poses, met = zeros.poses, np.full(len(zeros.costs), 2)
-        kept, counts = distinct(found, poses, met)
-        if len(kept) > len(poses):
-            zeros = _with_neighbours(equations, cost_limit, turns, kept, counts)
-    return replace(zeros, complete=zeros.complete and _are_all(equations, zeros))
-
-
-def _within(equations: PoseEquations, poses: Floats) -> Bools:
-    """Which poses (k, 13) are looked for; others within reach of the descents are taken as they come."""
-    rotations, offsets, _ = split(poses)
-    return equations.domain.has(rotations, offsets)
-
-
-def _are_all(equations: PoseEquations, zeros: Zeros) -> bool:
-    return are_balanced(equations, zeros.rotations, zeros.offsets, zeros.costs)
+        return zeros
+    zeros = search.with_neighbours(zeros)  # step 3
+    zeros = search.balanced(zeros, starts)  # step 4
+    return replace(zeros, complete=zeros.complete and are_balanced(equations, zeros))  # step 5
 
 
 def find_zeros_near(
@@ -99,39 +80,11 @@ def find_zeros_near(
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.
     """
+    search = _Search(equations, cost_limit, turns)
     offsets = centred_offsets(equations, rotations)[:, None] + SIDES[:, :, None]
     starts = np.repeat(rotations[:, :, None], SIDES.shape[1], axis=2).reshape(3, 3, -1)
-    found = descend(equations, starts, offsets.reshape(3, -1), cost_limit, first_look=NEAR_LOOK)
-    kept, counts = distinct(with_twins(found, turns), np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
-    if not thorough:
-        kept, counts, continuum = gathered(equations, kept, counts)
-        return Zeros(*split(kept), complete=False, continuum=continuum)
-    return _with_neighbours(equations, cost_limit, turns, kept, counts, around_all)
-
-
-def _with_neighbours(
-    equations: PoseEquations,
-    cost_limit: float,
-    turns: Sequence[Floats],
-    kept: Floats,
-    counts: Ints,
-    around_all: bool = True,
-) -> Zeros:
-    """Those (k, 13), met counts (k,) times, and what is found around them."""
-    kept, counts, continuum = gathered(equations, kept, counts)
-    fresh = kept if around_all else kept[:0]
-    for number in range(MOST_ROUNDS):
-        fresh = fresh[_within(equations, fresh)]
-        centres = np.concatenate([fresh, kept[(counts < 2) & _within(equations, kept)]])
-        if not len(centres) or continuum:
-            break
-        before = len(kept)
-        found = with_twins(descend(equations, *around(equations.domain, centres, number), cost_limit), turns)
-        kept, counts = distinct(found, kept, counts)
-        kept, counts, continuum = gathered(equations, kept, counts)
-        fresh = kept[before:]
-    complete = not len(fresh) and bool((counts >= 2)[_within(equations, kept)].all())
-    return Zeros(*split(kept), complete=complete and not continuum, continuum=continuum)
+    zeros = Zeros.none().joined(search.met_from(starts, offsets.reshape(3, -1), NEAR_LOOK))
+    return search.with_neighbours(zeros, around_all) if thorough else zeros.merged(equations)
 
 
 def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[Floats] = ()) -> Zeros:
@@ -140,10 +93,9 @@ def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[
     One within the limit may be among them, where a weak motion makes the descents creep for longer than they may.
     """
     begun = descend(equations, rotations, centred_offsets(equations, rotations), np.inf, most_steps=FIRST_LOOK)
-    promising = begun[np.argsort(begun[:, 12])[: 4 * MISSES]]
-    found = with_twins(descend(equations, *split(promising)[:2], np.inf), turns)
-    kept, _ = distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
-    return Zeros(*split(kept[np.argsort(kept[:, 12])[:MISSES]]), complete=False, continuum=False)
+    promising = begun.best(4 * MISSES)
+    found = _Search(equations, np.inf, turns).met_from(promising.rotations, promising.offsets)
+    return Zeros.none().joined(found).best(MISSES)
 
 
 def polish(equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, most_steps: int = MOST_STEPS) -> Zeros:
@@ -152,5 +104,61 @@ def polish(equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, m
     Only those below cost_limit; without one every zero counts, wherever most_steps bring it.
     """
     found = descend(equations, zeros.rotations, zeros.offsets, cost_limit, geometric=True, most_steps=most_steps)
-    kept, _ = distinct(found, np.zeros((0, 13)), np.zeros(0, dtype=np.intp))
-    return Zeros(*split(kept), complete=zeros.complete, continuum=zeros.continuum)
+    return replace(Zeros.none().joined(found), complete=zeros.complete, continuum=zeros.continuum)
+
+
+@frozen_value
+class _Search:
+    """What is searched: the equations, the cost up to which they hold, and the symmetries of the fixture."""
+
+    equations: PoseEquations
+    cost_limit: float
+    turns: Sequence[Floats]
+
+    def met_from(self, rotations: Floats, offsets: Floats, first_look: int = FIRST_LOOK) -> Zeros:
+        """The ends of descents from rotations (3, 3, N), offsets (3, N), and their twins."""
+        found = descend(self.equations, rotations, offsets, self.cost_limit, first_look=first_look)
+        return found.with_twins(self.turns)
+
+    def of_coverings(self, starts: int, least: int) -> Zeros:
+        """What coverings meet: at least so many, until each zero has been met OFTEN; one where least is 0."""
+        zeros, often = Zeros.none(), OFTEN * (1 + len(self.turns))
+        for number in range(MOST_COVERINGS):
+            zeros = zeros.joined(self.met_from(*covering(self.equations, starts, number))).merged(self.equations)
+            if zeros.continuum or not least:
+                break
+            seldom = self._wanted(zeros) & (zeros.met_nearby() < often)
+            if number + 1 >= least and not seldom.any():
+                break
+        return zeros
+
+    def with_neighbours(self, zeros: Zeros, around_all: bool = True) -> Zeros:
+        """The zeros and what is found around them: around all, or those met once; then around what is new."""
+        zeros = zeros.merged(self.equations)
+        fresh = zeros if around_all else zeros.best(0)
+        for number in range(MOST_ROUNDS):
+            fresh = fresh.subset(self._wanted(fresh))
+            centres = together([fresh, zeros.subset((zeros.counts < 2) & self._wanted(zeros))])
+            if not len(centres) or zeros.continuum:
+                break
+            before = len(zeros)
+            found = self.met_from(*around(self.equations.domain, centres, number))
+            zeros = zeros.joined(found).merged(self.equations)
+            fresh = zeros.since(before)
+        are_settled = not len(fresh) and bool((zeros.counts >= 2)[self._wanted(zeros)].all())
+        return replace(zeros, complete=are_settled and not zeros.continuum)
+
+    def balanced(self, zeros: Zeros, starts: int) -> Zeros:
+        """The zeros, and what more coverings meet as long as one is known to be missing."""
+        for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
+            if zeros.continuum or are_balanced(self.equations, zeros):
+                break
+            known = replace(zeros, counts=np.full(len(zeros), 2))
+            more = known.joined(self.met_from(*covering(self.equations, starts, number)))
+            if len(more) > len(zeros):
+                zeros = self.with_neighbours(more)
+        return zeros
+
+    def _wanted(self, zeros: Zeros) -> Bools:
+        """Which are looked for; others within reach of the descents are taken as they come."""
+        return self.equations.domain.has(zeros.rotations, zeros.offsets)

@@ -8,6 +8,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.poses.descent import rotation_matrices, turned
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.pose_domain import PoseDomain
+from tactfix.poses.zeros import Zeros
 
 OFF_CENTRE = 0.75
 """Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
@@ -90,11 +91,11 @@ def _away(count: int, number: int) -> Floats:
     return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))
 
 
-def around(domain: PoseDomain, centres: Floats, number: int) -> tuple[Floats, Floats]:
-    """NEIGHBOURS poses of the domain around each of the centres (k, 13), at every scale, others in each round."""
-    poses = np.repeat(centres, NEIGHBOURS, axis=0).T
-    step = _steps(poses.shape[1], number)
-    rotations, offsets = poses[:9].reshape(3, 3, -1), poses[9:12]
+def around(domain: PoseDomain, centres: Zeros, number: int) -> tuple[Floats, Floats]:
+    """NEIGHBOURS poses of the domain around each of the centres, at every scale, others in each round."""
+    rotations = np.repeat(centres.rotations, NEIGHBOURS, axis=-1)
+    offsets = np.repeat(centres.offsets, NEIGHBOURS, axis=-1)
+    step = _steps(offsets.shape[1], number)
     if domain.is_free:
         return turned(step[:3], rotations), offsets + step[3:]
     index = np.flatnonzero([*domain.turns, *domain.shifts])

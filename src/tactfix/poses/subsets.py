@@ -45,7 +45,7 @@ def agreed_poses(
             zeros = find_zeros(searched, cost_limit, starts, turns)
         else:
             zeros = find_zeros_near(searched, cost_limit, rotations, turns)
-        if len(zeros.costs) and not zeros.continuum:
+        if len(zeros) and not zeros.continuum:
             yield zeros
 
 
