@@ -37,6 +37,29 @@ def wrapped(text: str, width: int) -> str:
     )
 
 
+_COMMENT: Final = re.compile(r"(?:;|!|#|//|--) ")
+"""How a line begins that a controller passes over."""
+
+
+def wrapped_comments(text: str, width: int) -> str:
+    """Comments no longer than width, each of their lines a comment; all other lines as they are.
+
+    A line of a program must stay one line: a terminal that is too narrow for it gives it back whole when it is copied.
+    """
+    from textwrap import wrap
+
+    lines = []
+    for line in text.splitlines():
+        mark = _COMMENT.match(line)
+        if mark is None or len(line) <= width:
+            lines.append(line)
+            continue
+        room = max(width - mark.end(), 20)
+        parts = wrap(line[mark.end() :], room, break_long_words=False, break_on_hyphens=False)
+        lines += [mark[0] + part for part in parts]
+    return "\n".join(lines) + "\n" * text.endswith("\n")
+
+
 def spreadsheet_cell(text: str) -> str:
     """Text for a cell of a CSV file; an apostrophe keeps a spreadsheet from running what begins like a formula."""
     return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tactfix.report.text_report import rounded_matrix_text
-from tactfix.wording import wrapped
+from tactfix.wording import wrapped, wrapped_comments
 from tests.support.command_line import tactfix
 
 ROOT = Path(__file__).parents[2]
@@ -126,3 +126,14 @@ def test_lines_break_between_words(width: int) -> None:
     assert " ".join(lines).split() == text.split()
     assert all(len(line) <= width or len(line.split()) == 1 for line in lines)
     assert wrapped(text, 1000) == text
+
+
+@pytest.mark.parametrize("width", [40, 60, 80])
+def test_long_comments_of_a_program_are_broken_and_its_lines_are_not(width: int) -> None:
+    sigma = "; sigma: X 0.037 mm, Y 0.052 mm, Z 0.063 mm, A 0.012 deg, B 0.013 deg, C 0.019 deg"
+    code = "{X 1184.194397,Y -356.701519,Z 412.808508,A -63.988217,B -0.415211,C 0.592494}"
+    *comments, last = wrapped_comments(f"{sigma}\n{code}\n", width).splitlines()
+    assert last == code
+    assert all(len(line) <= width and line.startswith("; ") for line in comments)
+    assert " ".join(line.removeprefix("; ") for line in comments) == sigma.removeprefix("; ")
+    assert len(comments) > 1

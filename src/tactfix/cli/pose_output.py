@@ -1,8 +1,10 @@
 """The located pose as the text that a command line asks for."""
 
+import sys
 from pathlib import Path
 
 from tactfix.cli.output import note
+from tactfix.cli.streams import program_for_people
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.report.text_report import matrix_text, rounded_matrix_text
@@ -40,7 +42,7 @@ def render_pose(
     """The result in that format; None where there is no pose to write. JSON is written in any case.
 
     at: a point (3,) of the fixture frame that the JSON tells of too. for_screen: the matrix in the digits that its
-    sigma bears; a pipe or a file gets every digit.
+    sigma bears, long comments in several lines; a pipe or a file gets every digit.
     """
     if format_name == "json":
         from tactfix.report.json_report import locate_json, text_of
@@ -59,4 +61,6 @@ def render_pose(
     written = write_pose(format_name, pose, force=force)
     for line in written.notes:
         note(line, quiet=quiet)
-    return written.text
+    return (
+        program_for_people(written.text, sys.stdout) if for_screen and isinstance(written.text, str) else written.text
+    )

@@ -7,7 +7,7 @@ import sys
 from typing import IO, TextIO, cast
 
 from tactfix.errors import FileError, Problem
-from tactfix.wording import printable, wrapped
+from tactfix.wording import printable, wrapped, wrapped_comments
 
 
 def settle() -> None:
@@ -41,6 +41,11 @@ def say(text: str) -> None:
 def for_people(text: str, stream: TextIO) -> str:
     """Sentences as a stream shows them: a terminal breaks lines wherever it ends, even inside a number."""
     return wrapped(text, _width(stream)) if stream.isatty() else text
+
+
+def program_for_people(text: str, stream: TextIO) -> str:
+    """Lines of a controller's program as a stream shows them: on a terminal long comments are several lines."""
+    return wrapped_comments(text, _width(stream)) if stream.isatty() else text
 
 
 def _width(stream: TextIO) -> int:
