@@ -113,6 +113,21 @@ def test_a_machine_log_tells_its_features_beforehand(tmp_path: Path) -> None:
     assert [step["touches"] for step in steps] == [1, 2, 3, 4]
 
 
+def test_a_second_touch_of_a_place_takes_the_place_of_the_first(tmp_path: Path) -> None:
+    """A fast touch, then a slow one: with --repeats last a line for each, and as many contacts as places."""
+    log = tmp_path / "probe.txt"
+    points = CONTACTS.points[:3]
+    rows = [f"[PRB:{x + off:.4f},{y:.4f},{z:.4f}:1]\n" for x, y, z in points for off in (0.05, 0.0)]
+    log.write_text("".join(rows))
+    tip = ["--tip-radius", CONTACTS.tip_radius, "--sigma", CONTACTS.sigmas[0], "--units", FIXTURE.units]
+    words = (log, "--contacts-format", "grbl", "--features", "plate:3", *tip)
+    assert [step["touches"] for step in statuses(*words, "--repeats", "last")[1]] == [1, 1, 2, 2, 3, 3]
+    # Three places do for three features; as six touches they are too many for them.
+    done = tactfix("guide", FIXTURE_PATH, *words)
+    assert done.returncode == 3
+    assert "touches" in done.stderr or "contacts" in done.stderr
+
+
 @pytest.fixture
 def reference(tmp_path: Path) -> Path:
     path = tmp_path / "reference.json"

@@ -17,6 +17,7 @@ from tactfix.cli.options import (
     MaxRms,
     MaxSigma,
     Quiet,
+    Repeats,
     Sigma,
     TipOffset,
     TipRadius,
@@ -53,6 +54,7 @@ def command(
     features: Features = None,
     tip_offset: TipOffset = None,
     approach: Approach = None,
+    repeats: Repeats = "all",
     work_offset: WorkOffset = None,
     quiet: Quiet = False,
 ) -> int:
@@ -77,7 +79,7 @@ def command(
     point = None if at is None else np.array(vector(at, "--at"))
     options = ContactOptions(units, tip_radius, sigma)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, work_offset=work_offset)
+    wanted = log_options(features, offset, approach, repeats, work_offset)
     status = Exit.UNDERDETERMINED
     for touches in _touches(fixture, contacts, contacts_format, options, wanted, follow=follow):
         step = guide(fixture, touches, point_fixture=point, max_sigma=max_sigma, max_rms=max_rms)
@@ -109,11 +111,12 @@ def _touches(
     from tactfix.files.growing import contacts_in, growing_text
 
     count = 0
+    repeats_units = (options.units or "mm") if wanted.repeats == "last" else None
     for text in growing_text(path, follow=follow):
         try:
-            found = contacts_in(text, format_name)
+            found, contacts_so_far = contacts_in(text, format_name, repeats_units)
             if found > count:
-                begun = replace(wanted, features=first(wanted.features, found))
+                begun = replace(wanted, features=first(wanted.features, contacts_so_far))
                 # What a log passes over would be told again at each touch.
                 contacts = read_contacts(text, format_name, fixture, options, begun, quiet=True).contacts
                 count = found

@@ -47,12 +47,22 @@ def _followed(path: str) -> Iterator[bytes]:
         time.sleep(PAUSE)
 
 
-def contacts_in(text: bytes, format_name: str) -> int:
-    """How many contacts a text has so far; of a contact file its rows, which need not be right."""
+def contacts_in(text: bytes, format_name: str, repeats_units: str | None = None) -> tuple[int, int]:
+    """How many touches a text has so far, and of how many contacts: rows of a contact file, which need not be right.
+
+    repeats_units: unit of a machine log of which the last of consecutive touches of one place is the contact; None
+    where every touch is one.
+    """
     if format_name == "csv":
         lines = [line for line in text.splitlines() if line.strip() and not line.startswith(b"#")]
-        return max(len(lines) - 1, 0)
+        rows = max(len(lines) - 1, 0)
+        return rows, rows
     from tactfix.files.logs.load import find_format
     from tactfix.files.logs.source import read_log_text
+    from tactfix.files.logs.touches import last_of_each_place
 
-    return len(find_format(format_name).read(read_log_text(text)[1], []).contacts)
+    log = find_format(format_name).read(read_log_text(text)[1], [])
+    touches = len(log.contacts)
+    if repeats_units is None:
+        return touches, touches
+    return touches, len(last_of_each_place(log.contacts, log.units or repeats_units)[0])
