@@ -48,6 +48,12 @@ def test_json_holds_what_the_contract_says(capsys):
     assert {"code", "status", "message", "hint"} == set(report["checks"][0])
 
 
+def test_a_study_that_would_never_end_is_refused(capsys):
+    status, out, err = run(capsys, BAD_DESIGNS / "corner.yaml", "--study", "1" * 25)
+    assert (status, out) == (2, "")
+    assert "100000 at most" in err
+
+
 def test_the_study_in_json_and_switched_off(capsys):
     fixture = FIXTURES / "three-planes.yaml"
     _, out, _ = run(capsys, fixture, "--json", "--study", "2", "--seed", "2")

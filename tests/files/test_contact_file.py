@@ -387,3 +387,10 @@ def test_another_ending_and_a_name_that_is_nearly_right(tmp_path: Path) -> None:
 def test_a_unit_that_is_nearly_right_in_an_option(unit: str) -> None:
     with pytest.raises(UsageError, match="did you mean"):
         ContactOptions(units=unit)
+
+
+def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fixture) -> None:
+    """Without how the flange stood it is no place; with a pose it is used, or the start of a search."""
+    for head, options in (("# tip_offset: 0, 0, 120\n", None), ("", ContactOptions(tip_offset=(0, 0, 120)))):
+        with pytest.raises(FileError, match="a tip offset is given, and no column says how the flange stood"):
+            load_contacts((head + contact_text()).encode(), paper, options)

@@ -96,6 +96,7 @@ def test_output_is_a_file_and_json_has_the_truth_too(tmp_path, capsys):
     [
         (["--fault", "outlyer"], 2, "outlier"),
         (["--contacts", "0"], 2, "one or more"),
+        (["--contacts", "1" * 25], 2, "100000 at most"),
         (["--sigma", "-1"], 2, "sigma"),
         (["--pose", "nowhere.json"], 3, "nowhere.json"),
         (["nowhere.csv"], 3, "nowhere.csv"),

@@ -26,6 +26,7 @@ from tactfix.design.random_layouts import (
     DEFAULT_LAYOUTS,
     FEW,
     MOST,
+    MOST_LAYOUTS,
     LayoutStudy,
     Over,
     RealPoses,
@@ -198,6 +199,10 @@ def design_check(
     6
     """
     wishes = wishes or Wishes()
+    if not 0 <= wishes.layouts <= MOST_LAYOUTS:
+        raise UsageError(
+            f"{wishes.layouts} random layouts cannot be studied; ask for {MOST_LAYOUTS} at most, 0 for none"
+        )
     _refuse_foreign(fixture, contacts)
     shapes = _distinct(realize(fixture))
     if not shapes:

@@ -23,6 +23,8 @@ from tactfix.values import frozen_value
 DEFAULT_LAYOUTS: Final = 8
 """Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""
 
+MOST_LAYOUTS: Final = 100_000
+"""More tell nothing that these do not: one standard error of a share is then below 0.002."""
 FEW: Final = 9
 MOST: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends

@@ -141,7 +141,11 @@ def _settle(
 def _flange_problems(options: ContactOptions, header: Header, settings: Settings) -> Iterator[Problem]:
     """What is missing where x, y, z are the flange's origin, or where the tip's offset is to be found."""
     has_orientation = any(names[0] in header.columns for names in ORIENTATIONS)
-    wants = "pose is flange" if header.settings.of_flange else "the tip is unknown" if "tip" in options.unknown else ""
+    is_given = options.tip_offset is not None or header.settings.tip_offset is not None
+    wants = "a tip offset is given" if is_given else ""
+    wants = (
+        "pose is flange" if header.settings.of_flange else "the tip is unknown" if "tip" in options.unknown else wants
+    )
     if wants and not has_orientation:
         remedy = (
             "add it in one convention: qw, qx, qy, qz; rx, ry, rz (rad); a, b, c (KUKA) or w, p, r (Fanuc), degrees"

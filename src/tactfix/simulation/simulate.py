@@ -7,6 +7,7 @@ thing drawn, so that a fault leaves the pose, the touches and the noise alone.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -32,6 +33,8 @@ CONE_DEG = 20.0
 # Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
 _PLENTY: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
 _PLENTY_BALL = 4
+MOST_CONTACTS: Final = 100_000
+"""Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
 # Points to choose from for each random touch.
 _CHOICE = 64
 
@@ -253,8 +256,8 @@ def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]
     wanted = {name: _PLENTY.get(type(surface), _PLENTY_BALL) for name, surface in surfaces.items()}
     if count is None:
         return wanted
-    if count < 1:
-        raise UsageError(f"{count} contacts cannot be simulated; ask for one or more")
+    if not 1 <= count <= MOST_CONTACTS:
+        raise UsageError(f"{count} contacts cannot be simulated; ask for one or more, {MOST_CONTACTS} at most")
     share = dict.fromkeys(wanted, 0)
     for _ in range(count):
         share[min(wanted, key=lambda name: (share[name] + 0.5) / wanted[name])] += 1
