@@ -146,6 +146,12 @@ def test_the_approach_of_a_repeated_command(commands, approach):
     np.testing.assert_allclose(found, [np.nan] * 3 if approach is None else approach)
 
 
+def test_a_message_beside_a_report_in_json_hides_nothing():
+    text = '{"prb":{"e":1,"x":1.0,"y":2.0,"z":3.0},"msg":"Probe contact"}\n{"r":{"prb":{"e":1,"x":4,"y":5,"z":6}},"msg":"ok"}\n'
+    np.testing.assert_array_equal(read("grbl", text, 2).points, [[1, 2, 3], [4, 5, 6]])
+    assert len(read("grbl", '{"msg":"Probe contact"}\n' + ONE, 1).points) == 1
+
+
 def test_reports_in_inch_are_known_by_their_setting():
     assert read("grbl", "$13=1 (report in inches)\n" + ONE, 1, ContactOptions()).units == "in"
     with pytest.raises(FileError, match="does not say its units"):

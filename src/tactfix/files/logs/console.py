@@ -85,7 +85,9 @@ def unwrapped(lexer: Lexer) -> Lexer:
         tree = json.loads(lexer.text)
     except (ValueError, RecursionError):
         return lexer
-    carried = [tree[name] for name in _CARRIERS if isinstance(tree.get(name), str)] if isinstance(tree, dict) else []
+    if not isinstance(tree, dict) or any(isinstance(value, dict) for value in tree.values()):
+        return lexer  # the machine's own words, which may hold a message too
+    carried = [tree[name] for name in _CARRIERS if isinstance(tree.get(name), str)]
     return Lexer(carried[0].strip(), lexer.line, lexer.text.find("{") + 1) if len(carried) == 1 else lexer
 
 
