@@ -16,6 +16,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.localization.elimination import judge
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.motion_words import vector
+from tactfix.localization.tip_advice import suspects, telling_contact, turned_contact
 from tactfix.localization.tip_motions import tip_motions
 from tactfix.noise import SURE
 from tactfix.poses.prior import contradiction
@@ -57,17 +58,22 @@ def locate_with_tip(
     result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
     if status == "underdetermined":
         loosest = max(left or solutions.found, key=lambda s: len(s.weak))
-        return replace(result, free_motions=tip_motions(fixture, loosest))
+        touch = turned_contact(fixture, loosest)
+        return replace(result, free_motions=tip_motions(fixture, loosest), next_contact=touch)
+    if status == "ambiguous":
+        return replace(result, next_contact=telling_contact(fixture, left))
     if status == "located":
         factor = left[0].solution.chi2 / solutions.dof if scale_sigma and solutions.dof > 0 else 1.0
         joint = left[0].covariance * factor
         pose = left[0].solution.base_from_fixture
         return replace(result, base_from_fixture=pose, covariance=joint[:6, :6], joint_covariance=joint)
+    found: tuple[Diagnosis, ...] = ()
     if status == "inconsistent" and "tip" not in unknown and contacts.flange_rotations is not None:
         freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within, known)
         found = _tip_elsewhere(fixture, contacts, freed)
-        return replace(result, diagnosis=found, warnings=(*result.warnings, *(cause.message for cause in found)))
-    return result
+    if status == "inconsistent" and not found and solutions.found[0].solution.chi2 > solutions.limit:
+        found = suspects(contacts, sigmas, unknown, fixture, solutions.found[0], shapes[0])
+    return replace(result, diagnosis=found, warnings=(*result.warnings, *(cause.message for cause in found)))
 
 
 def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solutions: TipSolutions) -> tuple[Diagnosis, ...]:
