@@ -62,6 +62,14 @@ def command(
         float | None,
         typer.Option(metavar="R", help="Radius of the probe tip, in the fixture's unit."),
     ] = None,
+    orientations: Annotated[
+        int | None,
+        typer.Option(
+            metavar="K",
+            min=1,
+            help="Plan K tool orientations too, for a tip that is found with the pose (locate --unknown tip).",
+        ),
+    ] = None,
     near: Near = None,
     within: Within = None,
     near_sigma: NearSigma = None,
@@ -93,7 +101,20 @@ def command(
     fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free, alone=True)
     existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress, mapping(scheduler) as over:
-        found = plan(fixture, contacts, existing, add, criterion, seed, sigma, tip_radius, progress, starts, over)
+        found = plan(
+            fixture,
+            contacts,
+            existing,
+            add,
+            criterion,
+            seed,
+            sigma,
+            tip_radius,
+            progress,
+            starts,
+            over,
+            orientations,
+        )
     emit(text_of(plan_json(found)) if as_json else plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):
         tell(plan_lines(found))

@@ -4,6 +4,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.planning.information import CRITERIA, Criterion
+from tactfix.planning.orientations import USUAL, with_orientations
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.task import Over, Progress, Task
 
@@ -22,6 +23,7 @@ def plan(
     progress: Progress | None = None,
     starts: int | None = None,
     over: Over = map,
+    orientations: int | None = None,
 ) -> Plan:
     """Choose the best contacts to make on a fixture.
 
@@ -50,6 +52,9 @@ def plan(
         Random sets of touches that the search begins with: more are more likely to find the optimum.
     over : callable
         Who follows the starts: `map`, one after the other, or its like.
+    orientations : int, optional
+        Of the tool: each contact is planned in one of so many, chosen so that the tip's place in the flange is known
+        best where it is found with the pose. Without contacts twelve are then planned.
 
     Returns
     -------
@@ -89,9 +94,13 @@ def plan(
     told = progress or (lambda share, what: None)
     task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over)
     if existing is not None:
+        if orientations is not None:
+            raise UsageError("tool orientations are planned for all contacts; leave out those already made")
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")
         return task.single(task.fewest if add is None else add)
     if add is not None:
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
-    return task.table() if contacts is None else task.single(contacts)
+    if orientations is None:
+        return task.table() if contacts is None else task.single(contacts)
+    return with_orientations(task.single(USUAL if contacts is None else contacts), fixture, orientations)

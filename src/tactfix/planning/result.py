@@ -46,6 +46,9 @@ class Plan:
         Second poses within ten sigma; none where the plan is unique.
     starts, agreeing : int
         Random sets of touches that the search began with, and those that led to within one per cent of the best sigma.
+    tip_sigma : float or None
+        Largest standard deviation (units) of the tip's place in the flange, where it is found together with the pose;
+        inf where the orientations do not tell it, None where none were planned.
     steps : tuple of PlanStep
         The table, where the number of contacts was left open.
 
@@ -70,6 +73,7 @@ class Plan:
     starts: int
     agreeing: int
     steps: tuple[PlanStep, ...] = ()
+    tip_sigma: float | None = None
 
     def __repr__(self) -> str:
         unique = "one pose" if self.unique else f"{self.rivals} other poses"

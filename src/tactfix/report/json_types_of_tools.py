@@ -91,6 +91,7 @@ class PlannedContactJson(ToolContactJson):
 
     point_in_base: Vector | None
     approach_in_base: Vector | None
+    flange_in_fixture: list[Vector] | None
 
 
 class StepJson(TypedDict):
@@ -121,6 +122,7 @@ class PlanJson(TypedDict):
     worst_point: Vector | None
     covariance: Covariance | None
     tip_radius: float
+    tip_sigma: Number
     contacts: list[PlannedContactJson]
     steps: list[StepJson]
 

@@ -139,10 +139,18 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
     yield f"plan: {_verdict(plan)}"
     yield f"plan: {plan.agreeing} of {plan.starts} starts of the search led to within one per cent of the best"
+    if plan.tip_sigma is not None:
+        yield f"plan: {_tip_told(plan)}"
     for step in plan.steps:
         gain = "" if step.gain is None else f", {100 * step.gain:.0f} per cent less"
         unique = "unique" if step.unique else "not unique"
         yield f"plan: {step.count} contacts: worst sigma {step.worst_sigma:.3g} {plan.units}{gain}, {unique}"
+
+
+def _tip_told(plan: Plan) -> str:
+    if plan.tip_sigma is None or not np.isfinite(plan.tip_sigma):
+        return "these contacts and tool orientations do not tell where the tip is: take three orientations or more"
+    return f"with locate --unknown tip the tip is known to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
 
 
 def _verdict(plan: Plan) -> str:

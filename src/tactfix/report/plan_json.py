@@ -31,6 +31,7 @@ def plan_json(plan: Plan) -> Json:
         "worst_point": array(plan.worst_point),
         "covariance": array(plan.covariance),
         "tip_radius": number(plan.contacts.tip_radius),
+        "tip_sigma": number(plan.tip_sigma),
         "contacts": _planned(plan),
         "steps": [
             {
@@ -68,9 +69,16 @@ def _planned(plan: Plan) -> list[Json]:
             **contact,
             "point_in_base": None if in_base is None else array(in_base.points[i]),
             "approach_in_base": None if in_base is None else array(in_base.approaches[i]),
+            "flange_in_fixture": _flange(plan, i),
         }
         for i, contact in enumerate(_contacts(plan.contacts))
     ]
+
+
+def _flange(plan: Plan, i: int) -> object:
+    """How the flange stands in the fixture frame (3, 3), null where no orientations were planned."""
+    rotations = plan.contacts.flange_rotations
+    return None if rotations is None else array(rotations[i])
 
 
 def _contacts(contacts: Contacts) -> list[Json]:

@@ -1,0 +1,85 @@
+"""How to turn the tool at each contact of a plan, so that the tip's place in the flange comes out with the pose.
+
+A tip that is q elsewhere in the flange changes the residual of contact i by n_i . F_i q, F_i how the flange stands:
+three columns more beside those of the pose. Which contact is made in which orientation is chosen so that the largest
+standard deviation of the tip's place, pose and tip found together, is smallest: from orientations in turn, single
+contacts are changed as long as that pays.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.errors import UsageError
+from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.planning.result import Plan
+from tactfix.poses.placement_terms import terms_in_fixture
+from tactfix.poses.points_as_planes import one_equation_each
+from tactfix.poses.pose_fit import contact_residuals, sensitivity
+from tactfix.probe import residual_sigmas
+from tactfix.simulation.orientations import in_turn, tool_orientations
+from tactfix.simulation.simulate import nominal_surfaces
+
+USUAL: Final = 12
+"""Contacts where their number is left open: pose and tip are nine numbers, and three contacts check them."""
+PASSES: Final = 10
+PAYS: Final = 1e-6
+UNKNOWN: Final = 1e-9
+"""Ratio of singular values below which the tip is not determined."""
+
+
+def with_orientations(plan: Plan, fixture: Fixture, count: int) -> Plan:
+    """The plan, which is in the fixture frame, in count tool orientations, each contact in that which tells most.
+
+    Raises UsageError for less than one.
+    """
+    if count < 1:
+        raise UsageError(f"{count} tool orientations cannot be planned; ask for one or more")
+    rotations = tool_orientations(count, plan.contacts.approaches)
+    chosen = in_turn(plan.contacts.features, count)
+    seen = _Seen(fixture, plan.contacts)
+    best = seen.tip_sigma(rotations[chosen])
+    for _ in range(PASSES):
+        before = best
+        for i in range(len(chosen)):
+            for other in range(count):
+                tried = chosen.copy()
+                tried[i] = other
+                if (sigma := seen.tip_sigma(rotations[tried])) < (1 - PAYS) * best:
+                    chosen, best = tried, sigma
+        if best == before:
+            break
+    offset = np.array(fixture.probe.tip_offset or (0.0, 0.0, 0.0))
+    contacts = replace(plan.contacts, flange_rotations=rotations[chosen], tip_offset=offset)
+    return replace(plan, contacts=contacts, tip_sigma=float(best))
+
+
+class _Seen:
+    """What nominal contacts in the fixture frame see of the pose, and of a tip in orientations that are tried."""
+
+    def __init__(self, fixture: Fixture, contacts: Contacts) -> None:
+        single = one_equation_each(nominal_surfaces(fixture), contacts, residual_sigmas(fixture, contacts))
+        _, self.normals = contact_residuals(single.surfaces, single.contacts)
+        self.sigmas, self.of = single.sigmas, single.of
+        seen = sensitivity(single.contacts, self.normals, single.sigmas)
+        self.pose = seen.jacobian
+        self.known = np.zeros((0, self.pose.shape[1]))
+        if fixture.placement is not None:
+            basis, rows = terms_in_fixture(fixture.placement, fixture.placement.near, seen.centre, seen.scale)
+            self.pose, self.known = self.pose @ basis, rows @ basis
+
+    def tip_sigma(self, rotations: Floats) -> float:
+        """The largest standard deviation of the tip's place (units); inf where it is not determined."""
+        tip = np.einsum("ni,nij->nj", self.normals, rotations[self.of]) / self.sigmas[:, None]
+        below = np.hstack([self.known, np.zeros((len(self.known), 3))])
+        joint = np.vstack([np.hstack([self.pose, tip]), below])
+        if len(joint) < joint.shape[1]:
+            return float("inf")
+        _, values, motions = np.linalg.svd(joint, full_matrices=False)
+        if values[-1] <= UNKNOWN * values[0]:
+            return float("inf")
+        spread = motions[:, -3:] / values[:, None]
+        return float(np.linalg.norm(spread, 2))

@@ -1,0 +1,103 @@
+"""Plans with tool orientations: what they promise of the tip, against an independent information matrix and locate."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactfix.cli.app import run
+from tactfix.errors import UsageError
+from tactfix.fixture import Placement
+from tactfix.localization.locate import locate
+from tactfix.planning.plan import plan
+from tactfix.simulation.simulate import simulate
+from tests.support.placed_cells import plate_with_all
+from tests.support.project import ROOT
+
+CELL = plate_with_all()
+
+
+@pytest.fixture(scope="module")
+def four():
+    return plan(CELL, 12, starts=1, orientations=4)
+
+
+def information(contacts):
+    """Of pose and tip (9, 9), written anew: square approaches are the normals."""
+    normals = -contacts.approaches
+    tip = np.einsum("nij,ni->nj", contacts.flange_rotations, normals)
+    rows = np.hstack([np.cross(contacts.points, normals), normals, tip]) / CELL.probe.sigma
+    return rows.T @ rows
+
+
+def test_the_tip_is_as_sure_as_an_independent_matrix_says(four):
+    covariance = np.linalg.inv(information(four.contacts))[6:, 6:]
+    assert four.tip_sigma == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), rel=1e-6)
+    assert len(np.unique(np.round(four.contacts.flange_rotations, 9), axis=0)) == 4
+
+
+def test_no_other_orientation_of_one_contact_is_better(four):
+    rotations = np.unique(np.round(four.contacts.flange_rotations, 12), axis=0)
+    for i in range(len(four.contacts)):
+        for rotation in rotations:
+            tried = four.contacts.flange_rotations.copy()
+            tried[i] = rotation
+            covariance = np.linalg.inv(information(replace(four.contacts, flange_rotations=tried)))[6:, 6:]
+            assert np.sqrt(np.linalg.eigvalsh(covariance)[-1]) >= four.tip_sigma * (1 - 1e-5)
+
+
+def test_simulated_touches_of_the_plan_find_the_tip_that_surely(four):
+    off = []
+    for seed in range(30):
+        made = simulate(CELL, four.contacts, seed=seed)
+        found = locate(CELL, made.contacts, unknown=["tip"])
+        assert found.status == "located"
+        off.append(found.tip.offset)
+    # The worst direction's sigma, of thirty draws.
+    spread = np.sqrt(np.linalg.eigvalsh(np.cov(np.array(off).T))[-1])
+    assert 0.6 < spread / four.tip_sigma < 1.5
+
+
+def test_one_and_two_orientations_do_not_tell_the_tip_unless_a_measurement_does():
+    for count in (1, 2):
+        assert plan(CELL, 9, starts=1, orientations=count).tip_sigma == np.inf
+    known = replace(CELL, placement=Placement(np.eye(4), sigma=(0.1, 1e-3)))
+    assert np.isfinite(plan(known, 9, starts=1, orientations=1).tip_sigma)
+
+
+def test_what_cannot_be_asked_is_refused():
+    with pytest.raises(UsageError, match="one or more"):
+        plan(CELL, 9, starts=1, orientations=0)
+    with pytest.raises(UsageError, match="already made"):
+        plan(CELL, existing=simulate(CELL, seed=1).contacts, orientations=3)
+
+
+def test_the_command_writes_orientations_that_simulate_takes(tmp_path, capsys):
+    fixture, file = str(ROOT / "fixtures" / "robot-cell-plate.yaml"), tmp_path / "plan.csv"
+    words = ["plan", fixture, "--orientations", "4", "--contacts", "12", "--starts", "1", "--quiet"]
+    assert run([*words, "--output", str(file)]) == 0
+    assert "with locate --unknown tip the tip is known to" in file.read_text()
+    assert (
+        run(
+            [
+                "simulate",
+                fixture,
+                str(file),
+                "--seed",
+                "2",
+                "--fault",
+                "wrong-tip:1",
+                "--output",
+                str(tmp_path / "t.csv"),
+            ]
+        )
+        == 0
+    )
+    assert run(["locate", fixture, str(tmp_path / "t.csv"), "--unknown", "tip", "--json"]) == 0
+    offset = json.loads(capsys.readouterr().out)["tip"]["offset"]
+    assert np.linalg.norm(offset) == pytest.approx(1.0, abs=0.6)
+    assert run([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["tip_sigma"] > 0
+    assert np.shape(told["contacts"][0]["flange_in_fixture"]) == (3, 3)
