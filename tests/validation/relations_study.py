@@ -156,7 +156,8 @@ def study(chosen: list[Cell], problems: range, journal: Path) -> list[tuple[Cell
     done = {(cell, number) for cell, number, _ in found}
     with journal.open("a") as out, tempfile.TemporaryDirectory() as folder:
         for number in problems:
-            for cell in chosen:
+            # Shuffled, so that a run that is stopped early has seen all kinds.
+            for cell in (chosen[i] for i in np.random.default_rng(number).permutation(len(chosen))):
                 if (cell, number) in done:
                     continue
                 tally = problem(cell, number, Path(folder))
