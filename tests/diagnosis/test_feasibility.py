@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from tactfix.diagnosis.feasibility import are_beyond_boxes, least_chi_square
 from tactfix.fixture import TouchBox
@@ -104,3 +105,31 @@ def test_contacts_beyond_their_touch_boxes():
     assert not are_beyond_boxes(SURFACES, {"table": box}, near)
     assert are_beyond_boxes(SURFACES, {"table": box}, far)
     assert not are_beyond_boxes(SURFACES, {}, far)
+
+
+@pytest.mark.parametrize(("name", "radius"), [("ball", 14.0), ("socket", 13.0), ("pin", 11.0)])
+def test_contacts_that_are_bent_more_than_the_radius_lie_on_nothing(name, radius):
+    """On a ball or bar of its own size they cost nothing; shrunk to a twentieth at most what a fit leaves."""
+    rng = np.random.default_rng(5)
+    turns, heights = rng.uniform(0, 2 * np.pi, 8), rng.uniform(-0.9, 0.9, 8)
+    across = np.sqrt(1 - heights**2) if name != "pin" else np.ones(8)
+    points = radius * np.column_stack([across * np.cos(turns), across * np.sin(turns), heights])
+    sigmas = np.full(8, 0.01)
+    assert least_chi_square(SURFACES, touched_at(points, [name] * 8), sigmas) == 0
+    shrunk = points / 20
+    bound = least_chi_square(SURFACES, touched_at(shrunk, [name] * 8), sigmas)
+    left = []
+    for _ in range(12):
+        fit = least_squares(_residuals, np.zeros(5), args=(rng.normal(size=3), shrunk, name, radius))
+        left.append(2 * fit.cost / 0.01**2)
+    assert 100 < bound <= min(left)
+
+
+def _residuals(moves, start, points, name, radius):
+    """Distances of points from a ball, or from a bar in any direction, that passes near them."""
+    arms = points - radius * start / np.linalg.norm(start) - moves[:3]
+    if name == "pin":
+        axis = np.cross(start, [1.0, moves[3], moves[4]])
+        axis /= np.linalg.norm(axis)
+        arms = arms - np.outer(arms @ axis, axis)
+    return np.linalg.norm(arms, axis=1) - radius

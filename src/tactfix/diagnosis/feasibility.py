@@ -7,6 +7,9 @@ to make up for what is missing, |a| + |b| >= excess, so chi-square is at least e
 No pose brings the contacts of a plane nearer to it than the plane through them that fits best. One that is turned by d
 from that leaves residuals of at least sin(d) s, s^2 the moment of the contacts across their longest direction: what
 the angle of two planes misses must be made up for by turning both, as above with sigma / s in the place of sigma.
+
+A sphere or cylinder within s of a point on it lies no deeper than s^2 / 2r below the tangent plane there, so that
+points on it are no farther than s^2 / 4r, root mean square, from the plane that fits them best.
 """
 
 from collections.abc import Mapping
@@ -19,7 +22,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import distance_between
-from tactfix.geometry.surfaces import Plane, Point, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius
 
 
 def least_chi_square(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> float:
@@ -40,7 +43,8 @@ def least_chi_square(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas
     planes = {name: surface for name, surface in touched.items() if isinstance(surface, Plane)}
     fitted = {name: _Fitted(contacts.points[names == name], sigmas[names == name]) for name in planes}
     angles = [_angle_chi_square(planes[a], planes[b], fitted[a], fitted[b]) for a, b in combinations(planes, 2)]
-    return max([least, *angles, *(plane.chi2 for plane in fitted.values())])
+    bends = [_bend_chi_square(name, touched[name], apart, contacts, sigmas) for name in touched]
+    return max([least, *angles, *bends, *(plane.chi2 for plane in fitted.values())])
 
 
 def are_beyond_boxes(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], contacts: Contacts) -> bool:
@@ -60,6 +64,24 @@ def are_beyond_boxes(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchB
         if apart[np.ix_(names == one, names == other)].max(initial=0.0) > 1.5 * reach:
             return True
     return False
+
+
+def _bend_chi_square(name: str, surface: Surface, apart: Floats, contacts: Contacts, sigmas: Floats) -> float:
+    """What contacts on a round feature cost at least that are bent more than its radius allows; apart (n, n)."""
+    index = contacts.by_feature[name]
+    if not isinstance(surface, Sphere | Cylinder) or len(index) < 4:
+        return 0.0
+    points, extent = contacts.points[index], float(apart[np.ix_(index, index)].max())
+    thickness = float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[2])
+    bend = float(np.sqrt(len(index))) / (4 * _reach(name, surface, contacts.tip_radius))
+    missing = thickness - bend * extent**2
+    if missing <= 0:
+        return 0.0
+    # Residuals of size x make up for x of it themselves, and for more by moving points apart: with the feet of the
+    # contacts on the surface, thickness <= bend (extent + 2 x)^2 + x.
+    half = 4 * bend * extent + 1
+    least = 2 * missing / (half + np.sqrt(half**2 + 16 * bend * missing))
+    return float((least / sigmas[index].max()) ** 2)
 
 
 def _limits(surfaces: Mapping[str, Surface], one: str, other: str, tip_radius: float) -> tuple[float, float]:
