@@ -15,6 +15,7 @@ from tactfix.errors import Problem, TactfixError
 MOST: Final = 1e30
 """No length, angle or count that a machine writes is larger; what is, is damage."""
 _MOST_CHARACTERS: Final = 40
+"""Of a number: a double has 17 digits, and what is longer was not written for one."""
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
 _NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _BLANKS: Final = re.compile(r"[ \t\r\n]*")

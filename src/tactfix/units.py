@@ -11,6 +11,7 @@ _LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10, "in"
 
 
 LEAST_LENGTH: Final = 1e-30
+"""Lengths in files and arguments are between these: squares and their products stay finite doubles."""
 MOST_LENGTH: Final = 1e30
 """Beyond these nothing is a length in any of the units; and the squares and ratios of lengths would leave the range of
 doubles."""

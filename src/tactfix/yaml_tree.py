@@ -23,6 +23,7 @@ Path: TypeAlias = tuple[str | int, ...]
 # The parser of libyaml is ten times as fast and marks lines and columns just as well.
 _LOADER: Final[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MOST_DEPTH: Final = 20
+"""Levels of nesting; no file that tactfix reads has half as many."""
 _INTEGER: Final = re.compile(r"[-+]?[0-9]+")
 _NO_FINITE_NUMBER: Final = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: Final[dict[str, bool | None]] = {

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.poses.equations import centred_offsets, pose_equations
 from tactfix.poses.pose_domain import ALL_POSES
-from tactfix.poses.starts import NEIGHBOURS, OFF_CENTRE, SIDES, around, covering
+from tactfix.poses.starts import NEIGHBOURS, SIDES, START_OFFSET, around, covering
 from tactfix.poses.zeros import MOST_ZEROS, Zeros, together
 from tests.support.problems import PLATE, touch_all
 
@@ -24,7 +24,7 @@ def test_a_covering_is_even_and_off_the_best_translations(number):
     there = equations()
     rotations, offsets = covering(there, 400, number)
     away = offsets - centred_offsets(there, rotations)
-    np.testing.assert_allclose(np.linalg.norm(away, axis=0), OFF_CENTRE)
+    np.testing.assert_allclose(np.linalg.norm(away, axis=0), START_OFFSET)
     assert np.linalg.norm(away.mean(axis=1)) < 0.1
     rotations = Rotation.from_matrix(np.moveaxis(rotations, -1, 0))
     # 400 caps of 23 degrees would fill all rotations without a gap or an overlap.
@@ -50,7 +50,7 @@ def test_neighbours_are_at_every_scale():
 
 
 def test_sides_are_none_and_all_six():
-    np.testing.assert_allclose(sorted(np.linalg.norm(SIDES, axis=0)), [0.0, *[OFF_CENTRE] * 6])
+    np.testing.assert_allclose(sorted(np.linalg.norm(SIDES, axis=0)), [0.0, *[START_OFFSET] * 6])
     np.testing.assert_allclose(SIDES.sum(axis=1), 0.0)
 
 

@@ -14,6 +14,7 @@ from tactfix.batching.task import BatchTask, ChunkDone, Numbered, NumberedRow, l
 # Sets are sent together until a chunk takes this long (s): sending then costs little, and little is lost or late.
 _CHUNK_TIME = 0.2
 _MOST_TOGETHER = 256
+"""Sets in one chunk at most, so that little is lost where a process dies."""
 # Chunks under way or waiting for each worker, so that none is idle.
 _AHEAD = 2
 

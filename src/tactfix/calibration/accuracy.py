@@ -25,6 +25,7 @@ from tactfix.values import frozen_value
 IDENTIFIED: Final = 0.5
 """Of the prior's sigma, below which a parameter's sigma must be for the touches to have told it."""
 _CONFIGURATIONS: Final = 400
+"""Random configurations over which the prediction is the mean."""
 _NOTABLE: Final = 0.3
 """Component of a direction from which on its parameter is named."""
 

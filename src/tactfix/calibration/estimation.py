@@ -24,7 +24,9 @@ from tactfix.values import frozen_value
 _RANK: Final = 1e-9
 """Singular values of a place's block below this share of the largest are motions that its touches leave free."""
 _MOST_STEPS: Final = 40
+"""Gauss-Newton steps of one fit."""
 _DAMPINGS: Final = 10
+"""Dampings, or halvings, tried for one step."""
 
 
 @frozen_value

@@ -23,6 +23,7 @@ from tactfix.poses.placement_terms import terms_at
 from tactfix.values import frozen_value
 
 CONFIGURATIONS: Final = 80
+"""Random configurations whose rows show which parameters are independent: several times as many rows as columns."""
 _LEFT: Final = 1e-7
 """Of a column, below which nothing is left of it: far above rounding, far below what any robot could show."""
 _ORDER: Final = ("tip", "joint_offset", "length", "angle")

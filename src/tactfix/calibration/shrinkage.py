@@ -45,6 +45,7 @@ FACTORS: Final = (
     0.002,
     0.0,
 )
+"""Factors tried, each about 0.7 of the one before."""
 ALIKE: Final = 0.15
 """Of the smallest score, by which another is larger at most and still alike."""
 _LEAST_GAIN: Final = 0.002

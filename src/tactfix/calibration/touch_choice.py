@@ -16,6 +16,7 @@ Criterion: TypeAlias = Literal["worst", "d"]
 _ANYWHERE: Final = 10.0
 """Times the spread of its touches, by which a place of which nothing is known may stand elsewhere."""
 _ROUNDS: Final = 3
+"""Rounds of exchanges at most."""
 _MOST_SCORES: Final = 300
 """Times that all candidates are judged for exchanges, at most."""
 

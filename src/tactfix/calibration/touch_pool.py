@@ -16,6 +16,7 @@ from tactfix.geometry.surfaces import Plane, standoff
 _POSTURES: Final = 24
 """Random postures from which each feature of each place is tried to be reached."""
 _STEPS: Final = 40
+"""Steps towards the joints of one touch."""
 _REACHED: Final = 1e-6
 """Of the size of the workspace, within which a posture has its tip on target."""
 

@@ -16,6 +16,7 @@ _NUMBERS: Final = ("float", "integer", "float range", "integer range")
 
 
 _LONGEST_PATH: Final = 4096
+"""Characters of a path (PATH_MAX of Linux): what is longer is no file's name."""
 _OUTPUTS: Final = ("output", "junit", "next_contact")
 """Parameters that name a file to write."""
 

@@ -44,6 +44,7 @@ from tactfix.wording import listed
 # Pairs of contacts that are fitted exactly.
 _FOLLOWED: Final = 3
 _UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
+"""Factors between units that are mistaken for each other: inch and mm, mm and m or um."""
 
 
 def blind_spots(case: Case) -> tuple[BlindSpot, ...]:

@@ -44,9 +44,11 @@ from tactfix.values import frozen_value
 # The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003
 _BORE_SHARE: Final = 0.5
+"""Of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
 # Features that change places to within this share of the fixture's size are tried with their labels exchanged.
 _LOOSE: Final = 0.02
 _LOOSEST: Final = 0.1
+"""Share of the fixture's size, however large sigma is."""
 
 
 @frozen_value

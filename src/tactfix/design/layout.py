@@ -18,6 +18,7 @@ Source: TypeAlias = Literal["plan", "contacts", "spread"]
 # What each feature needs alone whatever its size, and one more to check it by.
 _PLENTY: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
 _PLENTY_BALL: Final = 5
+"""The same for a sphere."""
 # Touches to choose the spread ones from.
 _CHOICE: Final = 200
 

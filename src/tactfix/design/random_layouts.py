@@ -26,6 +26,7 @@ DEFAULT_LAYOUTS: Final = 8
 MOST_LAYOUTS: Final = 100_000
 """More tell nothing that these do not: one standard error of a share is then below 0.002."""
 FEW: Final = 9
+"""Contacts of the largest layouts of a quick study."""
 MOST: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
 at FEW."""

@@ -22,6 +22,7 @@ from tactfix.results import FreeMotion
 # A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
 _CLEAR = 0.1
 _MIDDLE_CUTOFF = 1e-12
+"""Ratio of eigenvalues: below, a direction does not tell where the middle is."""
 # A feature is moved by about this share of the fixture's size.
 _MOVE = 0.1
 

@@ -27,6 +27,7 @@ BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 # Both the surface and its image are typed to scale.EXACT, and each through a direction and a length.
 LAID_ON = 4e-6
 _SQUARED_COSINE = 1e-12
+"""Squared cosine below which directions count as square to each other where the middle is looked for."""
 
 
 @frozen_value

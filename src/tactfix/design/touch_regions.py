@@ -52,6 +52,7 @@ def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], mid
 # Rounding of the small systems below, in fixture sizes: far below what shrinking by _SHRINK takes off each face.
 _SLACK = 1e-7
 _SHRINK = 1e-6
+"""Is taken off each face of a box, in fixture sizes, so that rounding cannot make regions touch."""
 
 
 def _faces(

@@ -26,9 +26,9 @@ swapped: the cost grows with the square of their number."""
 MOST_SWAPS = 24
 """Swaps that are located, those first without whose two contacts chi-square would fall most."""
 SEVERAL = (1, 2, 3, 5, 8, 12, 20)
-"""Contacts that are left out together, those doubted most, ..."""
+"""Contacts that are left out together, those doubted most."""
 LEFT = 8
-"""... where they are no more than one of so many."""
+"""Of so many contacts at most one is left out."""
 MUCH = 0.1
 """Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
 

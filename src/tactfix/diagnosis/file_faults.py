@@ -17,6 +17,7 @@ from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 
 TIP_STEPS = 6
+"""Linear corrections of the tip radius."""
 UNITS_MEANT = {
     25.4: "inches where mm is said",
     1 / 25.4: "mm where inches are said",

@@ -57,13 +57,15 @@ ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
 """Mistakes that change everything."""
 
 MOST_TOLD = 8
+"""Entries of a diagnosis."""
 MOST_ASKED = 40
 """Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
 MOST_LEFT_OUT = 3
+"""Contacts left out together: beyond three there are too many sets, and a robust fit finds them first."""
 COARSEST_SIGMA = 0.003
-"""Share of the contacts' spread, and ..."""
+"""Share of the contacts' spread above which no larger sigma is offered: whatever does not fit would fit with it."""
 MOST_TIMES = 30.0
-"""... times what the file says: whatever does not fit would fit with a larger one."""
+"""Times the sigma of the file above which no larger one is offered, for the same reason."""
 
 
 def mistakes_that_explain(

@@ -12,8 +12,10 @@ from tactfix.poses.descent import damped_step, turned
 from tactfix.poses.equations import PoseEquations, evaluate
 from tactfix.poses.starts import covering
 
-STARTS = 600
-STEPS = 30
+ROBUST_STARTS = 600
+"""Rotations from which robust fits start."""
+ROBUST_STEPS = 30
+"""Reweighted steps of each: with SHRINKS the scale falls to a millionth in 27."""
 SHRINKS = 0.6
 """By so much the scale shrinks with each step: slower ones settled where the bad contacts pull."""
 BOUND = 5.0
@@ -22,7 +24,9 @@ ALIKE = 1e-3
 """Rad, and sizes of the fixture, within which two poses are one."""
 
 
-def robust_poses(equations: PoseEquations, unit: float, most: int, starts: int = STARTS) -> tuple[Floats, Floats]:
+def robust_poses(
+    equations: PoseEquations, unit: float, most: int, starts: int = ROBUST_STARTS
+) -> tuple[Floats, Floats]:
     """At most so many poses, best first: rotations (k, 3, 3) and offsets (k, 3) of fixture_from_base, as the equations
     are scaled.
 
@@ -33,7 +37,7 @@ def robust_poses(equations: PoseEquations, unit: float, most: int, starts: int =
     residual, jacobian = evaluate(equations, rotations, offsets, geometric=True)
     damping = np.full(starts, 1e-2)
     scale = np.maximum(np.abs(residual).max(axis=0) / 2, least)
-    for _ in range(STEPS):
+    for _ in range(ROBUST_STEPS):
         scale = np.maximum(SHRINKS * scale, least)
         weight = scale**2 / (residual**2 + scale**2)
         # A start in a singular place may step to infinity: nan is never better.

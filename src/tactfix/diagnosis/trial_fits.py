@@ -22,9 +22,11 @@ from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
 from tactfix.values import frozen_value
 
 FIRST_DAMPING = 1e-4
+"""Damping of the first step, as a share of the diagonal."""
 LEAST_DAMPING = 1e-9
 """Where contacts leave a motion free the normal equations are singular but for this."""
 LAST_DAMPING = 1e8
+"""Damping at which no step leads down any more."""
 SETTLED = 1e-6
 """Share of chi-square (and of one) that a last step gains."""
 

@@ -15,7 +15,7 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.robust_poses import BOUND, STARTS, robust_poses
+from tactfix.diagnosis.robust_poses import BOUND, ROBUST_STARTS, robust_poses
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
@@ -32,10 +32,11 @@ FEW_STARTS = 200
 FEW_STARTS_PLANES = 60
 """The same where all features are planes: contacts are linear in the rotation, and a descent comes from farther."""
 FIRST_STEPS, LAST_STEPS = 3, 30
+"""Steps of every trial, and of those that are FOLLOWED to the end."""
 FOLLOWED = 80
-"""Hypotheses that are fitted to the end, each from ..."""
+"""Hypotheses that are fitted to the end."""
 FROM = 6
-"""... so many poses."""
+"""Poses from which each of them is."""
 WORSE = 10.0
 """By so much chi-square may be larger at other poses that are looked at."""
 AGREES = 3.0
@@ -45,6 +46,7 @@ MOST_AGREE = 0.5
 SETS = 12
 """Sets of contacts that are left out, for each pose, those first without which chi-square falls most."""
 CORRELATED = 1e-9
+"""Is added to the diagonal where contacts left out together leave nothing to judge them by."""
 
 
 @frozen_value
@@ -71,7 +73,7 @@ class Explanation:
 class TrialSearch:
     """One problem and the poses that trials of hypotheses on it start from."""
 
-    def __init__(self, problem: Problem, known: Sequence[Floats] = (), starts: int = STARTS) -> None:
+    def __init__(self, problem: Problem, known: Sequence[Floats] = (), starts: int = ROBUST_STARTS) -> None:
         self.problem = problem
         self.single = problem.single
         self.frame = SearchFrame.of(self.single.surfaces, self.single.contacts)

@@ -22,12 +22,14 @@ _NEAR: Final[dict[str, str]] = {
     **dict.fromkeys(("diameter", "tip_dia", "ball_diameter", "probe_diameter", "stylus_diameter"), _DIAMETER),
 }
 _LONGEST_KEY: Final = 20
+"""Characters of what may be a mistyped key."""
 _KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
 """A key of one or two words; what has more before a colon is a sentence, a plain comment."""
 _TOKEN: Final = re.compile(rf"[^\W\d]\w*?(?:-[^\W\d]\w*?)*(?=[\W\d]|$)|(?:{NUMBER.pattern})")
 """A word, or a number; a word ends where a digit begins, as in sigma0.005."""
 _WEIGHTLESS: Final = frozenset(("is", "of", "a", "an", "the", "to", "and", "x", "y", "z", "one", "as", "equals"))
 _LONGEST_SETTING: Final = 80
+"""Characters of a line that may be a setting in words; a longer one is a comment."""
 _PADDING: Final = ",; \t"
 """What spreadsheets add to the end of a line."""
 

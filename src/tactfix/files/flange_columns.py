@@ -21,6 +21,7 @@ from tactfix.units import MOST_LENGTH
 _MOST_OFF_UNIT: Final = 1e-3
 """A quaternion printed with four digits is off by up to 1e-4 in length."""
 _MOST_DEGREES: Final = 720.0
+"""Two turns: no controller shows more of an orientation's angle."""
 _MOST_TURN: Final = 2 * np.pi + 0.01
 """Rad; what is longer was hardly meant as a rotation vector in rad."""
 

@@ -26,7 +26,9 @@ _APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
 _SLACK: Final = 0.002
 """Rad beyond a limit that rounding of either may explain."""
 _MOST_TURN: Final = 4 * np.pi
+"""Rad: two turns, for joints without a limit."""
 _TIMES: Final = 2 * np.pi
+"""Degrees: joints that never leave this range were written in rad."""
 _SETTINGS: Final = ("joints", "sigma", "units")
 _OF_THE_CELL: Final = ("tip_radius", "tip_offset")
 _NEARLY: Final = re.compile(r"#[#\s]*(joints|sigma|units)\W+([\w.+-]+)\W*", re.IGNORECASE)

@@ -15,6 +15,7 @@ from tactfix.geometry.nearest import ALMOST_PARALLEL
 # Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
 SIGMAS: Final = 4.0
 _ROUNDING: Final = 1e-6
+"""Share of a distance that rounding to six decimals may make of it."""
 
 
 def check_relations(entries: Entries) -> Iterator[Finding]:

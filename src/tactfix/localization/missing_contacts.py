@@ -23,6 +23,7 @@ from tactfix.results import NextContact
 from tactfix.wording import coordinates, listed
 
 TRIED_PER_FEATURE = 60
+"""Places of each feature that are looked at, evenly spread, for a motion left free."""
 FREE = 1e-7
 """Ratio of singular values below which a motion is free."""
 UNSEEN = 1e-10

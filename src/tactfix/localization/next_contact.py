@@ -16,6 +16,7 @@ from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
 TRIED_PER_FEATURE = 200
+"""Places of each feature that are looked at, evenly spread, to tell poses apart."""
 # Margins closer than this share are equal but for rounding, as at mirror-symmetric points: the first of them is taken,
 # so that the same contacts ask for the same touch on every machine.
 _EQUAL = 1e-9

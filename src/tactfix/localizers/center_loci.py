@@ -18,7 +18,10 @@ _PARALLEL = 1e-7
 """Planes or loci closer to each other than this meet nowhere, or everywhere, as far as doubles can tell."""
 
 _EIGHT = 8
+"""Common zeros of three quadrics (Bezout)."""
 _GAP, _NUDGE = 1e-4, 1e-5
+"""_GAP: ratio of singular values of the null space below which zeros may be multiple or a curve; _NUDGE: by so much the
+quadrics are then changed at random, which parts them."""
 _REMEDY = "touch somewhere else, or use another distance"
 
 

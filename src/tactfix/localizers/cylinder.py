@@ -19,21 +19,22 @@ from tactfix.noise import chi_square_limit
 _SAMPLE = 24
 """Contacts that the search looks at; the rest only refine what it found."""
 
-_FIRST_LOOK = 10
+_CYLINDER_START_STEPS = 10
 """Of more contacts than the fewest, every start is followed so many steps: what explains them has all but settled."""
 
-_HOPELESS = 1e3
-"""A start so many times above the limit of chi-square is given up then, ..."""
+_CYLINDER_GIVEN_UP = 1e3
+"""A start so many times above the limit of chi-square is given up then, but for the best few."""
 
 _GLANCE = 6
 """Steps after which the zeros of one minimal subset show whether they are all there is."""
 
-_FIRM = 3e-3
+_WELL_DETERMINED = 3e-3
 """A cylinder is held firmly where one sigma moves it by less than this part of the contacts' extent. Of 63 cylinders
 that one minimal subset lost in 6,000 tidy and random problems all lay beside others held worse than four times that."""
 
-_BEST, _RIVAL = 3, 4.0
-"""... but for the best few: the least-squares optimum is one of those whose chi-square is within a factor by then."""
+_BEST, _CYLINDER_RIVAL = 3, 4.0
+"""So many of the best starts are followed in any case, if their chi-square is within a factor of the least: the
+least-squares optimum is one of them."""
 
 
 def localize_cylinder(
@@ -88,7 +89,7 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     states, chi2, order = _first_look(sample, first, contacts.sigma, _GLANCE)
     if not _are_all(sample, states[order], chi2[order], dof, contacts.sigma):
         every = np.concatenate([first, next(lots)])
-        states, chi2, order = _first_look(sample, every, contacts.sigma, _FIRST_LOOK)
+        states, chi2, order = _first_look(sample, every, contacts.sigma, _CYLINDER_START_STEPS)
     return _problem(contacts, radius).refined(states[_worth_following(order, chi2, dof)])
 
 
@@ -107,16 +108,16 @@ def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, s
     """
     limit = chi_square_limit(dof)
     explaining = states[chi2 <= limit]
-    if not len(explaining) or ((chi2 > limit) & (chi2 <= _HOPELESS * limit)).any():
+    if not len(explaining) or ((chi2 > limit) & (chi2 <= _CYLINDER_GIVEN_UP * limit)).any():
         return False
     condition, poor = determination(problem.evaluate, problem.step, explaining, sigma)
-    return not poor.any() and float(condition.max()) * sigma < _FIRM
+    return not poor.any() and float(condition.max()) * sigma < _WELL_DETERMINED
 
 
 def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:
     """Of starts in order of chi-square those that may end up explaining the contacts, or as their optimum."""
-    explaining = _HOPELESS * chi_square_limit(dof)
-    rivals = [i for i in order[:_BEST] if chi2[i] <= _RIVAL * chi2[order[0]]]
+    explaining = _CYLINDER_GIVEN_UP * chi_square_limit(dof)
+    rivals = [i for i in order[:_BEST] if chi2[i] <= _CYLINDER_RIVAL * chi2[order[0]]]
     return [i for i in order if chi2[i] <= explaining or i in rivals]
 
 

@@ -14,8 +14,9 @@ from tactfix.localizers.least_squares import polished, refined
 from tactfix.values import frozen_value
 
 PARAMETERS = 5
+"""Two shifts and two tilts of the axis, and the radius."""
 
-_FIRST_LOOK, _IN_SIGHT = 8, 1e-3
+_CYLINDER_SIGHT_STEPS, _CYLINDER_IN_SIGHT = 8, 1e-3
 """After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
 
 
@@ -76,9 +77,9 @@ def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | floa
     soon as that shows. slack, a number or (B,): by so much a contact may miss the surface in the end, in problems of
     unit size. Returns states (k, 7) and their numbers (k,) among the starts.
     """
-    states = problem.refined(states, _FIRST_LOOK)
+    states = problem.refined(states, _CYLINDER_SIGHT_STEPS)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
-    near = np.flatnonzero(misses <= np.maximum(_IN_SIGHT, 30 * slack))
+    near = np.flatnonzero(misses <= np.maximum(_CYLINDER_IN_SIGHT, 30 * slack))
     points = problem.points[near] if problem.points.ndim == 3 else problem.points
     return replace(problem, points=points).refined(states[near]), near
 

@@ -18,6 +18,7 @@ from tactfix.localizers.homogeneous_forms import Complexes
 from tactfix.localizers.tangent_lines import tangent_zeros
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
+"""Contacts that leave finitely many cylinders: four, or five where the radius is found too."""
 
 _SUBSETS = 2
 """Minimal subsets whose zeros are sought: one of far-apart contacts, the rest chosen blindly in case that is tidy."""
@@ -26,11 +27,12 @@ _COVERING = 160
 """Directions of the covering: neighbours 10 degrees apart, half the distance at which two minima were ever seen."""
 
 _DEEPEST, _STRIDE = 6, 10
-"""Local minima of the covering that are followed, and every how manieth direction is followed in any case, ..."""
+"""_DEEPEST: lowest minima over the grid of directions that are refined. _STRIDE: every 10th direction is refined."""
 
 _MUCH_NOISE, _SHORT_STRIDE = 5e-3, 2
-"""... and with noise of such a share of the contacts' extent: their residuals' minima need not show in those of the
-best circles. Of 7,972 that noise explained six were missed with the long stride, one with this."""
+"""Every 2nd is (_SHORT_STRIDE) where sigma exceeds _MUCH_NOISE of the contacts' extent: the minima of the circle fit
+can miss those of the cylinder fit then. Of 7,972 cylinders that noise explained six were missed with the long stride,
+one with this."""
 
 _GAP = 1e-4
 """Below this gap the zeros may form a curve, or be more than counted."""

@@ -18,6 +18,8 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 """States (B, q) and parameter changes (B, p) -> new states (B, q)."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
+"""Damping of the normal equations, in problems of unit size: to begin with, the least that still has an effect on
+doubles, and that at which no step leads down."""
 _PATIENCE = 15
 """Steps in which most problems settle, before Newton's, which take as many evaluations as there are parameters."""
 _DIFFERENCE = 1e-6

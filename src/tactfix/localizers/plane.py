@@ -10,6 +10,7 @@ from tactfix.localizers.scaling import unit_contacts
 from tactfix.values import frozen_value
 
 CONTACTS = 3
+"""Contacts that a plane needs."""
 
 
 def localize_plane(

@@ -12,12 +12,13 @@ from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
 CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 3, 4
+"""Contacts that leave finitely many spheres: three, or four where the radius is found too."""
 
-_FIRST_LOOK = 6
-"""Of more contacts than the fewest every start is followed so many steps, ..."""
+_SPHERE_START_STEPS = 6
+"""Of more contacts than the fewest every start is followed so many steps."""
 
-_HOPELESS, _RIVAL = 1e3, 4.0
-"""... and given up so many times above the limit of chi-square, unless within a factor of the best."""
+_SPHERE_GIVEN_UP, _SPHERE_RIVAL = 1e3, 4.0
+"""It is then given up so many times above the limit of chi-square, unless it is within a factor of the best."""
 
 _SAME = 1e-6
 """Centres nearer than this, in units of the contacts' extent, are one root reached twice."""
@@ -50,7 +51,9 @@ def localize_sphere(
         problem = SphereProblem(contacts.points, contacts.weights, radius_known=True)
         states = _known_states(contacts, radius / contacts.scale)
     if len(contacts.points) > CONTACTS_KNOWN_RADIUS + (radius is None):
-        states = _worth_following(problem, contacts.sigma, refined(problem.evaluate, problem.step, states, _FIRST_LOOK))
+        states = _worth_following(
+            problem, contacts.sigma, refined(problem.evaluate, problem.step, states, _SPHERE_START_STEPS)
+        )
     states = refined(problem.evaluate, problem.step, states)
     return _candidates(problem, contacts, states)
 
@@ -59,7 +62,7 @@ def _worth_following(problem: "SphereProblem", sigma: float, states: Floats) -> 
     """Of starts followed for a few steps those that may explain the contacts, and the best with its rivals."""
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
-    worth = chi2 <= np.maximum(_HOPELESS * chi_square_limit(len(problem.points)), _RIVAL * chi2.min())
+    worth = chi2 <= np.maximum(_SPHERE_GIVEN_UP * chi_square_limit(len(problem.points)), _SPHERE_RIVAL * chi2.min())
     return np.asarray(states[worth])
 
 

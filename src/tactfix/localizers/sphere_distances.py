@@ -18,15 +18,17 @@ from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
 _SAME = 1e-6
+"""Centres nearer than this, in problems of unit size, are one."""
 _UNKNOWNS = 3
+"""Coordinates of a centre."""
 
 _MOST_TRIPLES = 12
 """Of many contacts and distances so many triples are intersected: each leads to every centre that explains them all."""
 
-_EXACT = 1e-3
+_EXACT_DISTANCE = 1e-3
 """A distance without a sigma of its own counts as so much surer than a contact."""
 
-_FIRST_LOOK, _IN_SIGHT = 8, 1e-3
+_CENTER_SIGHT_STEPS, _CENTER_IN_SIGHT = 8, 1e-3
 """After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
 
 _ON_AXIS = 3.0
@@ -86,7 +88,7 @@ def localize_sphere_at_distances(
     origin, scale = points.mean(axis=0), radius
     rounding = ROUNDING * _reach(points, radius, distances)
     deviations = np.hypot(effective_sigmas(points, sigmas), rounding)
-    exact = max(rounding, _EXACT * float(deviations.min()))
+    exact = max(rounding, _EXACT_DISTANCE * float(deviations.min()))
     loci: list[Locus] = [SphereLocus((x - origin) / scale, 1.0) for x in points]
     noise = [float(s) for s in deviations]
     for distance in distances:
@@ -153,9 +155,9 @@ def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) 
 
     slack: by so much noise may keep a weighted residual from zero.
     """
-    states = refined(problem.evaluate, problem.step, starts, _FIRST_LOOK)
+    states = refined(problem.evaluate, problem.step, starts, _CENTER_SIGHT_STEPS)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
-    return np.asarray(states[misses <= max(_IN_SIGHT, 30 * slack)])
+    return np.asarray(states[misses <= max(_CENTER_IN_SIGHT, 30 * slack)])
 
 
 @frozen_value

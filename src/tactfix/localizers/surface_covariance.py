@@ -14,6 +14,7 @@ _DIFFERENCE = 1e-5
 """Step of the differences that turn parameters into the numbers of a surface, in problems of unit size."""
 
 _SECOND_DIFFERENCE = 1e-3
+"""Step of the second difference, in problems of unit size: rounding is far below the second order there."""
 
 
 @frozen_value

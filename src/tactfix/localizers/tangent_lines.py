@@ -21,7 +21,9 @@ from tactfix.geometry.arrays import Floats
 from tactfix.localizers.homogeneous_forms import Complexes, common_zeros, macaulay_rows, product, quadratic
 
 LINES = 12
+"""Common tangents of four spheres, real or complex (Macdonald, Pach and Theobald 2001)."""
 _TOTAL = 7
+"""Degree of the Macaulay matrix at which all twelve zeros show in its null space."""
 _CONTRASTS = np.array([[1.0, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]) / 2
 """An orthonormal basis of what four values can do apart from a common shift."""
 

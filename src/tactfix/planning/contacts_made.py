@@ -24,6 +24,7 @@ _MUCH = 1e-3
 _INTO = -0.5
 """Cosine of approach and outward normal that no usual approach exceeds."""
 _STEPS, _SMALL, _SETTLED = 40, 1e-7, 1e-6
+"""Newton steps at most, the step of the differences (of unit directions), and the step at which they have settled."""
 _TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
 """Rotation vectors by which a pose is turned to begin with: from the wrong side nothing pulls it to the right one."""
 _MARGIN = 0.05

@@ -11,9 +11,11 @@ from tactfix.values import frozen_value
 # A step must pay by more than rounding, or the exchange could run in circles.
 _PAYS = 1e-6
 _PASSES = 25
+"""Passes over all contacts at most; they end where one changes nothing."""
 # The polish tries this many directions around each contact, at steps (in radii of the fixture) that shrink.
 _DIRECTIONS = 12
 _STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
+"""Steps of the polish in radii of the fixture, each half the one before."""
 
 
 @frozen_value

@@ -18,6 +18,7 @@ from tactfix.values import frozen_value
 LEVER_ARM_MM: Final = 500.0
 """How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
 _MOST_OF_SIGMA: Final = 0.1
+"""Share of sigma that rounding may cost."""
 # Chi-square of two degrees of freedom that noise exceeds once in 100 times.
 _MOST_TILT: Final = 9.21
 # What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
@@ -27,6 +28,7 @@ _STEP: Final = 1e-6
 # Nearer than this (rad) to gimbal lock, or than a few sigma, single angles say nothing; their sum or difference does.
 _LOCK: Final = 1e-5
 _LOCK_SIGMAS: Final = 5.0
+"""Sigmas of an angle from gimbal lock."""
 
 
 @frozen_value(eq=True)

@@ -19,6 +19,7 @@ UR: Final = "write p[x, y, z, rx, ry, rz]"
 _KUKA_TYPE: Final = re.compile(r"\s*(?:E6POS|POS|FRAME)\s*:", re.IGNORECASE)
 _KUKA_BITS: Final = re.compile(r"\s*'(?:B[01]{1,32}|H[0-9A-F]{1,8})'", re.IGNORECASE)
 _ABB_ABSENT: Final = 9e9
+"""ABB writes 9E9 for an axis that is not there."""
 
 
 def kuka_position(lexer: Lexer) -> dict[str, float]:

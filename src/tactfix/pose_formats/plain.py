@@ -24,6 +24,7 @@ from tactfix.yaml_tree import read_tree
 SCHEMA: Final = "tactfix/pose/1"
 _LOCATE_SCHEMA: Final = "tactfix/locate/1"
 _MOST_BYTES: Final = 1 << 16
+"""Of a file that may hold a pose: a larger one is something else."""
 # Glued to a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damage.
 _REMARK: Final = re.compile(r"(?<![\w.+-])#")
 """Far more than the header and the 16 numbers of a pose."""

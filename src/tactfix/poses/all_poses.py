@@ -25,7 +25,7 @@ from tactfix.poses.polish import best_poses
 from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
-from tactfix.poses.starts import BEYOND, domain_rotations, start_count
+from tactfix.poses.starts import BEYOND_SHARE, domain_rotations, start_count
 from tactfix.poses.subsets import PART, agreed_poses
 from tactfix.poses.zeros import Zeros, together
 from tactfix.values import frozen_value
@@ -43,7 +43,7 @@ differs from the geometric one by a few per cent at most, so the pose would be r
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
 
-SAMPLES = 8
+CONTINUUM_SAMPLES = 8
 """Poses of a continuum that are kept, and beside it."""
 
 
@@ -96,7 +96,7 @@ def all_poses(
     dof, limit = equations.dof, chi_square_limit(equations.dof)
     least = zeros.costs.min(initial=np.inf) / zero_limit(searched.dof, unit)
     if zeros.continuum:
-        zeros = zeros.split_off(searched, SAMPLES)
+        zeros = zeros.split_off(searched, CONTINUUM_SAMPLES)
     elif least > FAR_OFF and not with_misses:
         return PoseSearch((), dof, limit, zeros.complete, continuum=False)
     elif least > 1 and len(contacts) > SEARCHED and thorough:
@@ -139,7 +139,7 @@ def _zeros(
                 return zeros
     starts = _starts(surfaces, contacts, searched.dof)
     if not thorough:
-        return find_zeros(searched, cost_limit, int(BEYOND * starts), turns, thorough=False)
+        return find_zeros(searched, cost_limit, int(BEYOND_SHARE * starts), turns, thorough=False)
     zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros):
         return zeros

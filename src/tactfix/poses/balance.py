@@ -17,9 +17,9 @@ import numpy as np
 from tactfix.poses.equations import PoseEquations, evaluate, translation_matrix
 from tactfix.poses.zeros import Zeros
 
-EXACT = 1e-20
+EXACT_COST = 1e-20
 """Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
-FIRM = 1e-4
+SIMPLE_ZERO = 1e-4
 """Ratio of singular values below which two poses may have met in one: its sign may be either, or none."""
 
 
@@ -33,7 +33,7 @@ def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
     _, jacobian = evaluate(equations, zeros.rotations, zeros.offsets, geometric=False)
     matrices = np.moveaxis(jacobian, -1, 0)
     values = np.linalg.svd(matrices, compute_uv=False)
-    sure = (values[:, -1] > FIRM * values[:, 0]) & (zeros.costs < EXACT)
+    sure = (values[:, -1] > SIMPLE_ZERO * values[:, 0]) & (zeros.costs < EXACT_COST)
     signs = np.linalg.slogdet(matrices)[0][sure]
     return bool(abs(signs.sum()) <= np.count_nonzero(~sure))
 
@@ -45,5 +45,5 @@ def _signs_cancel(equations: PoseEquations) -> bool:
         return False
     if domain.is_free:
         return True
-    is_proper = np.linalg.matrix_rank(translation_matrix(equations), tol=FIRM) == 3
+    is_proper = np.linalg.matrix_rank(translation_matrix(equations), tol=SIMPLE_ZERO) == 3
     return bool(domain.turns.sum() != 2 and (equations.radii > 0).any() and is_proper)

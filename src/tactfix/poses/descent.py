@@ -25,14 +25,15 @@ IN_SIGHT = 1e-3
 """Cost of a descent in sight of a zero: contacts off by about a hundredth of the fixture's size."""
 SECOND_LOOK = 60
 """Steps after which one that is not there is given up: towards a multiple zero each step only halves the distance."""
-MOST_STEPS = 300
+MOST_DESCENT_STEPS = 300
 """For minima that are no zeros, but within the limit; they may be flat."""
-ARRIVED = 1e-26
+EXACT_ZERO = 1e-26
 """Cost of exact contacts at a zero, by rounding."""
 LAST_STEP = 1e-8
+"""Length of a step (rad, fixture sizes) below which a descent within the limit has ended."""
 SETTLED = 1e-14
 """Share of the cost that the last step to a minimum which is no zero gains: it is within about 1e-6 then."""
-PATIENCE = 5
+STRAIGHT_STEPS = 5
 """Steps of Gauss and Newton within the limit, in which most descents end, before bent ones, longer to work out."""
 MOST_BENT = 2000
 """Contacts up to which bent steps are taken: the curvature of each fills nine numbers."""
@@ -50,7 +51,7 @@ def descend(
     offsets: Floats,
     cost_limit: float,
     geometric: bool = False,
-    most_steps: int = MOST_STEPS,
+    most_steps: int = MOST_DESCENT_STEPS,
     first_look: int = FIRST_LOOK,
 ) -> Zeros:
     """Damped steps from rotations (3, 3, N), offsets (3, N): the ends whose cost is below cost_limit, not compared.
@@ -113,7 +114,7 @@ class _State:
         """The next step (u, N) of each: Gauss-Newton's, but a bent one where that does not end within the limit."""
         step = damped_step(self.residual, self.jacobian, self.damping, turns=equations.turns)
         self.within = np.where(self.cost < cost_limit, self.within + 1, 0)
-        near = np.flatnonzero(self.within > PATIENCE)
+        near = np.flatnonzero(self.within > STRAIGHT_STEPS)
         if len(near) and np.isfinite(cost_limit) and len(equations) <= MOST_BENT:
             step[:, near] = self._bent_step(equations, geometric, near)
         return step
@@ -136,7 +137,7 @@ class _State:
     def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:
         # A zero of exact contacts ends at rounding level, one of noisy contacts where the steps or their gains vanish.
         below = self.cost < cost_limit
-        ended = (self.cost < ARRIVED) | (below & (small | (self.damping > 1e4) | (gain < SETTLED * self.cost)))
+        ended = (self.cost < EXACT_ZERO) | (below & (small | (self.damping > 1e4) | (gain < SETTLED * self.cost)))
         stuck = ~below & ((self.damping > 1e4) | (gain < 1e-4 * self.cost))
         return ended, stuck
 

@@ -22,16 +22,16 @@ from tactfix.localizers.sphere import localize_sphere
 from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.upright_cylinders import upright_cylinders
 
-SURE = 0.02
-"""Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation; ..."""
+WELL_LOCATED = 0.02
+"""Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation."""
 NEAR = 0.25
-"""... angles between directions may be off by so much (rad), a dozen times that, before they are passed over."""
+"""Rad by which angles between directions of features may be off, a dozen times WELL_LOCATED; others are passed over."""
 TURNS = 12
 """Turns about a single direction: one every thirty degrees. Of 11,400 problems three kept a pose from these starts, and
 no more from new ones around what those led to."""
 PARALLEL = 0.2
 """Sine of the angle below which a second direction is not used."""
-MOST = 64
+MOST_ROTATION_COMBINATIONS = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
 
 
@@ -56,7 +56,7 @@ def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, 
     """
     located = _located(surfaces, contacts, sigmas)
     choices = list(product(*located.values()))
-    if len(choices) > MOST:
+    if len(choices) > MOST_ROTATION_COMBINATIONS:
         return None
     places = [surfaces[name] for name in located]
     pairs = _pairs(places)
@@ -80,12 +80,12 @@ def _located(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: F
             continue
         extent = float(np.linalg.norm(np.ptp(contacts.points[index], axis=0)))
         off = max((c.condition * float(sigmas[index].max()) for c in found), default=np.inf)
-        if off >= SURE * extent or any(c.poorly_determined for c in found):
+        if off >= WELL_LOCATED * extent or any(c.poorly_determined for c in found):
             continue
         located[name] = [candidate.surface for candidate in found]
         if isinstance(plane := surfaces[name], Plane) and isinstance(place := found[0].surface, Plane):
             standing = upright_cylinders(surfaces, contacts, sigmas, plane, place.normal, off / extent)
-            upright |= {pin: [axis] for pin, (axis, share) in standing.items() if share < SURE}
+            upright |= {pin: [axis] for pin, (axis, share) in standing.items() if share < WELL_LOCATED}
     located |= upright
     # Such a direction takes two: one alone would only double the combinations.
     centred = [name for name in located if not isinstance(surfaces[name], Plane)]

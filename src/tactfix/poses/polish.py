@@ -17,7 +17,7 @@ THINNED = 1000
 """Contacts that decide what is followed on all of them."""
 MISS_STEPS = 60
 """Steps down to a miss: its minimum is flat, and no pose to within rounding is wanted."""
-MISSES = 2
+MISSES_FOLLOWED = 2
 """Misses that are followed on all of very many contacts."""
 
 
@@ -31,7 +31,7 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
     few = equations.subset(blind_part(contacts, THINNED, 0).tolist())
     zeros = _settled(few, zeros, unit)
     if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
-        zeros = zeros.best(MISSES)
+        zeros = zeros.best(MISSES_FOLLOWED)
     # One at a time: the residuals and Jacobians of a million contacts fill some hundred megabytes for each.
     each = [zeros.subset(np.array([number])) for number in range(len(zeros))]
     return together([_settled(equations, zero, unit) for zero in each])

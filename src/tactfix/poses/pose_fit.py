@@ -19,7 +19,8 @@ from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_norm
 from tactfix.poses.placement_terms import onto_placement, terms_at
 from tactfix.values import frozen_value
 
-MOST_STEPS = 50
+MOST_REFIT_STEPS = 50
+"""Gauss-Newton steps of a refit, which starts next to its minimum."""
 SMALLEST_RATIO = 1e-9
 """Singular values below this fraction of the largest are zero: far above rounding, far below any useful fixture."""
 
@@ -121,7 +122,7 @@ def refine(
     """
     start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
     fit = fit_at(surfaces, contacts, sigmas, start, placement)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_REFIT_STEPS):
         step = _gauss_newton_step(fit, sigmas)
         better = _line_search(surfaces, contacts, sigmas, fit, step, placement)
         if better is None:

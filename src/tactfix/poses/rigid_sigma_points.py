@@ -14,8 +14,9 @@ from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
 from tactfix.values import frozen_value
 
-MOST_STEPS = 60
-ARRIVED = 1e-8
+MOST_SIGMA_POINT_STEPS = 60
+"""Levenberg-Marquardt steps towards a sigma point; what has not arrived then makes the covariance untrusted."""
+SIGMA_POINT_REACHED = 1e-8
 """Length of a step (rad, spreads of the contacts) with which a sigma point has been reached."""
 
 
@@ -77,7 +78,7 @@ class _NearPose:
         wanted, (rotations, offsets) = self._wanted(steps), self._moves(steps)
         residual, jacobian = self._misses(rotations, offsets, wanted)
         damping = np.full(steps.shape[1], 1e-6)
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_SIGMA_POINT_STEPS):
             # Next to a fold a step may lead to infinity: nan is never better.
             with np.errstate(over="ignore", invalid="ignore"):
                 step = damped_step(residual, jacobian, damping, turns=self.equations.turns)
@@ -89,7 +90,7 @@ class _NearPose:
             ):
                 np.copyto(old, new, where=better)
             damping = np.where(better, 0.1 * damping, 10 * damping)
-            if ((np.abs(step).max(axis=0) < ARRIVED) | (damping > 1e6)).all():
+            if ((np.abs(step).max(axis=0) < SIGMA_POINT_REACHED) | (damping > 1e6)).all():
                 break
         return self._poses(rotations, offsets), np.asarray((residual**2).sum(axis=0))
 

@@ -24,20 +24,24 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.poses.balance import are_balanced
-from tactfix.poses.descent import FIRST_LOOK, MOST_STEPS, descend
+from tactfix.poses.descent import FIRST_LOOK, MOST_DESCENT_STEPS, descend
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.starts import SIDES, around, covering
 from tactfix.poses.zeros import Zeros, together
 from tactfix.values import frozen_value
 
 OFTEN = 6
+"""A zero met so often by starts over all rotations is counted as found: what is as rare as the rarest known zero stays
+unmet once in some 400 problems."""
 MOST_COVERINGS = 6
+"""Coverings in which every zero has to be met OFTEN."""
 MORE_COVERINGS = 24
 """Coverings after those, while a zero is known to be missing."""
 MOST_ROUNDS = 12
+"""Rounds of starts around zeros: each looks around those that the one before found."""
 NEAR_LOOK = 7
 """Steps after which a descent that began near the rotation of a zero is in sight of one."""
-MISSES = 8
+MISSES_LOOKED_AT = 8
 """Nearest misses that are looked at again with all contacts."""
 
 
@@ -93,12 +97,14 @@ def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[
     One within the limit may be among them, where a weak motion makes the descents creep for longer than they may.
     """
     begun = descend(equations, rotations, centred_offsets(equations, rotations), np.inf, most_steps=FIRST_LOOK)
-    promising = begun.best(4 * MISSES)
+    promising = begun.best(4 * MISSES_LOOKED_AT)
     found = _Search(equations, np.inf, turns).met_from(promising.rotations, promising.offsets)
-    return Zeros.none().joined(found).best(MISSES)
+    return Zeros.none().joined(found).best(MISSES_LOOKED_AT)
 
 
-def polish(equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, most_steps: int = MOST_STEPS) -> Zeros:
+def polish(
+    equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, most_steps: int = MOST_DESCENT_STEPS
+) -> Zeros:
     """The local minima of the geometric residuals that each zero leads to, those that meet as one.
 
     Only those below cost_limit; without one every zero counts, wherever most_steps bring it.

@@ -23,7 +23,7 @@ ONE_PLACE = 1e-3
 ROUNDING = 1e-12
 """Share of the coordinates that rounding may make of nothing, with some to spare."""
 
-EXACT = 1e-9
+EXACT_SYMMETRY = 1e-9
 """Rounding of unit vectors: a symmetry is used only where it is exact."""
 
 
@@ -82,9 +82,9 @@ class SearchFrame:
         found: list[Floats] = []
         for candidate in candidates:
             turn = 2 * np.outer(candidate, candidate) / (candidate @ candidate) - np.eye(3)
-            fixes = all(np.abs(turn @ v - v).max() < EXACT for v in kept)
-            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT for s in axes)
-            if fixes and turns and not any(np.abs(turn - other).max() < EXACT for other in found):
+            fixes = all(np.abs(turn @ v - v).max() < EXACT_SYMMETRY for v in kept)
+            turns = all(np.linalg.norm(cross(turn @ s, s)) < EXACT_SYMMETRY for s in axes)
+            if fixes and turns and not any(np.abs(turn - other).max() < EXACT_SYMMETRY for other in found):
                 found.append(turn)
         return found
 

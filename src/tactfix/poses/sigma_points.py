@@ -31,7 +31,7 @@ FOLDED = 6.0
 """Times the linear standard deviation, beyond which sigma points no longer cover what they promise. Random minimal
 layouts of six kinds covered 93 to 95 per cent below, and 40 to 75 beyond ten."""
 
-HOPELESS = 1.0
+MOST_ROTATION_SIGMA = 1.0
 """Rad: one linear sigma of rotation beyond which the sigma points are more than half a turn away, and mean nothing."""
 
 REACHED = 1.0
@@ -70,7 +70,7 @@ def curved_spread(
     """
     both = STEP * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
-    if np.linalg.svd(linear[:3], compute_uv=False)[0] > HOPELESS:
+    if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:
         return Spread(linear, nothing_free, trusted=False)
     arm = centre - base_from_fixture[:3, 3]
     # Far from the contacts the fixture's origin itself runs along an arc when the fixture turns.

@@ -10,21 +10,24 @@ from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.zeros import Zeros
 
-OFF_CENTRE = 0.75
+START_OFFSET = 0.75
 """Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
 0.5 and 1 do as well, a step of the fixture's radii or a translation at random less."""
 NEIGHBOURS = 32
-SIDES = np.concatenate([np.zeros((3, 1)), OFF_CENTRE * np.eye(3), -OFF_CENTRE * np.eye(3)], axis=1)
-"""Translations (3, 7) off the best one: none, and OFF_CENTRE along the axes either way."""
+"""Starts around each zero in one round, at all scales."""
+SIDES = np.concatenate([np.zeros((3, 1)), START_OFFSET * np.eye(3), -START_OFFSET * np.eye(3)], axis=1)
+"""Translations (3, 7) off the best one: none, and START_OFFSET along the axes either way."""
 SHARES = (1 / 32, 1 / 8, 1 / 2, 1.0)
 """Of the starts over all rotations those that cover turns about 0 to 3 axes as densely, each rotation with translations
 off to eight sides: the cells of 1200 are 0.2 rad wide (half angles), a circle has 16 of them and half a sphere 150."""
 DENSER = 2.0
 """Times that density within limits, where starts are few: whatever is there must be met often."""
-FEWEST = 32
-BEYOND = 0.5
+FEWEST_STARTS = 32
+"""Starts over a domain, however small it is."""
+BEYOND_SHARE = 0.5
 """Times the starts over all rotations those that look for what is only counted."""
 GOLDEN = (5**0.5 - 1) / 2
+"""The golden section: its multiples spread evenly over a circle, however many there are."""
 
 
 def covering_rotations(count: int) -> Floats:
@@ -44,7 +47,7 @@ def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats,
     rotations = domain_rotations(domain, start_count(domain, count), number)
     if domain.looks_beyond and not number:
         wide = replace(domain, angle=np.pi)
-        beyond = domain_rotations(wide, int(np.ceil(BEYOND * start_count(wide, count))))
+        beyond = domain_rotations(wide, int(np.ceil(BEYOND_SHARE * start_count(wide, count))))
         rotations = np.concatenate([rotations, beyond], axis=2)
     offsets = centred_offsets(equations, rotations) + _away(rotations.shape[2], number)
     return domain.onto(rotations, offsets)
@@ -56,7 +59,7 @@ def start_count(domain: PoseDomain, over_all: int) -> int:
     if axes == 3 and domain.reach >= np.pi:
         return over_all
     wanted = DENSER * over_all * SHARES[axes] * _part(axes, domain.reach)
-    return int(min(max(np.ceil(wanted), FEWEST), over_all))
+    return int(min(max(np.ceil(wanted), FEWEST_STARTS), over_all))
 
 
 def _part(axes: int, reach: float) -> float:
@@ -86,9 +89,9 @@ def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
 
 
 def _away(count: int, number: int) -> Floats:
-    """Vectors (3, count) of length OFF_CENTRE in all directions, others for each number."""
+    """Vectors (3, count) of length START_OFFSET in all directions, others for each number."""
     away = _steps(count, number)[3:]
-    return np.asarray(away * (OFF_CENTRE / np.sqrt((away**2).sum(axis=0))))
+    return np.asarray(away * (START_OFFSET / np.sqrt((away**2).sum(axis=0))))
 
 
 def around(domain: PoseDomain, centres: Zeros, number: int) -> tuple[Floats, Floats]:

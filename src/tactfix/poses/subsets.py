@@ -19,9 +19,9 @@ from tactfix.poses.search import find_zeros, find_zeros_near
 from tactfix.poses.zeros import Zeros
 
 PART = 12
-"""Contacts in a part: with two wrong ones among forty every other part is free of them, ..."""
+"""Contacts in a part: with two wrong ones among forty every other part is free of them."""
 PARTS = 6
-"""... and so is one of six, but for once in a hundred times."""
+"""Parts that are searched: with every other one free of wrong contacts, one of six is, but for once in 64 times."""
 
 
 def agreed_poses(

@@ -12,7 +12,8 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Floats, basis_across, cross, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface
 
-CONTACTS = 3
+CIRCLE_CONTACTS = 3
+"""Contacts that a circle needs."""
 SQUARE = 1e-3
 """Sine of the angle between an axis and the normal up to which the cylinder stands on the plane."""
 
@@ -29,7 +30,7 @@ def upright_cylinders(
     found: dict[str, tuple[Cylinder, float]] = {}
     for name, index in contacts.by_feature.items():
         surface = surfaces[name]
-        if len(index) >= CONTACTS and isinstance(surface, Cylinder) and _stands_on(surface, plane):
+        if len(index) >= CIRCLE_CONTACTS and isinstance(surface, Cylinder) and _stands_on(surface, plane):
             center, sigma, extent = _circle(contacts.points[index], normal, float(sigmas[index].max()), tilt)
             found[name] = (Cylinder(center, normal, surface.radius, surface.side), sigma / max(extent, TINY))
     return found

@@ -21,7 +21,9 @@ from tactfix.qualification.sequence import drift, interval, is_significant, outl
 from tactfix.units import factor
 
 FEWEST_ON_BALL = 5
+"""Touches of a ball that leave a degree of freedom beyond centre and radius."""
 FEWEST_FOR_MAP = 25
+"""Touches of a ball from which on means by direction are told."""
 _ACROSS = 20.0
 """Times their spread along the approach, which touches of one place do not exceed across it: a machine returns to a
 place about as well as its probe triggers there."""

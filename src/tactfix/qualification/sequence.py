@@ -14,6 +14,7 @@ from tactfix.qualification.result import Drift, Step
 BY_CHANCE = 1e-3
 """How often something is told of readings that only scatter."""
 MOST_OUTLIERS = 10
+"""Outliers that are taken out one after the other at most."""
 LEAST_SIDE = 3
 """Touches on either side of a step."""
 

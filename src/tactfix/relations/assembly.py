@@ -44,6 +44,7 @@ NEAR = 10.0
 FEW_COMBINATIONS = 64
 """Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
 MOST_COMBINATIONS = 4096
+"""Combinations of surfaces and signs that start a fit each; beyond, the result is said not to be complete."""
 FEW_FITS = 12
 """Starts that are followed where contacts are as good as flat, and whatever is found says next to nothing."""
 MOST_FALLEN = 32

@@ -15,7 +15,7 @@ from tactfix.geometry.nearest import foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.relations.branches import branches, least_cost, nearest_branch
 from tactfix.relations.equations import Equation, linear_equations
-from tactfix.relations.joint import MOST_STEPS, joint_fit
+from tactfix.relations.joint import MOST_JOINT_STEPS, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
 from tactfix.values import frozen_value
 
@@ -67,7 +67,7 @@ def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number
     return Start(number, surfaces, nearest_branch(problem.relations, surfaces, problem.scale), cost)
 
 
-def branch_fit(problem: JointProblem, start: Start, most_steps: int = MOST_STEPS) -> JointFit:
+def branch_fit(problem: JointProblem, start: Start, most_steps: int = MOST_JOINT_STEPS) -> JointFit:
     """The fit of one branch."""
     fit = joint_fit(problem, start.surfaces, start.equations, most_steps)
     while True:

@@ -30,6 +30,7 @@ COSTLY = 10.0
 CURVED = 0.02
 """Share of a residual by which the linear model is taken to be off at most; near zero it is off by its square."""
 ROUNDING = 1e-12
+"""Sigma of a relation that surfaces known exactly keep but for rounding."""
 MOST_BRANCHES = 64
 """Branches of one combination of features, those that cost least."""
 

@@ -28,9 +28,9 @@ from tactfix.noise import SURE
 FeatureCandidate: TypeAlias = SurfaceCandidate | PointCandidate
 
 LOOSE = 100.0
-"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right, ..."""
+"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right."""
 WEAK = LOOSE / 5
-"""... so that noise must not move it by more than so many times its own size."""
+"""Sigmas by which noise may move a located feature in multiples of its own: a fifth of LOOSE, to be safe."""
 
 
 def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> Sequence[FeatureCandidate]:

@@ -17,14 +17,16 @@ from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.relations.equations import Equation
-from tactfix.relations.joint_problem import RANK, JointFit, JointProblem, linearized, moved_by
+from tactfix.relations.joint_problem import CONSTRAINT_RANK, JointFit, JointProblem, linearized, moved_by
 from tactfix.values import frozen_value
 
-MOST_STEPS = 200
+MOST_JOINT_STEPS = 200
+"""Steps of one fit at most; see JOINT_PATIENCE for those that creep."""
 MOST_DAMPINGS = 20
+"""Dampings tried for one step, each ten times the one before: then no step leads down."""
 LEAST_DAMPING = 1e-12
 """The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
-FIRM = 0.25
+WELL_KEPT = 0.25
 """Share of the gain that the linear model promises, below which the damping is kept or raised."""
 CONVERGED = 1e-9
 """Chi-square that the undamped step may still promise, plus as a share of chi-square for what rounding leaves."""
@@ -32,12 +34,12 @@ KEPT = 1e-12
 """What may be missing to the constraints (rad, fixture sizes) in the end."""
 TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
-HOPELESS = 100.0
-"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit, ..."""
-PATIENCE = 12
+JOINT_GIVEN_UP = 100.0
+"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit."""
+JOINT_PATIENCE = 12
 """Steps after which such a fit is given up in any case: those that explain contacts are near by then."""
 NEARLY_KEPT = 1e-5
-"""... once so little is missing to the constraints that restoring them changes nothing."""
+"""Constraint violation below which restoring the constraints changes nothing: before, no fit is given up."""
 
 
 @frozen_value
@@ -58,7 +60,10 @@ class Step:
 
 
 def joint_fit(
-    problem: JointProblem, surfaces: Mapping[str, Surface], equations: Sequence[Equation], most_steps: int = MOST_STEPS
+    problem: JointProblem,
+    surfaces: Mapping[str, Surface],
+    equations: Sequence[Equation],
+    most_steps: int = MOST_JOINT_STEPS,
 ) -> JointFit:
     """The least chi-square next to surfaces (in base) with all constraints kept, each relation on its branch."""
     fit = linearized(problem, surfaces, equations)
@@ -68,7 +73,7 @@ def joint_fit(
         if fit.missing < KEPT and abs(fit.chi2 - step.promised) < CONVERGED * (1 + 1e-3 * fit.chi2):
             break
         new, damping = _improved(problem, fit, step, damping)
-        if new is None or _is_hopeless(fit, new, late=number > PATIENCE):
+        if new is None or _is_hopeless(fit, new, late=number > JOINT_PATIENCE):
             fit = new or fit
             break
         fit = new
@@ -78,7 +83,7 @@ def joint_fit(
 def _is_hopeless(fit: JointFit, new: JointFit, late: bool) -> bool:
     """Whether a fit far above its limit has stopped improving, or should have by now."""
     slow = late or abs(fit.chi2 - new.chi2) < 0.01 * new.chi2
-    return slow and new.missing < NEARLY_KEPT and new.chi2 > HOPELESS * chi_square_limit(new.dof)
+    return slow and new.missing < NEARLY_KEPT and new.chi2 > JOINT_GIVEN_UP * chi_square_limit(new.dof)
 
 
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:
@@ -92,7 +97,7 @@ def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: flo
         gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
         if gain > 0 or step.size < TRUSTED_STEP:
             ahead = fit.observed + fit.jacobian @ displacement
-            is_firm = gain > FIRM * (fit.chi2 - float(ahead @ ahead))
+            is_firm = gain > WELL_KEPT * (fit.chi2 - float(ahead @ ahead))
             return new, (damping / 10 if damping > least else 0.0) if is_firm else damping
         damping = max(10 * damping, least)
     return None, damping
@@ -132,7 +137,7 @@ def _step(fit: JointFit, damping: float) -> Step:
     if damping > 0:
         free = rows.shape[1]
         rows, right = np.vstack([rows, np.sqrt(damping) * np.eye(free)]), np.concatenate([right, np.zeros(free)])
-    within = np.linalg.lstsq(rows, right, rcond=RANK)[0]
+    within = np.linalg.lstsq(rows, right, rcond=CONSTRAINT_RANK)[0]
     displacement = np.asarray(onto + span @ within, dtype=np.float64)
     ahead = residual + fit.jacobian @ displacement
     promised = float(ahead @ ahead)

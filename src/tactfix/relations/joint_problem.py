@@ -17,7 +17,9 @@ from tactfix.geometry.surfaces import Surface
 from tactfix.relations.equations import Equation, carried, chart_lengths, columns_of, linear_equations
 from tactfix.values import frozen_value
 
-RANK = 1e-9
+CONSTRAINT_RANK = 1e-9
+"""Ratio of singular values below which constraints that hold are dependent: rounding of unit vectors with some to
+spare."""
 REDUNDANT, MOST_REDUNDANT = 10.0, 1e-3
 """Times what is missing to the constraints: redundant ones, such as three axes parallel pair by pair, have slightly
 different gradients until they hold, and must count once."""
@@ -76,7 +78,7 @@ class JointFit:
     @property
     def resolution(self) -> float:
         """Share of the largest singular value of the constraints below which they say nothing new."""
-        return min(max(RANK, REDUNDANT * self.missing), MOST_REDUNDANT)
+        return min(max(CONSTRAINT_RANK, REDUNDANT * self.missing), MOST_REDUNDANT)
 
     @cached_property
     def span(self) -> Floats:
@@ -97,7 +99,7 @@ class JointFit:
         triangle = np.linalg.qr(self.jacobian @ span, mode="r")
         _, values, motions = np.linalg.svd(triangle, full_matrices=True)
         known = np.zeros(len(motions), dtype=bool)
-        known[: len(values)] = values > RANK * max(values[0] if len(values) else 0.0, TINY)
+        known[: len(values)] = values > CONSTRAINT_RANK * max(values[0] if len(values) else 0.0, TINY)
         factor = span @ motions[known].T / values[known[: len(values)]]
         return np.asarray(factor), np.asarray((span @ motions[~known].T).T)
 

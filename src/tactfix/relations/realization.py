@@ -26,13 +26,16 @@ from tactfix.relations.branches import nearest_branch
 from tactfix.relations.equations import carried, chart_lengths, columns_of, stacked
 
 TRIALS = 240
+"""Random starts at most for all shapes of one fixture."""
 SETTLED, PER_SHAPE = 8, 4
 """Trials in a row that bring nothing new, so many and for each pair of mirror images more, after which the list of
 shapes is complete: one of n pairs that turn up alike often is overlooked once in e^(8 / n + 4) times."""
 CONTRADICTORY = 40
 """Trials from the first one on that do not arrive, after which the relations are taken to contradict each other."""
 NEWTON_STEPS = 40
-RANK = 1e-7
+"""Newton steps of one trial; what has not converged then is given up."""
+SHAPE_RANK = 1e-7
+"""Singular value below which relations leave a motion free, in units of the fixture's size."""
 HOLDS = 1e-9
 """Share of the fixture's size (rad for angles) to which relations must hold."""
 
@@ -150,7 +153,9 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
     """Whether the relations leave the surfaces no motion but those of one rigid body."""
     _, jacobian = stacked(nearest_branch(fixture.relations, surfaces), surfaces, scale)
-    free = jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=RANK)) if len(jacobian) else jacobian.shape[1]
+    free = (
+        jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=SHAPE_RANK)) if len(jacobian) else jacobian.shape[1]
+    )
     return bool(free == _rigid_motions(surfaces, scale))
 
 
@@ -167,7 +172,7 @@ def _rigid_motions(surfaces: Mapping[str, Surface], scale: float) -> int:
     together = np.vstack([rigid_displacements(surface, centre) for surface in surfaces.values()])
     together[:, 3:] *= scale
     together /= chart_lengths(surfaces, scale)[:, None]
-    return int(np.linalg.matrix_rank(together, tol=RANK))
+    return int(np.linalg.matrix_rank(together, tol=SHAPE_RANK))
 
 
 def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list[Mapping[str, Surface]]:

@@ -20,8 +20,9 @@ from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import HELD, joint_solutions
 from tactfix.relations.realization import random_surface
 
-STARTS = 16
-SAMPLES = 8
+SAMPLE_STARTS = 16
+"""Random starts from which FREE_SAMPLES are collected."""
+FREE_SAMPLES = 8
 """Configurations that show what contacts and relations leave free."""
 
 
@@ -31,7 +32,7 @@ def sampled_solutions(fixture: Fixture, problem: JointProblem, with_misses: bool
         return joint_solutions(fixture, problem, [], continuum=True)
     rng = Random(20261122)
     fits = []
-    for _ in range(STARTS):
+    for _ in range(SAMPLE_STARTS):
         surfaces = {
             name: _moved_to(random_surface(feature, problem.scale, rng), _middle(name, problem.contacts))
             for name, feature in fixture.features.items()
@@ -40,7 +41,7 @@ def sampled_solutions(fixture: Fixture, problem: JointProblem, with_misses: bool
     held = [fit for fit in fits if _explains(fit) and not len(fit.spread()[1])]
     if held:
         return replace(joint_solutions(fixture, problem, held), complete=False)
-    best = sorted(fits, key=lambda fit: fit.chi2)[:SAMPLES]
+    best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]
     return joint_solutions(fixture, problem, best, continuum=True)
 
 

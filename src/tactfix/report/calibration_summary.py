@@ -10,6 +10,7 @@ from rich.text import Text
 from tactfix.calibration.result import Calibration, ParameterResult
 
 _BAR: Final = 24
+"""Characters of the longest bar."""
 _COLORS: Final = {"calibrated": "green", "underdetermined": "yellow", "inconsistent": "red"}
 
 

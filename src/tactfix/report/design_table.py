@@ -20,7 +20,9 @@ from tactfix.localization.motion_words import vector
 
 _COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
 _MOST_SYMMETRIES: Final = 8
+"""Rows of the table of symmetries."""
 _MOST_SETS: Final = 12
+"""Minimal sets that are listed."""
 
 
 def design_text(report: DesignReport, width: int = 100, *, color: bool = False) -> str:

@@ -24,6 +24,7 @@ Trace: TypeAlias = dict[str, Any]
 _COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 _AXES: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
 _MOST_CANDIDATES: Final = 12
+"""Candidates that are drawn."""
 # Poses that are left, told apart from each other and from the features.
 _POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
 _ACCUSED: Final = "#d50000"

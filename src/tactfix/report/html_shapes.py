@@ -8,7 +8,9 @@ from tactfix.geometry.arrays import Floats, basis_across
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 _AROUND = 48
+"""Points of a drawn circle."""
 _FROM_POLE_TO_POLE = 25
+"""Points of a drawn meridian."""
 # A point is drawn as a ball of this share of the fixture, to be seen at all.
 _POINT = 0.01
 

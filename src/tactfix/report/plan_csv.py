@@ -21,6 +21,7 @@ from tactfix.wording import spreadsheet_cell
 # which also hides the last bits in which platforms differ: one seed gives one file everywhere.
 _BELOW_SIGMA, _DIRECTION = 3, 9
 _TRUTH = 12
+"""Decimals of the true pose: it is compared with, not read as a measurement."""
 
 
 def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:

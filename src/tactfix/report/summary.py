@@ -19,8 +19,11 @@ from tactfix.results import Candidate, ContactResidual, LocateResult, Status
 from tactfix.wording import decimals
 
 _MOST_CONTACTS: Final = 20
+"""Contacts that are listed on a terminal."""
 _MOST_CANDIDATES: Final = 8
+"""Candidates that are listed."""
 _HALF_BAR: Final = 10
+"""Characters of a bar to either side of zero."""
 _COLORS: Final[dict[Status, str]] = {
     "located": "green",
     "underdetermined": "yellow",

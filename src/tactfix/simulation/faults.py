@@ -22,6 +22,7 @@ SIGMAS_OFF = 20.0
 # Aluminium, 10 K warmer than when the fixture was measured.
 _GROWTH = 23e-6 * 10
 _INCH = 25.4
+"""Millimetres."""
 NOISIER = 10.0
 """Times its sigma that contacts scatter where sigma is too small."""
 

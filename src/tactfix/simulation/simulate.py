@@ -33,6 +33,7 @@ CONE_DEG = 20.0
 # Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
 _PLENTY: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
 _PLENTY_BALL = 4
+"""The same for a sphere, whose radius is known."""
 MOST_CONTACTS: Final = 100_000
 """Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
 # Points to choose from for each random touch.

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.stacks.conic_circle import circle_of_conic, conic_value_and_gradient
-from tactfix.stacks.trigonometric_zeros import SAMPLES, trigonometric_zeros
+from tactfix.stacks.trigonometric_zeros import CIRCLE_SAMPLES, trigonometric_zeros
 from tactfix.values import frozen_value
 
 _FAR, _MORE_STEPS = 1e-8, 3
@@ -43,7 +43,7 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
 
 def _samples(circle: Floats, cubic: Floats) -> Floats:
     """The cubic (7, m) at seven even angles of the circle (3, 3, m: the vectors a, b, c)."""
-    angles = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
+    angles = 2 * np.pi * np.arange(CIRCLE_SAMPLES) / CIRCLE_SAMPLES
     return _cubic_value(_on_circle(circle[:, :, None], np.stack([np.cos(angles), np.sin(angles)])[:, :, None]), cubic)
 
 

@@ -19,6 +19,7 @@ from tactfix.stacks.trigonometric_zeros import SLOTS
 from tactfix.values import frozen_value
 
 _CHUNK, _CROWDED_CHUNK = 4096, 512
+"""Problems worked on at once, so that memory stays bounded: plain ones, and crowded ones, which take more each."""
 _LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
 """Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
 in the end, and those next to flat, or of nearly coincident contacts, are left to the other method."""

@@ -15,6 +15,7 @@ _CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
 
 _ROUNDING = 8 * EPS
+"""Relative rounding of the squared radius and circumradius."""
 
 
 def stack_shape(points: Floats, contacts: int) -> tuple[int, ...]:

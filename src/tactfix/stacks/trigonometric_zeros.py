@@ -17,9 +17,14 @@ from tactfix.values import frozen_value
 SLOTS = 6
 """Zeros of a trigonometric polynomial of degree three in one turn."""
 
-SAMPLES = 7
+CIRCLE_SAMPLES = 7
+"""Values that determine a trigonometric polynomial of degree three."""
 _CELLS, _PARTS, _DIVISIONS = 32, 12, 2
+"""_CELLS of the circle, each open one cut into _PARTS, _DIVISIONS times: cells of 0.08 degrees part all but nearly
+double zeros."""
 _CUBIC_STEPS, _NEWTON_STEPS = 3, 2
+"""Steps on the cubic through the ends of a cell, then on the polynomial itself: three and two reach the rounding of
+doubles."""
 
 _SINGLE, _DOUBLE = 2e-6, 1e-13
 """Rounding of a value, relative to the amplitude, in single and in double precision.
@@ -236,7 +241,7 @@ def _basis(angles: NDArray[np.floating]) -> tuple[Floats, Floats]:
     """Values and slopes (k, 7) of the harmonics 1, cos t, sin t, cos 2t, sin 2t, cos 3t, sin 3t at angles (k,)."""
     n = np.arange(1, 4)
     cos, sin = np.cos(np.outer(angles, n)), np.sin(np.outer(angles, n))
-    values, slopes = np.ones((len(angles), SAMPLES)), np.zeros((len(angles), SAMPLES))
+    values, slopes = np.ones((len(angles), CIRCLE_SAMPLES)), np.zeros((len(angles), CIRCLE_SAMPLES))
     values[:, 1::2], values[:, 2::2] = cos, sin
     slopes[:, 1::2], slopes[:, 2::2] = -n * sin, n * cos
     return values, slopes
@@ -245,7 +250,7 @@ def _basis(angles: NDArray[np.floating]) -> tuple[Floats, Floats]:
 @cache
 def _harmonics_from_samples() -> Floats:
     """The matrix (7, 7) from samples to the coefficients of the harmonics."""
-    return np.asarray(np.linalg.inv(_basis(2 * np.pi * np.arange(SAMPLES) / SAMPLES)[0]))
+    return np.asarray(np.linalg.inv(_basis(2 * np.pi * np.arange(CIRCLE_SAMPLES) / CIRCLE_SAMPLES)[0]))
 
 
 @cache

@@ -5,8 +5,9 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.unknowns.equations import TipEquations, Trials
 
-MOST_STEPS = 80
-ARRIVED = 1e-10
+MOST_TIP_STEPS = 80
+"""Levenberg-Marquardt steps of one descent."""
+TIP_REACHED = 1e-10
 """Length of a step (rad, lengths of the problem) with which a trial has arrived."""
 SETTLED = 1e-13
 """Share of its cost that the last step of a trial gains."""
@@ -17,14 +18,14 @@ def descend(equations: TipEquations, trials: Trials) -> tuple[Trials, Floats]:
     residuals, jacobian = equations.evaluate(trials)
     cost = (residuals**2).sum(axis=1)
     damping = np.full(len(cost), 1e-4)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_TIP_STEPS):
         step = _step(residuals, jacobian, damping)
         ahead = equations.stepped(trials, step)
         new_residuals, new_jacobian = equations.evaluate(ahead)
         new_cost = (new_residuals**2).sum(axis=1)
         better = new_cost < cost
         gain = np.where(better, cost - new_cost, 0.0)
-        small = np.abs(step).max(axis=1) < ARRIVED
+        small = np.abs(step).max(axis=1) < TIP_REACHED
         trials = _chosen(better, ahead, trials)
         residuals = np.where(better[:, None], new_residuals, residuals)
         jacobian = np.where(better[:, None, None], new_jacobian, jacobian)

@@ -31,6 +31,7 @@ LOOSE = 10.0
 """Sigmas of a contact that the tip is first taken to be off, where nothing bounds it; then, as shares of the problem's
 length, LOOSER."""
 LOOSER = (0.02, 0.1, 0.4)
+"""Shares of the contacts' spread by which the tip may be off in the first searches."""
 AROUND = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 UNRESOLVED = 0.5
 """Two solutions whose residuals differ by less than this many sigma in all are one."""

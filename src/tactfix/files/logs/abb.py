@@ -39,6 +39,7 @@ _AFTER_MOTION: Final = re.compile(
 _POINTS: Final = ("ROBTARGET", "POSE", "POS")
 _ROW: Final = re.compile(r"\s*[-+.0-9]")
 _MOST_LINES: Final = 200
+"""Lines over which one position may be spread."""
 
 
 @dataclass(slots=True)

@@ -27,6 +27,7 @@ _FAILED: Final = re.compile(r"\b(?:ALARM|error):", re.IGNORECASE)
 _ROTARY: Final = "the axes beyond X Y Z"
 _BED: Final = "write Bed X: 1.00 Y: 2.00 Z: 3.00"
 _DOWN: Final = (0.0, 0.0, -1.0)
+"""How the probe travels where no command says otherwise."""
 
 
 @dataclass(slots=True)

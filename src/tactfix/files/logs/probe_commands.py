@@ -11,7 +11,9 @@ from tactfix.files.logs.log import Vector
 from tactfix.gcode import Block
 
 _INTO: Final = (38.2, 38.3)
+"""G38.2 and G38.3 probe towards the work."""
 _OUT_OF: Final = (38.4, 38.5)
+"""G38.4 and G38.5 probe away from it."""
 
 
 @dataclass(slots=True)

@@ -23,6 +23,7 @@ _REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
 _HEADER: Final = "write XYZIJK METRIC, or XYZIJK for inch, above"
 _COMMA: Final = "write a decimal point in each of x, y and z: a comma divides numbers here"
 _WITH_NORMAL: Final = (6, 7, 8)
+"""Numbers of a line that has a normal behind the coordinates."""
 _NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
 _NORMALS: Final = (("I", "J", "K"), ("NX", "NY", "NZ"))
 _COORDINATES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ"})

@@ -1,0 +1,39 @@
+"""Every number with a name says what it is, and one docstring speaks of one assignment."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.project import ROOT
+
+MODULES = sorted((ROOT / "src" / "tactfix").rglob("*.py"))
+
+
+def constants(module: Path) -> Iterator[tuple[str, str | None]]:
+    """Each assignment of numbers to names in capitals, and its docstring, or the comment beside or above it."""
+    text = module.read_text(encoding="utf-8")
+    lines, body = text.splitlines(), ast.parse(text).body
+    for statement, after in zip(body, [*body[1:], ast.Pass()], strict=True):
+        if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None and is_number(statement):
+            is_documented = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+            above, own = lines[statement.lineno - 2].strip(), lines[statement.end_lineno - 1]
+            said = after.value.value if is_documented else above if above.startswith("#") else own.partition("#")[2]
+            yield ast.unparse(statement), said or None
+
+
+def is_number(statement: ast.Assign | ast.AnnAssign) -> bool:
+    targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+    names = [name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)]
+    values = [part.value for part in ast.walk(statement.value) if isinstance(part, ast.Constant)]
+    plain = isinstance(statement.value, ast.Constant | ast.UnaryOp | ast.BinOp | ast.Tuple)
+    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    return plain and bool(numbers) and len(numbers) == len(values) and all(n.strip("_").isupper() for n in names)
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_numbers_say_what_they_are(module: Path) -> None:
+    for constant, said in constants(module):
+        assert said is not None, f"{constant} says nothing"
+        assert not said.startswith("..."), f"{constant} goes on with the sentence of another"
