@@ -76,6 +76,8 @@ FORMS = {
     "g10 in one block": ("g10", "g90g21g10l2p2x300y200z-50r5"),
     "g68.2 with G17": ("g68.2", "G17 G90\nG68.2 P0 X300. Y200. Z-50. I5. J0. K0."),
     "siemens in inch": ("siemens", f"N10G70\n; G71\n$P_UIFR[1]=CTRANS(X,{300 / 25.4:.9f},Y,{200 / 25.4:.9f},Z,{-50 / 25.4:.9f}):CROT(X,0,Y,0,Z,5)"),
+    "siemens, axes left out": ("siemens", "$P_UIFR[1] = CTRANS(Y,200,X,300,Z,-50) : CROT(Z,5) ; G54\nN20 G54\nM30"),
+    "siemens, fine": ("siemens", "$P_UIFR[2]=CTRANS(X,299,Y,200,Z,-50):CFINE(X,1):CROT(Z,5)"),
     "heidenhain in inch": ("heidenhain", f"0 BEGIN PGM 1 INCH\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+{300 / 25.4:.9f}\nCYCL DEF 7.2 Y+{200 / 25.4:.9f}\nCYCL DEF 7.3 Z{-50 / 25.4:.9f}\nPLANE SPATIAL SPA+0 SPB+0 SPC+5"),
 }  # fmt: skip
 
@@ -107,6 +109,12 @@ REFUSED = [
     ("kuka", "{X 300,5,Y 200,Z -50,A 5,B 0,C 0}", "no name"),
     ("g10", "G10 L2 P1 X1.2.3 Y2 Z3 R4", "no number"),
     ("g10", "G10 L2 P1 X1 Y2 Z3 R4.5.6", "no number"),
+    ("siemens", "$P_UIFR[1]=CTRANS(X,1,Y,2,Z,3);:CROT(Z,5)", "in a comment"),
+    ("siemens", "$P_UIFR[1]=CTRANS(X,1,Y,2,Z,3)\nCROT(Z,5)", "more than one frame"),
+    ("siemens", "$P_UIFR[1]=CTRANS(X,1,Y,2,Z,3):CSCALE(X,2)", "CSCALE does not follow"),
+    ("siemens", "$P_UIFR[1]=CROT(Z,5):CTRANS(X,1)", "no pose"),
+    ("siemens", "$P_UIFR[1]=CTRANS(X,1,X,2)", "stands twice"),
+    ("siemens", "$P_UIFR[1]=CTRANS(X,1,5)", "no name"),
     ("g10", "G10 L20 P1 X1 Y2 Z3 R4", "L20"),
     ("g10", "G10 L2 P1 X1 Y2 Z3 R4 A5", "A5"),
     ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+1\nCYCL DEF 7.2 Y+2\nCYCL DEF 7.3 Z+3\nPLANE SPATIAL SPA+0 SPB+0 SPC+5,5", "no pose"),

@@ -14,6 +14,7 @@ from tactfix.lexer import Lexer
 from tactfix.pose_formats.literals import ABB, KUKA_LABELS, abb_pose, fanuc_pose, group, kuka_position, ur_pose
 from tactfix.pose_formats.one_pose import the_one, without_comments
 from tactfix.pose_formats.orientation import Quaternion
+from tactfix.pose_formats.pose import syntax_error
 
 _KUKA_COMMENT: Final = re.compile(r";[^\r\n]*")
 _KUKA: Final = re.compile(r"\{\s*(?:(?:E6POS|POS|FRAME)\s*:\s*)?[XYZABC]\s+[-+.0-9]", re.IGNORECASE)
@@ -25,6 +26,11 @@ _UR: Final = re.compile(r"(?<![A-Za-z0-9_])p\s*\[")
 _UR_COMMENT: Final = re.compile(r"#[^\r\n]*")
 _SIEMENS_UNITS: Final = re.compile(r"(?<![A-Za-z_$])G\s*(70|71)0?(?![0-9.])", re.IGNORECASE)
 _SIEMENS_COMMENT: Final = re.compile(r";[^\r\n]*")
+_SIEMENS: Final = re.compile(r"(?<![\w:])(?<!: )CTRANS\s*\(", re.IGNORECASE)
+_SIEMENS_PART: Final = re.compile(r"(?<!\w)C(?:TRANS|FINE|ROTS?|RPL|SCALE|MIRROR)\s*\(", re.IGNORECASE)
+_SIEMENS_HIDDEN: Final = re.compile(r";\s*:?\s*C(?:FINE|ROT)\s*\(", re.IGNORECASE)
+_SIEMENS_EXAMPLE: Final = "$P_UIFR[1]=CTRANS(X,0.0,Y,0.0,Z,0.0):CROT(X,0.0,Y,0.0,Z,0.0)"
+_SIEMENS_REMEDY: Final = f"write {_SIEMENS_EXAMPLE}"
 _HEIDENHAIN_UNITS: Final = re.compile(r"BEGIN\s+PGM\s+\S+\s+(MM|INCH)\b", re.IGNORECASE)
 _QUATERNION: Final = Quaternion(scalar_first=True)
 
@@ -80,6 +86,52 @@ def read_fanuc(text: str) -> tuple[Floats, None]:
 def read_ur(text: str) -> tuple[Floats, None]:
     """x, y, z, rx, ry, rz (6,)."""
     return np.array(the_one(without_comments(text, _UR_COMMENT), _UR, ur_pose, "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]")), None
+
+
+def read_siemens(text: str) -> tuple[Floats, str | None]:
+    """X, Y, Z, RX, RY, RZ (6,) of the one CTRANS(...):CFINE(...):CROT(...), and the unit; what is not named is zero."""
+    if any(_SIEMENS_HIDDEN.match(comment) for comment in _SIEMENS_COMMENT.findall(text)):
+        raise syntax_error("holds a part of the frame in a comment", f"write one, like {_SIEMENS_EXAMPLE}")
+    spoken = without_comments(text, _SIEMENS_COMMENT)
+    numbers, parts = the_one(spoken, _SIEMENS, _siemens_frame, _SIEMENS_EXAMPLE)
+    if len(_SIEMENS_PART.findall(spoken)) != parts:
+        raise syntax_error("holds more than one frame", f"write one, like {_SIEMENS_EXAMPLE}")
+    return numbers, siemens_units(text)
+
+
+def _siemens_frame(lexer: Lexer) -> tuple[Floats, int]:
+    """The numbers (6,) of a frame, and of how many parts it is chained."""
+    said: dict[str, Floats] = {}
+    end = lexer.position
+    while not said or lexer.take(":"):
+        part = lexer.name(_SIEMENS_REMEDY).upper()
+        if part not in ("CTRANS", "CFINE", "CROT") or part in said or "CROT" in said:
+            lexer.refuse(f"{part} does not follow here", "write CTRANS(...):CFINE(...):CROT(...), each once")
+        said[part] = _siemens_axes(lexer)
+        end = lexer.position
+    lexer.position = end
+    rest = re.split(r"[\r\n]", lexer.rest, maxsplit=1)[0].strip()
+    if rest:
+        lexer.refuse(f"{rest[:20]!r} is left over", _SIEMENS_REMEDY)
+    zeros = np.zeros(3)
+    shift = said["CTRANS"] + said.get("CFINE", zeros)
+    return np.concatenate([shift, said.get("CROT", zeros)]), len(said)
+
+
+def _siemens_axes(lexer: Lexer) -> Floats:
+    """(X,1.0,Z,3.0): numbers (3,) by axis."""
+    values: dict[str, float] = {}
+    lexer.mark("(", _SIEMENS_REMEDY)
+    while True:
+        axis = lexer.name(_SIEMENS_REMEDY).upper()
+        if axis not in ("X", "Y", "Z") or axis in values:
+            lexer.refuse(f"{axis} is no axis, or stands twice", _SIEMENS_REMEDY)
+        lexer.mark(",", _SIEMENS_REMEDY)
+        values[axis] = lexer.number(_SIEMENS_REMEDY)
+        if not lexer.take(","):
+            break
+    lexer.mark(")", _SIEMENS_REMEDY)
+    return np.array([values.get(axis, 0.0) for axis in "XYZ"])
 
 
 def siemens_units(text: str) -> str | None:

@@ -13,9 +13,9 @@ from tactfix.pose_formats.controller_text import (
     read_abb,
     read_fanuc,
     read_kuka,
+    read_siemens,
     read_ur,
     read_wobjdata,
-    siemens_units,
 )
 from tactfix.pose_formats.dialect import Dialect, NumberReader, Numbers, numeric
 from tactfix.pose_formats.number_syntax import NumberSyntax
@@ -163,7 +163,7 @@ MACHINES: Final = (
         _FIXED_XYZ,
         "$P_UIFR[1]=CTRANS(X,%.6f,Y,%.6f,Z,%.6f):CROT(X,%.6f,Y,%.6f,Z,%.6f)",
         ("; ", ""),
-        units_of=siemens_units,
+        reader=read_siemens,
     ),
     # PLANE SPATIAL turns only; the datum shift before it, in the axes not yet turned, carries the origin.
     _robot(
