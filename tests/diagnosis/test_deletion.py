@@ -1,13 +1,19 @@
 """What the linearised residuals say of contacts left out, against least squares without them."""
 
-from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from tactfix.diagnosis.deletion import Doubts
 from tactfix.localization.locate import locate
+from tactfix.poses.rigid import rigid_solutions
 from tests.support.problems import PLATE, placed, touch_all
+
+
+class Spoilt(NamedTuple):
+    rows: np.ndarray
+    doubts: Doubts
 
 
 @pytest.fixture
@@ -19,7 +25,7 @@ def spoilt():
     values[[3, 17, 30]] += [400.0, -900.0, 250.0]
     best, *_ = np.linalg.lstsq(rows, values, rcond=None)
     span = np.linalg.qr(rows)[0]
-    return SimpleNamespace(rows=rows, doubts=Doubts(values - rows @ best, span))
+    return Spoilt(rows=rows, doubts=Doubts(values - rows @ best, span))
 
 
 def left_without(rows, residuals, index):
@@ -56,9 +62,8 @@ def test_the_doubts_of_located_contacts_are_their_residuals():
     truth = touch_all(PLATE, {"plate": 5, "pin": 5, "ball": 5}, np.random.default_rng(1), sigma=0.01)
     contacts = truth.contacts(np.random.default_rng(2))
     result = locate(placed(PLATE), contacts)
-    residuals = np.array([c.residual for c in result.contacts])
-    normals = np.vstack([truth.normals])
-    best = SimpleNamespace(base_from_fixture=None, normals=normals, residuals=residuals)
+    surfaces = {name: feature.surface for name, feature in placed(PLATE).features.items()}
+    (best,) = rigid_solutions(surfaces, contacts, contacts.sigmas).found
     doubts = Doubts.of(contacts, contacts.sigmas, best)
     assert doubts.scaled @ doubts.scaled == pytest.approx(result.chi2, rel=1e-9)
     assert np.abs(doubts.span.T @ doubts.scaled).max() < 1e-2, "nothing is left that a motion of the fixture explains"

@@ -1,10 +1,9 @@
 """What the noisy study counts, shown answers that are right and wrong on purpose."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
+from tactfix.results import Candidate, LocateResult, Reason
 from tests.validation import noisy_poses
 from tests.validation.noisy_poses import Judge, Tally, examine
 from tests.validation.pose_oracle import all_real_poses
@@ -33,14 +32,12 @@ def covariance_of(touched: Touched, pose: np.ndarray) -> np.ndarray:
 
 def counts(touched: Touched, monkeypatch: pytest.MonkeyPatch, status: str, *candidates, covariance=None) -> dict:
     """What is counted where the answer has these (pose, reasons); located at the first without reasons."""
-    listed = [
-        SimpleNamespace(base_from_fixture=pose, accepted=not reasons, reasons=[SimpleNamespace(message=reasons)])
+    listed = tuple(
+        Candidate(pose, {}, 1.0, 0.0, (Reason("approach", None, None, reasons),) if reasons else ())
         for pose, reasons in candidates
-    ]
-    pose = next((pose for pose, reasons in candidates if not reasons), None) if status == "located" else None
-    answer = SimpleNamespace(
-        status=status, candidates=listed, base_from_fixture=pose, covariance=covariance, warnings=()
     )
+    pose = next((pose for pose, reasons in candidates if not reasons), None) if status == "located" else None
+    answer = LocateResult("noisy", "mm", status, pose, covariance, 0, None, None, None, listed, {}, ())
     monkeypatch.setattr(noisy_poses, "located", lambda _: answer)
     tally = Tally()
     examine("this one", touched, tally)
