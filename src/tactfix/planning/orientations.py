@@ -26,7 +26,9 @@ from tactfix.simulation.simulate import nominal_surfaces
 USUAL: Final = 12
 """Contacts where their number is left open: pose and tip are nine numbers, and three contacts check them."""
 PASSES: Final = 10
+"""Passes over all contacts at most."""
 PAYS: Final = 1e-6
+"""Share by which an exchange must improve to be made."""
 UNKNOWN: Final = 1e-9
 """Ratio of singular values below which the tip is not determined."""
 

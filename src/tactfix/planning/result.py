@@ -46,11 +46,11 @@ class Plan:
         Second poses within ten sigma; none where the plan is unique.
     starts, agreeing : int
         Random sets of touches that the search began with, and those that led to within one per cent of the best sigma.
+    steps : tuple of PlanStep
+        The table, where the number of contacts was left open.
     tip_sigma : float or None
         Largest standard deviation (units) of the tip's place in the flange, where it is found together with the pose;
         inf where the orientations do not tell it, None where none were planned.
-    steps : tuple of PlanStep
-        The table, where the number of contacts was left open.
 
     Examples
     --------
