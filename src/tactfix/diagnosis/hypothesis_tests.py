@@ -26,8 +26,11 @@ from tactfix.diagnosis.ranking import told_apart, without_generalizations
 from tactfix.diagnosis.telling import one_of, told
 from tactfix.diagnosis.trial_search import NOTHING, Explanation, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.geometry.surfaces import moved
 from tactfix.mistakes import CAUSES, DiagnosisCode
 from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit, normal_limit
+from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
 from tactfix.results import Diagnosis
@@ -56,13 +59,15 @@ ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
 }
 """Mistakes that change everything."""
 
+PLAINLY_OUT = 0.5
+"""Cosine of approach and normal, five times the 0.1 rad to which the direction of a pose must be known."""
 MOST_TOLD = 8
 """Entries of a diagnosis."""
 MOST_ASKED = 40
 """Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
 MOST_LEFT_OUT = 3
 """Contacts left out together: beyond three there are too many sets, and a robust fit finds them first."""
-COARSEST_SIGMA = 0.003
+COARSEST_SIGMA = 0.01
 """Share of the contacts' spread above which no larger sigma is offered: whatever does not fit would fit with it."""
 MOST_TIMES = 30.0
 """Times the sigma of the file above which no larger one is offered, for the same reason."""
@@ -120,7 +125,7 @@ def _accepted(
 def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accepts) -> str | None:
     hypothesis = one.hypothesis
     corrected = hypothesis.corrected(problem, one.values)
-    if corrected.contacts.tip_radius < 0:
+    if corrected.contacts.tip_radius < 0 or (not hypothesis.deleted and _comes_out(corrected, one.base_from_fixture)):
         return None
     moved = set(hypothesis.surfaces) | (set(hypothesis.features) if hypothesis.free == "place" else set())
     # Touch boxes say where a feature is touched that stands where the file says.
@@ -129,6 +134,16 @@ def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accep
     remark = accepts(replace(fixture, touch=touch), corrected.contacts, solution)
     # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
     return remark if not remark or hypothesis.deleted else None
+
+
+def _comes_out(corrected: Problem, base_from_fixture: Floats) -> bool:
+    """Whether a contact came out of the material by so much that either the pose falls or its direction is unknown.
+
+    A pose whose normals are less sure than that is worthless; so no covariance is needed to tell.
+    """
+    surfaces = {name: moved(base_from_fixture, surface) for name, surface in corrected.surfaces.items()}
+    _, normals = contact_residuals(surfaces, corrected.contacts)
+    return bool((np.einsum("ij,ij->i", corrected.contacts.approaches, normals) > PLAINLY_OUT).any())
 
 
 def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]) -> tuple[Diagnosis, ...]:

@@ -27,7 +27,7 @@ from tactfix.values import frozen_value
 
 POSES = 8
 """Poses that trials start from, beside those known."""
-FEW_STARTS = 200
+FEW_STARTS = 120
 """Rotations from which a problem is searched that is changed as a whole."""
 FEW_STARTS_PLANES = 60
 """The same where all features are planes: contacts are linear in the rotation, and a descent comes from farther."""
