@@ -1,0 +1,61 @@
+"""What is known beforehand, and what is not: locate with a rough pose, and with an unknown tip, in process.
+
+OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_known [ROUNDS]
+"""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from tactfix import load_contacts, load_fixture, locate
+from tactfix.fixture import Placement
+from tests.benchmarks.clock import ROOT, best_of_each, heading, table
+from tests.support.flange_touches import PLATE, fixture_of
+from tests.unknowns.test_unknown_tip import plate_problem
+
+MATRIX = np.random.default_rng(1).standard_normal((100, 100))
+"""What is decomposed."""
+NAMES = ("cylinder-sphere", "three-spheres", "three-planes", "robot-cell-plate", "machine-tool-ball-bar")
+
+
+def main(rounds: int) -> None:
+    problem = plate_problem(1, 4, 45.0)
+    cell, contacts = fixture_of(PLATE), problem.contacts
+    works = {
+        "svd": lambda: np.linalg.svd(MATRIX),
+        "tip known": lambda: locate(cell, contacts.with_tip(problem.tip - contacts.tip_offset, 3.0)),
+        "tip unknown": lambda: locate(cell, contacts, unknown=["tip"]),
+    }
+    best = best_of_each(works, rounds)
+    print(heading(f"In process, best of {rounds}") + "\n")
+    rows = [
+        (name, len(contacts), f"{1e3 * best[name]:.1f}", f"{best[name] / best['svd']:.1f}")
+        for name in ("tip known", "tip unknown")
+    ]
+    print(table(("plate, pin and ball, four tool orientations", "contacts", "ms", "x SVD of 100 x 100"), rows))
+    rows = []
+    for name in NAMES:
+        fixture = load_fixture(ROOT / f"fixtures/{name}.yaml")
+        touched = load_contacts(ROOT / f"samples/{name}/contacts.csv", fixture)
+        found = locate(fixture, touched)
+        scale = touched.spread / 10
+        yesterday = {
+            "within": Placement(found.base_from_fixture, (scale, np.radians(5))),
+            "sigma": Placement(found.base_from_fixture, sigma=found.covariance),
+        }
+        works = {"svd": lambda: np.linalg.svd(MATRIX), "without": lambda f=fixture, c=touched: locate(f, c)}
+        for how, placement in yesterday.items():
+            placed = replace(fixture, placement=placement)
+            # A measured pose takes a fixture of one shape.
+            if how == "within" or fixture.is_placed:
+                works[how] = lambda f=placed, c=touched: locate(f, c)
+        best = best_of_each(works, rounds)
+        ratios = (f"{best[how] / best['without']:.2f}" if how in best else "" for how in yesterday)
+        rows.append((f"`{name}`", f"{1e3 * best['without']:.1f}", f"{best['without'] / best['svd']:.1f}", *ratios))
+    columns = ("fixture", "without, ms", "x SVD of 100 x 100", "with limits, x without", "measured, x without")
+    print("\n" + table(columns, rows))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30)
