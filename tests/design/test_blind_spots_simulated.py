@@ -20,6 +20,9 @@ from tactfix.simulation.simulate import simulate
 from tests.support.project import BAD_DESIGNS, ROOT
 
 SEEDS = 3
+# A tip that stands elsewhere in the flange is judged where tool orientations are planned: these fixtures have none, and
+# tests of the simulated tool orientations hold it.
+JUDGED = [error for error in BLIND_SPOTS if error != "tip_offset"]
 # Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
 FIXTURES = {
     "corner": (BAD_DESIGNS / "corner.yaml", 9),
@@ -237,7 +240,7 @@ def noisy(fixture, contacts, normals, seed):
     return replace(contacts, points=contacts.points + scatter[:, None] * normals)
 
 
-@pytest.mark.parametrize("error", BLIND_SPOTS)
+@pytest.mark.parametrize("error", JUDGED)
 @pytest.mark.parametrize("name", FIXTURES)
 def test_the_mistake_made_on_purpose(name, error):
     _, _, _, normals, report = judged(name)
@@ -271,7 +274,7 @@ def test_the_mistake_made_on_purpose(name, error):
 def test_the_cases_hold_mistakes_that_show_and_mistakes_that_do_not():
     """A test of blind spots that never meets one, or only such, would show little."""
     spots = [spot for name in FIXTURES for spot in judged(name)[4].blind_spots]
-    assert {spot.error for spot in spots} == set(BLIND_SPOTS)
+    assert {spot.error for spot in spots} == set(JUDGED)
     hidden = {spot.error for spot in spots if spot.power < 0.01}
     shown = {spot.error for spot in spots if spot.detectable}
     assert {"tip_radius", "tip_sign", "pretravel", "scale", "unit", "labels"} <= hidden

@@ -76,7 +76,7 @@ def test_the_covariance_is_that_of_many_draws() -> None:
     for _ in range(400):
         points = np.array([SEATS[name] for name in SEATS]) + rng.normal(0, SIGMA, (3, 3))
         result = locate(seats(), contacts_from_arrays(list(SEATS), points, sigma=SIGMA, tip_radius=0.0))
-        turn = Rotation.from_matrix(result.base_from_fixture[:3, :3]).as_rotvec()
+        turn = Rotation.from_matrix(np.array(result.base_from_fixture[:3, :3])).as_rotvec()
         poses.append(np.concatenate([turn, result.base_from_fixture[:3, 3]]))
         told = result.covariance
     seen = np.sqrt(np.diag(np.cov(np.array(poses).T)))

@@ -16,6 +16,8 @@ SEED = 5
 
 def pair(fault, fixture=None, **options):
     fixture = fixture or ball_and_bar()
+    if fault.kind == "wrong-tip":  # shows only where the tool is turned
+        options["orientations"] = 4
     return simulate(fixture, seed=SEED, **options), simulate(fixture, seed=SEED, fault=fault, **options)
 
 

@@ -89,6 +89,8 @@ class _Candidates:
         fixture_from_base = inverse(self.pose)
         self.surfaces = {name: moved(fixture_from_base, surface) for name, surface in solution.surfaces.items()}
         self.access = access_of(fixture, self.surfaces, tip_radius)
+        # A lone point has no size; all about it is a turn, which no unit of length makes more or less seen.
+        self.length = self.access.radius or 1.0
         spread = {name: self.access.spread(name, TRIED_PER_FEATURE) for name in self.surfaces}
         self.names = [name for name, (points, _) in spread.items() for _ in points]
         self.points = np.concatenate([points for points, _ in spread.values()])
@@ -104,8 +106,8 @@ class _Candidates:
         return self._information(self.points[number][None], self.normals[number][None])
 
     def _information(self, points: Floats, normals: Floats) -> Floats:
-        """What touches at points (n, 3) with normals (n, 3) see, (6, 6), lengths in radii of the fixture."""
-        rows = np.hstack([cross((points - self.access.centre) / self.access.radius, normals), normals])
+        """What touches at points (n, 3) with normals (n, 3) see, (6, 6), lengths in self.length."""
+        rows = np.hstack([cross((points - self.access.centre) / self.length, normals), normals])
         return np.asarray(rows.T @ rows)
 
     def information_of(self, contacts: Contacts) -> Floats:
