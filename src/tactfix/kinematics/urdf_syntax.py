@@ -11,6 +11,7 @@ from xml.parsers import expat
 
 import numpy as np
 
+from tactfix.decimal_text import number_of
 from tactfix.errors import Problem, TactfixError
 from tactfix.geometry.arrays import Floats
 
@@ -164,24 +165,20 @@ class _Reader:
         return attributes[key]
 
     def number(self, attributes: dict[str, str], key: str, default: float) -> float:
-        try:
-            value = float(attributes.get(key, default))
-        except ValueError:
-            value = np.nan
-        if not np.isfinite(value):
+        if key not in attributes:
+            return default
+        value = number_of(attributes[key].strip())
+        if value is None:
             raise self.error(f"{key} is {attributes[key]!r}, not a number", "write a finite number")
         return value
 
     def vector(self, attributes: dict[str, str], key: str, default: Floats) -> Floats:
         if key not in attributes:
             return default
-        try:
-            values = np.array([float(word) for word in attributes[key].split()])
-        except ValueError:
-            values = np.array([])
-        if values.shape != (3,) or not np.isfinite(values).all():
+        values = [number_of(word) for word in attributes[key].split()]
+        if len(values) != 3 or None in values:
             raise self.error(f"{key} is {attributes[key]!r}, not three numbers", f'write {key}="0 0 0"')
-        return values
+        return np.array(values, dtype=np.float64)
 
     def error(self, what: str, remedy: str) -> UrdfError:
         return UrdfError(what, remedy, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)
