@@ -121,6 +121,16 @@ def test_touches_all_around_a_feature_are_no_repeats(with_approaches: bool) -> N
     )
 
 
+def test_touches_from_directions_too_different_are_no_repeats() -> None:
+    for widest, warned in ((0.8, True), (0.1, False)):
+        angles = np.linspace(-widest, widest, 8)
+        out = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+        # Deviations along the approach as large as those across it: only the directions tell.
+        points = np.random.default_rng(4).normal(0, 0.01, (8, 3))
+        touched = contacts_from_arrays("pin", points, -out, sigma=1.0, tip_radius=0.0)
+        assert any("reference ball" in warning for warning in qualify(touched).warnings) == warned
+
+
 def test_what_says_nothing_of_a_probe_is_refused() -> None:
     with pytest.raises(NotQualifiedError, match="no place is touched twice"):
         qualify(readings([1.0, 2.0], ["a", "b"]))
