@@ -75,16 +75,10 @@ def test_every_command_is_there_and_helps(command: str, capsys: pytest.CaptureFi
     assert (ROOT / "src" / Path(*module_of(command).split("."))).with_suffix(".py").exists()
 
 
-NAMING = ("simulate", "convert", "import")
-"""The commands whose help names faults and formats, and imports what it names."""
-
-
 def test_help_and_version_import_nothing_heavy() -> None:
-    lines = [("--version",), ("--help",), *((name, "--help") for name in COMMANDS if name not in NAMING)]
-    lines += [(name, "--help") for name in NAMING]
+    lines = [("--version",), ("--help",), *((name, "--help") for name in COMMANDS)]
     for line, modules in zip(lines, imported_by_each((line, {}) for line in lines), strict=True):
-        named = {"numpy", "yaml"} if line[0] in NAMING else set()
-        assert modules.isdisjoint(set(HEAVY) - named), line
+        assert modules.isdisjoint(HEAVY), line
 
 
 def completing(line: str, word: int) -> dict[str, str]:
@@ -93,7 +87,14 @@ def completing(line: str, word: int) -> dict[str, str]:
 
 
 def test_completion_imports_nothing_heavy() -> None:
-    lines = ["tactfix lo", "tactfix locate --ma", "tactfix fit cy"]
+    lines = [
+        "tactfix lo",
+        "tactfix locate --ma",
+        "tactfix fit cy",
+        "tactfix convert p --to k",
+        "tactfix import l.txt -",
+    ]
+    lines += ["tactfix locate f c --format k", "tactfix simulate f --fault o"]
     asked = [((), completing(line, len(line.split()) - 1)) for line in lines]
     for line, modules in zip(lines, imported_by_each(asked), strict=True):
         assert modules.isdisjoint(HEAVY), line

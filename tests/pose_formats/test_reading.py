@@ -7,7 +7,8 @@ import pytest
 
 from tactfix.errors import FileError, UsageError
 from tactfix.files.pose_file import load_pose
-from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.formats import SUFFIXES
+from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.convert import write_pose
 from tactfix.pose_formats.pose import PoseSyntaxError
 from tests.support.plain_poses import pose, turn

@@ -5,21 +5,18 @@ from collections.abc import Callable, Iterator
 
 from tactfix.errors import TactfixError
 from tactfix.files.templates import TEMPLATES
+from tactfix.formats import LOG_NAMES, POSE_FORMATS
 from tactfix.units import UNITS
 
 
 def pose_formats(incomplete: str) -> list[str]:
     """The formats of poses."""
-    from tactfix.pose_formats import DIALECTS
-
-    return [name for name in DIALECTS if name.startswith(incomplete)]
+    return [name for name in POSE_FORMATS if name.startswith(incomplete)]
 
 
 def contact_formats(incomplete: str) -> list[str]:
     """The formats of contacts."""
-    from tactfix.files.logs import LOG_FORMATS
-
-    return [name for name in ("csv", *LOG_FORMATS) if name.startswith(incomplete)]
+    return [name for name in ("csv", *LOG_NAMES) if name.startswith(incomplete)]
 
 
 def templates(incomplete: str) -> list[str]:

@@ -8,11 +8,10 @@ from tactfix.cli import completion
 from tactfix.cli.options import Output, Quiet
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
-from tactfix.pose_formats import DIALECTS, SUFFIXES, composition
-from tactfix.pose_formats.convert import LEVER_ARM_MM, find_dialect, write_pose
-from tactfix.pose_formats.dialect import Dialect
+from tactfix.formats import LEVER_ARM_MM, POSE_FORMATS, SUFFIXES
 
-_NAMES = ", ".join(DIALECTS)
+_NAMES = ", ".join(POSE_FORMATS)
+"""As --help and a complaint list them."""
 
 
 def command(
@@ -70,22 +69,24 @@ def command(
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     from tactfix.files.pose_file import load_pose
+    from tactfix.pose_formats import composition
+    from tactfix.pose_formats.convert import find_dialect, write_pose
 
-    dialect = _wanted(to, None if output is None else output.suffix.lower())
+    name = find_dialect(_wanted(to, None if output is None else output.suffix.lower())).name
     given = load_pose(pose, units=units, dialect=from_)
     given = composition.inverse(given) if inverse else given
     if on is not None:
         given = composition.on(load_pose(on, default_units=units), given)
-    written = write_pose(dialect.name, given, force=force, lever_arm_mm=lever_arm)
+    written = write_pose(name, given, force=force, lever_arm_mm=lever_arm)
     emit(written.text, output)
     tell(written.notes, quiet=quiet)
     return 0
 
 
-def _wanted(to: str | None, suffix: str | None) -> Dialect:
+def _wanted(to: str | None, suffix: str | None) -> str:
     """The dialect that --to names, else the one that the output's ending means."""
     if to is not None:
-        return find_dialect(to)
+        return to
     if suffix is None or suffix not in SUFFIXES:
         raise UsageError(f"which dialect? give --to {_NAMES}, or an --output that ends with {', '.join(SUFFIXES)}")
-    return DIALECTS[SUFFIXES[suffix]]
+    return SUFFIXES[suffix]

@@ -18,14 +18,14 @@ from tactfix.cli.options import (
 )
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
-from tactfix.files.logs import LOG_FORMATS
+from tactfix.formats import LOG_NAMES
 
 
 def command(
     log: Annotated[str, typer.Argument(metavar="LOG", help="The log of a machine; - is standard input.")],
     contacts_format: Annotated[
         str | None,
-        typer.Option("--contacts-format", metavar="NAME", help=f"What LOG is: {', '.join(LOG_FORMATS)}."),
+        typer.Option("--contacts-format", metavar="NAME", help=f"What LOG is: {', '.join(LOG_NAMES)}."),
     ] = None,
     features: Features = None,
     units: Annotated[
@@ -51,7 +51,7 @@ def command(
     from tactfix.files.logs.load import read_log
 
     if contacts_format is None:
-        raise UsageError(f"which format? give --contacts-format {', '.join(LOG_FORMATS)}")
+        raise UsageError(f"which format? give --contacts-format {', '.join(LOG_NAMES)}")
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
     wanted = log_options(features, offset, approach, repeats, work_offset)
     read = read_log(contacts_format, log, None, ContactOptions(units, tip_radius, sigma), wanted, complete=False)

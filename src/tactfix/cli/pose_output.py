@@ -27,7 +27,7 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
     name = format_name or _PLAIN_SUFFIXES.get(suffix)
     if name in ("matrix", "json"):
         return name
-    from tactfix.pose_formats import SUFFIXES
+    from tactfix.formats import SUFFIXES
     from tactfix.pose_formats.convert import find_dialect
 
     if name is None and suffix not in SUFFIXES:

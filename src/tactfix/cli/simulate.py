@@ -9,7 +9,6 @@ from tactfix.cli import completion
 from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
 from tactfix.cli.output import emit
 from tactfix.mistakes import FAULT_KINDS
-from tactfix.simulation.faults import parse_fault
 
 if TYPE_CHECKING:
     from tactfix.fixture import Fixture
@@ -79,6 +78,7 @@ def command(
     from tactfix.report.json_report import text_of
     from tactfix.report.plan_csv import simulation_csv
     from tactfix.report.plan_json import simulation_json
+    from tactfix.simulation.faults import parse_fault
     from tactfix.simulation.simulate import simulate
 
     asked = None if fault is None else parse_fault(fault)

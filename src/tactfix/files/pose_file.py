@@ -6,7 +6,8 @@ from pathlib import Path
 
 from tactfix.errors import FileError, UsageError
 from tactfix.files.reading import read_bytes
-from tactfix.pose_formats import DIALECTS, SUFFIXES
+from tactfix.formats import SUFFIXES
+from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError
 from tactfix.pose_formats.recognition import recognized
 from tactfix.units import UNITS, which_unit

@@ -4,30 +4,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
+from tactfix.formats import POSE_FORMATS
 from tactfix.pose_formats.controllers import MACHINES, ROBOTS, ROS_LINES
 from tactfix.pose_formats.dialect import Dialect
 from tactfix.pose_formats.plain import PLAIN, ROS_MESSAGE
 
-DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
-    {dialect.name: dialect for dialect in (*PLAIN, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)}
-)
-
-SUFFIXES: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        ".txt": "matrix",
-        ".json": "json",
-        ".yaml": "yaml",
-        ".yml": "yaml",
-        ".csv": "csv",
-        ".npy": "npy",
-        ".urdf": "urdf",
-        ".src": "kuka",
-        ".mod": "abb-wobjdata",
-        ".script": "ur",
-        ".h": "heidenhain",
-        ".mpf": "siemens",
-        ".ngc": "g10",
-        ".nc": "g68.2",
-    }
-)
-"""Which dialect a file name's ending means."""
+_MADE: Final = {dialect.name: dialect for dialect in (*PLAIN, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)}
+"""In the order in which they are made."""
+DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType({name: _MADE[name] for name in POSE_FORMATS})
+"""The dialect of each name, in the order in which they are listed."""

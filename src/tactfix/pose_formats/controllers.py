@@ -7,6 +7,7 @@ where only one source confirmed a convention its title says so.
 from collections.abc import Callable
 from typing import Final
 
+from tactfix.formats import PoseFormat
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.controller_text import (
     heidenhain_units,
@@ -35,7 +36,7 @@ _NO_COMMENT: Final = ("", "")
 
 
 def _robot(
-    name: str,
+    name: PoseFormat,
     title: str,
     labels: str,
     orientation: Orientation,
@@ -60,7 +61,7 @@ def _robot(
 
 
 def _metric(
-    name: str,
+    name: PoseFormat,
     title: str,
     labels: str,
     orientation: Orientation,

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.errors import PoseRefusedError, UsageError
+from tactfix.formats import LEVER_ARM_MM
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_from_vector, skew
 from tactfix.pose_formats import DIALECTS
@@ -15,8 +16,6 @@ from tactfix.pose_formats.pose import Pose
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
-LEVER_ARM_MM: Final = 500.0
-"""How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
 _MOST_OF_SIGMA: Final = 0.1
 """Share of sigma that rounding may cost."""
 # Chi-square of two degrees of freedom that noise exceeds once in 100 times.

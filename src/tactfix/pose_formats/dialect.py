@@ -5,6 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tactfix.formats import PoseFormat
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous
 from tactfix.pose_formats.number_syntax import NumberSyntax
@@ -42,7 +43,7 @@ class Dialect:
     comments: whether remarks find a place in the text. has_units: whether the text says, or the dialect fixes, units.
     """
 
-    name: str
+    name: PoseFormat
     title: str
     write: Callable[[Pose, tuple[str, ...]], str | bytes]
     read: Callable[[str | bytes], Pose]
@@ -58,7 +59,7 @@ NumberReader: TypeAlias = Callable[[str], tuple[Floats, str | None]]
 
 
 def numeric(
-    name: str, title: str, numbers: Numbers, syntax: NumberSyntax, reader: NumberReader | None = None
+    name: PoseFormat, title: str, numbers: Numbers, syntax: NumberSyntax, reader: NumberReader | None = None
 ) -> Dialect:
     """The dialect that writes numbers in syntax, and reads them with reader, without one by the same syntax."""
 

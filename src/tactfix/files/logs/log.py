@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from tactfix.errors import Problem
+from tactfix.formats import LogName
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer, TextError
 from tactfix.values import frozen_value
@@ -54,7 +55,7 @@ class LogFormat:
     the format itself fixes the frame.
     """
 
-    name: str
+    name: LogName
     title: str
     read: LogReader
     compensated: bool = False
