@@ -15,22 +15,20 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.robust_poses import BOUND, ROBUST_STARTS, robust_poses
+from tactfix.diagnosis.robust_poses import ALIKE, BOUND, robust_poses
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.rigid import homogeneous, inverse
-from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
+from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
+from tactfix.poses.all_poses import all_poses
+from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.values import frozen_value
 
 POSES = 8
 """Poses that trials start from, beside those known."""
-FEW_STARTS = 120
-"""Rotations from which a problem is searched that is changed as a whole."""
-FEW_STARTS_PLANES = 60
-"""The same where all features are planes: contacts are linear in the rotation, and a descent comes from farther."""
 FIRST_STEPS, LAST_STEPS = 3, 30
 """Steps of every trial, and of those that are FOLLOWED to the end."""
 FOLLOWED = 80
@@ -73,16 +71,16 @@ class Explanation:
 class TrialSearch:
     """One problem and the poses that trials of hypotheses on it start from."""
 
-    def __init__(self, problem: Problem, known: Sequence[Floats] = (), starts: int = ROBUST_STARTS) -> None:
+    def __init__(self, problem: Problem, known: Sequence[Floats] = ()) -> None:
         self.problem = problem
         self.single = problem.single
         self.frame = SearchFrame.of(self.single.surfaces, self.single.contacts)
-        self.rotations, self.offsets = self._poses(known, starts)
+        self.rotations, self.offsets = self._poses(known)
 
-    def _poses(self, known: Sequence[Floats], starts: int) -> tuple[Floats, Floats]:
+    def _poses(self, known: Sequence[Floats]) -> tuple[Floats, Floats]:
         smallest = float(self.single.sigmas.min())
         equations = self.frame.equations(self.single.surfaces, self.single.contacts, smallest / self.single.sigmas)
-        rotations, offsets = robust_poses(equations, smallest / self.frame.length, POSES, starts)
+        rotations, offsets = robust_poses(equations, smallest / self.frame.length, POSES)
         turns = np.array([pose[:3, :3].T for pose in known]).reshape(-1, 3, 3)
         origins = np.array([self.frame.base_origin - pose[:3, 3] for pose in known]).reshape(-1, 3)
         shifts = ((turns @ origins[..., None])[..., 0] - self.frame.fixture_origin) / self.frame.length
@@ -100,11 +98,13 @@ class TrialSearch:
             return []
         begun = fitted(table, trials, FIRST_STEPS)
         penalties = np.array([hypothesis.penalty(self.problem) for hypothesis in hypotheses])
-        followed = _most_plausible(begun.chi2 + penalties[of], of)
+        followed = _most_plausible(begun, penalties[of], of)
         ended = fitted(table, begun.trials.take(followed), LAST_STEPS)
         ends: dict[int, list[int]] = {}
         for number in np.argsort(ended.chi2, kind="stable").tolist():
-            ends.setdefault(int(of[followed[number]]), []).append(number)
+            already = ends.setdefault(int(of[followed[number]]), [])
+            if not _is_any(ended.trials, number, already):
+                already.append(number)
         found = [self._explanation(hypotheses[h], ended, numbers, float(penalties[h])) for h, numbers in ends.items()]
         return sorted(found, key=lambda explanation: explanation.score)
 
@@ -199,36 +199,46 @@ def searched_anew(problem: Problem, hypotheses: Iterable[Hypothesis]) -> list[Ex
     found = []
     for hypothesis in hypotheses:
         try:
-            best = _found_anew(hypothesis.corrected(problem, np.zeros(0)))
+            fits = _fits_anew(hypothesis.corrected(problem, np.zeros(0)))
         except TactfixError:  # a tip that does not fit into a bore
             continue
-        if best is not None:
-            penalty = hypothesis.penalty(problem)
-            ways = [replace(way, hypothesis=hypothesis, score=way.chi2 + penalty, others=()) for way in best.ways]
+        penalty = hypothesis.penalty(problem)
+        ways = [
+            Explanation(hypothesis, np.zeros(0), fit.base_from_fixture, fit.chi2, fit.chi2 + penalty) for fit in fits
+        ]
+        if ways:
             found.append(replace(ways[0], others=tuple(ways[1:])))
     return found
 
 
-def _found_anew(problem: Problem) -> Explanation | None:
+def _fits_anew(problem: Problem) -> Sequence[PoseFit]:
+    """The poses that explain all of the problem's contacts, best first."""
     if least_chi_square(problem.surfaces, problem.contacts, problem.sigmas) > chi_square_limit(problem.dof):
-        return None
-    only_planes = all(isinstance(problem.surfaces[name], Plane) for name in problem.contacts.by_feature)
-    starts = FEW_STARTS_PLANES if only_planes else FEW_STARTS
-    return TrialSearch(problem, starts=starts).explanations([NOTHING])[0]
+        return ()
+    single = problem.single
+    return all_poses(single.surfaces, single.contacts, single.sigmas, with_misses=False, thorough=False).fits
 
 
-def _most_plausible(scores: Floats, of: Ints) -> Ints:
-    """The trials of the hypotheses with the smallest scores, FROM each."""
-    taken: dict[int, int] = {}
-    kept = []
-    for number in np.argsort(scores, kind="stable").tolist():
+def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:
+    """The trials of the hypotheses that are most plausible as yet, FROM each, those that have met as one."""
+    taken: dict[int, list[int]] = {}
+    for number in np.argsort(begun.chi2 + penalties, kind="stable").tolist():
         hypothesis = int(of[number])
         if hypothesis not in taken and len(taken) == FOLLOWED:
             continue
-        taken[hypothesis] = taken.get(hypothesis, 0) + 1
-        if taken[hypothesis] <= FROM:
-            kept.append(number)
-    return np.array(kept, dtype=np.intp)
+        already = taken.setdefault(hypothesis, [])
+        if len(already) < FROM and not _is_any(begun.trials, number, already):
+            already.append(number)
+    return np.array([number for numbers in taken.values() for number in numbers], dtype=np.intp)
+
+
+def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
+    """Whether a trial stands where one of the others does."""
+    return any(
+        np.abs(trials.rotations[number] - trials.rotations[k]).max() < ALIKE
+        and np.abs(trials.offsets[number] - trials.offsets[k]).max() < ALIKE
+        for k in others
+    )
 
 
 class _Rows:
