@@ -69,7 +69,7 @@ def made_wrong(name, spot):
     what = spot.message.rsplit(": ", 1)[0]
     if spot.error == "mirrored":
         return mirror_image(judged(name)[0]), judged(name)[2]
-    if spot.error in ("radius", "distance", "diameter", "axes"):
+    if spot.error in ("radius", "distance", "diameter", "side", "axes"):
         fixture, surfaces, plan, *_ = judged(name)
         wrong = wrong_surfaces(surfaces, what)
         touch = {n: box for n, box in fixture.touch.items() if spot.error != "axes" or n not in wrong}
@@ -173,6 +173,9 @@ def wrong_surfaces(surfaces, what):
     if "doubled" in what:
         names = re.split(r", | and ", re.match(r"radius of (.*) doubled", what)[1])
         return {n: replace(surfaces[n], radius=2 * surfaces[n].radius) for n in names}
+    if what.startswith("side"):
+        name = re.match(r"side of (\w+) taken", what)[1]
+        return {name: replace(surfaces[name], side="inner" if surfaces[name].side == "outer" else "outer")}
     if "exchanged" in what:
         a, b, point, name = re.match(r"(\w) and (\w) of (the point of )?(\w+) exchanged", what).groups()
         order = ["xyz".index(axis) for axis in "xyz".replace(a, "-").replace(b, a).replace("-", b)]
@@ -247,7 +250,7 @@ def test_the_mistake_made_on_purpose(name, error):
     spots = [s for s in report.blind_spots if s.error == error]
     if not spots:
         assert name == "corner", "only square planes have neither radius nor distance"
-        assert error in ("radius", "distance", "diameter")
+        assert error in ("radius", "distance", "diameter", "side")
         return
     (spot,) = spots
     fixture, contacts = made_wrong(name, spot)

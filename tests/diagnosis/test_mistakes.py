@@ -24,6 +24,7 @@ CASES = [
     ("one radius", "plate, two pins"),
     ("one diameter", "bar, ball, plane"),
     ("all diameters", "three balls"),
+    ("one side", "plate, two pins"),
     ("one feature 0.3-5 mm elsewhere", "plate, pins, balls"),
     ("x and y of one feature", "three balls"),
     ("mirrored", "bar, ball, plane"),

@@ -196,6 +196,10 @@ def all_diameters(patches, counts, rng):
     return None if said == dict(patches) else Case(said, contacts, "diameter")
 
 
+def other_side(patch, rng):
+    return None if patch.kind == "plane" else replace(patch, side="inner" if patch.side == "outer" else "outer")
+
+
 def elsewhere(patch, rng):
     shift = rng.normal(size=3)
     shift *= rng.uniform(0.3, 5.0) / np.linalg.norm(shift)
@@ -236,6 +240,7 @@ MISTAKES: Mapping[str, Maker] = {
     "one radius": wrong_file(other_radius, "radius"),
     "one diameter": wrong_file(diameter, "diameter"),
     "all diameters": all_diameters,
+    "one side": wrong_file(other_side, "side"),
     "one feature 0.3-5 mm elsewhere": wrong_file(elsewhere, "feature_place"),
     "x and y of one feature": wrong_file(xy_exchanged, "axes"),
     "mirrored": mirrored,

@@ -69,7 +69,7 @@ def command(
     reversed-approaches, swapped-labels, wrong-label, exchanged-features, wrong-unit (factor; 25.4), forgotten-tip and
     tip-sign (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4), wrong-sigma (factor; 10),
     wrong-tip (length; 20 sigma; takes --orientations). What the fixture file has wrong: wrong-radius (length; 20
-    sigma), diameters, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
+    sigma), diameters, wrong-side, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
     """
     from tactfix.cli.placement import placed
     from tactfix.files.contact_options import ContactOptions

@@ -31,7 +31,7 @@ from tactfix.design.blind_spot import (
     worst,
 )
 from tactfix.design.nominal_contacts import SIGMAS_OFF, Touched, moments, most_telling, normals_of, shift_of
-from tactfix.design.wrong_files import diameters, exchanged_axes, mirror_image, wrong_place, wrong_radius
+from tactfix.design.wrong_files import diameters, exchanged_axes, mirror_image, wrong_place, wrong_radius, wrong_side
 from tactfix.design.wrong_labels import least_visible, relabels, swaps
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
@@ -240,6 +240,7 @@ JUDGES: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
     "distance": wrong_place,
     "radius": wrong_radius,
     "diameter": diameters,
+    "side": wrong_side,
     "axes": exchanged_axes,
     "mirrored": mirror_image,
 }

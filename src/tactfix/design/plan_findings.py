@@ -46,6 +46,7 @@ _REMEDIES: Final = {
     "wrong_label": "touch each feature more often: a contact that is labelled as another one is then hard to fit",
     "contacts": "touch those features once more each: two bad contacts then stand against more good ones",
     "diameter": "add contacts around the feature, on opposite sides of it",
+    "side": "let the contact file say how the probe came (ax, ay, az): a bore is touched outwards, a boss inwards",
     "axes": "add contacts or a feature that measures where this one stands, and have the fixture measured",
     "mirrored": "add a feature off the plane of symmetry, or touch boxes that tell one side from the other",
     "approach": "let the contact file say how the probe came (ax, ay, az)",

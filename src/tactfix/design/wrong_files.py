@@ -12,7 +12,7 @@ import numpy as np
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
 from tactfix.design.nominal_contacts import SIGMAS_OFF, shift_of
 from tactfix.diagnosis.corrections import Hypothesis, Problem
-from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections
+from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
@@ -51,6 +51,13 @@ def diameters(case: Case) -> list[BlindSpot]:
     words = {_key(one): f"radius of {listed(list(one))} doubled" for one in wrong}
     hypotheses = [Hypothesis("diameter", features=tuple(one), surfaces=one) for one in wrong]
     return _judged("diameter", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+
+
+def wrong_side(case: Case) -> list[BlindSpot]:
+    """A boss written as a bore, or a bore as a boss."""
+    hypotheses = sides(_problem(case))
+    words = {_key(h.surfaces): f"side of {h.features[0]} taken for the other" for h in hypotheses}
+    return _judged("side", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
 
 
 def exchanged_axes(case: Case) -> list[BlindSpot]:

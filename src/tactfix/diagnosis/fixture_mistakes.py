@@ -1,4 +1,4 @@
-"""Mistakes in the fixture file: sizes, places, coordinates exchanged or mirrored, features taken for each other."""
+"""Mistakes in the fixture file: sizes, sides, places, coordinates exchanged or mirrored, features exchanged."""
 
 import math
 from collections.abc import Iterator
@@ -44,6 +44,21 @@ def _round(problem: Problem) -> dict[str, Sphere | Cylinder]:
 def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
     """The radii of all are diameters."""
     return Hypothesis("diameter", features=tuple(halves), alternatives=len(halves) + 1, surfaces=halves)
+
+
+def sides(problem: Problem) -> list[Hypothesis]:
+    """Each round feature that is touched from the other side: a pin is written as a bore, or a bore as a pin."""
+    tip = problem.contacts.tip_radius
+    others = {n: turned_out(s) for n, s in _round(problem).items() if s.side == "inner" or s.radius > tip}
+    return [
+        Hypothesis("side", features=(name,), alternatives=len(others), surfaces={name: other})
+        for name, other in others.items()
+    ]
+
+
+def turned_out(surface: Sphere | Cylinder) -> Sphere | Cylinder:
+    """The surface with its material on the other side."""
+    return replace(surface, side="outer" if surface.side == "inner" else "inner")
 
 
 def places(problem: Problem) -> list[Hypothesis]:

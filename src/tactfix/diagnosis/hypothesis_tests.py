@@ -20,6 +20,7 @@ from tactfix.diagnosis.fixture_mistakes import (
     places,
     radii,
     reflections,
+    sides,
     signs,
 )
 from tactfix.diagnosis.ranking import told_apart, without_generalizations
@@ -45,6 +46,7 @@ FROM_KNOWN_POSES: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "swapped_labels": swaps,
     "radius": radii,
     "diameter": diameters,
+    "side": sides,
     "feature_place": places,
     "axes": exchanged_coordinates,
     "mirrored": signs,

@@ -13,7 +13,8 @@ INDISTINCT = 10.0
 
 def without_generalizations(problem: Problem, found: Sequence[Explanation]) -> list[Explanation]:
     """The explanations without those that only say less of what another one says: that a contact is bad where its label
-    is wrong, that a radius is another one where it is a diameter.
+    is wrong, that a radius is another one where it is a diameter,
+    or the side the other one.
 
     The special one must not fit worse by more than chance, one in a thousand, allows for.
     """
@@ -33,7 +34,7 @@ def _is_general(general: Hypothesis, special: Hypothesis) -> bool:
         return bool(special.index) and set(special.index) <= set(general.deleted)
     match general.free:
         case "radius":
-            return special.code == "diameter" and special.features == general.features
+            return special.code in ("diameter", "side") and special.features == general.features
         case "place":
             return special.code in ("axes", "mirrored") and special.features == general.features
         case "tip":

@@ -141,6 +141,8 @@ def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Tol
     hypothesis = explanation.hypothesis
     if hypothesis.code == "diameter":
         return _diameter(problem, units, hypothesis)
+    if hypothesis.code == "side":
+        return None, _side(hypothesis)
     if hypothesis.code in ("axes", "mirrored"):
         return None, _coordinates(hypothesis)
     (name,) = hypothesis.features
@@ -169,6 +171,13 @@ def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> Told:
         return None, f"with half the radii of {listed(hypothesis.features)} {CONSISTENT}: are these diameters?"
     (name,) = hypothesis.features
     return radii[0], f"with half the radius of {name}, {radii[0]:g} {units}, {CONSISTENT}: is it a diameter?"
+
+
+def _side(hypothesis: Hypothesis) -> str:
+    ((name, surface),) = hypothesis.surfaces.items()
+    assert isinstance(surface, Sphere | Cylinder)
+    said, what = ("inner", "boss") if surface.side == "outer" else ("outer", "bore")
+    return f"with side {surface.side} instead of {said} of {name} {CONSISTENT}: is it a {what}?"
 
 
 def _coordinates(hypothesis: Hypothesis) -> str:

@@ -12,7 +12,7 @@ from typing import Final, TypeAlias, TypeVar
 import numpy as np
 
 from tactfix.diagnosis.corrections import place_directions
-from tactfix.diagnosis.fixture_mistakes import AXES, changed_by, exchange
+from tactfix.diagnosis.fixture_mistakes import AXES, changed_by, exchange, turned_out
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, unit
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
@@ -26,12 +26,15 @@ One = TypeVar("One")
 
 @frozen_value
 class Touches:
-    """Features (n names), surface points, outward normals and approaches (n, 3), in the fixture frame."""
+    """Features (n names), surface points, outward normals and approaches (n, 3), in the fixture frame, and the
+    radius of the tip.
+    """
 
     features: tuple[str, ...]
     points: Floats
     normals: Floats
     approaches: Floats
+    tip_radius: float
 
     def on(self, names: list[str]) -> Bools:
         """Which of them (n,) are on these features."""
@@ -67,6 +70,17 @@ def _halved(
     _one_of(round_, rng, "has a radius")
     changes = {n: -s.radius / 2 if s.side == "outer" else s.radius / 2 for n, s in round_.items()}
     return _along_normals(touches, changes), f"the radii of {listed(list(round_))} are diameters"
+
+
+def _side(
+    fault: Fault, surfaces: Mapping[str, Surface], touches: Touches, sigma: float, rng: np.random.Generator
+) -> tuple[Touches, str]:
+    tip = touches.tip_radius
+    able = {n: s for n, s in _round(surfaces).items() if s.side == "inner" or s.radius > tip}
+    name, surface = _one_of(able.items(), rng, "is round, and as a bore wider than the tip")
+    sign = np.where(touches.on([name]), -1.0, 1.0)[:, None]
+    turned = replace(touches, normals=sign * touches.normals, approaches=sign * touches.approaches)
+    return turned, f"the side of {name} is {turned_out(surface).side}"
 
 
 def _elsewhere(
@@ -116,13 +130,15 @@ def _along_normals(touches: Touches, changes: Mapping[str, float]) -> Touches:
 def _mapped(touches: Touches, matrix: Floats, which: Bools) -> Touches:
     """Those with their coordinates mapped by an orthogonal matrix (3, 3)."""
     parts = touches.points, touches.normals, touches.approaches
-    return Touches(touches.features, *(np.where(which[:, None], part @ matrix.T, part) for part in parts))
+    points, normals, approaches = (np.where(which[:, None], part @ matrix.T, part) for part in parts)
+    return Touches(touches.features, points, normals, approaches, touches.tip_radius)
 
 
 _Maker: TypeAlias = Callable[[Fault, Mapping[str, Surface], Touches, float, np.random.Generator], tuple[Touches, str]]
 FIXTURE_FAULTS: Final[Mapping[FaultKind, _Maker]] = {
     "wrong-radius": _radius,
     "diameters": _halved,
+    "wrong-side": _side,
     "wrong-place": _elsewhere,
     "exchanged-axes": _axes,
     "mirrored": _mirror,

@@ -148,7 +148,7 @@ def simulate(
     surfaces = nominal_surfaces(fixture)
     probe_sigma, said_tip = probe_settings(fixture, plan, sigma, tip_radius)
     access = access_of(fixture, surfaces, touching_radius(fault, said_tip))
-    touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(surfaces, plan)
+    touches = _random_touches(access, count, touch_stream) if plan is None else _planned_touches(access, plan)
     if base_from_fixture is None:
         base_from_fixture = drawn_pose(fixture, pose_stream)
     mistake = None
@@ -241,12 +241,13 @@ def random_pose(rng: np.random.Generator, metre: float) -> Floats:
     return homogeneous(rotation, translation)
 
 
-def _planned_touches(surfaces: Mapping[str, Surface], plan: Contacts) -> Touches:
+def _planned_touches(access: Access, plan: Contacts) -> Touches:
     """Where the plan's contacts touch; square to the surface where it does not say the approach."""
+    surfaces = access.surfaces
     points = np.array([feet(surfaces[f], p) for f, p in zip(plan.features, plan.points, strict=True)])
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
-    return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches)
+    return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches, access.tip_radius)
 
 
 def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]:
@@ -286,7 +287,7 @@ def _random_touches(access: Access, count: int | None, rng: np.random.Generator)
         names += [name] * wanted
         chosen.append((points[pick], normals[pick], approaches[pick]))
     points, normals, approaches = (np.concatenate(part) for part in zip(*chosen, strict=True))
-    return Touches(tuple(names), points, normals, approaches)
+    return Touches(tuple(names), points, normals, approaches, access.tip_radius)
 
 
 def _tilted(directions: Floats, rng: np.random.Generator) -> Floats:
