@@ -22,7 +22,7 @@ from tactfix.simulation.faults import CONTACT_FAULTS, Fault
 from tactfix.simulation.fixture_faults import FIXTURE_FAULTS
 from tactfix.simulation.simulate import simulate
 from tests.support.problems import placed
-from tests.validation.diagnosis import FIXTURES
+from tests.validation.made_mistakes import FIXTURES
 
 RICH = placed(FIXTURES["plate, pins, balls"][0])
 PROBE = {"sigma": 0.02, "tip_radius": 2.0}

@@ -11,7 +11,7 @@ import numpy as np
 from tactfix.localization.locate import locate
 from tests.benchmarks.clock import best_of_each, heading, table
 from tests.support.problems import placed
-from tests.validation.diagnosis import FIXTURES, MISTAKES
+from tests.validation.made_mistakes import FIXTURES, MISTAKES
 
 MOST_CONTACTS = 30
 ROUNDS = 2

@@ -7,7 +7,8 @@ import pytest
 
 from tactfix.localization.locate import locate
 from tests.support.problems import placed
-from tests.validation.diagnosis import FIXTURES, MISTAKES, is_named, touched
+from tests.validation.diagnosis import is_named
+from tests.validation.made_mistakes import FIXTURES, MISTAKES, touched
 
 CASES = [
     ("one contact 0.3-3 mm off", "three balls"),
