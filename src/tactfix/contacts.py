@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 Unknown: TypeAlias = Literal["tip", "tip-radius"]
 """What of the tip is found from the contacts: where its centre is in the flange frame, its effective radius."""
 
+GRAZING = 0.5
+"""Sine of the angle between approach and surface from which on the probe came from that side, however little is
+known of the normal: from 30 degrees on no error of the normal that leaves a pose at all turns the side."""
+
 _NOT_A_ROTATION = 1e-3
 """Entry by which a matrix times its transpose may differ from the identity: matrices are typed with few digits."""
 

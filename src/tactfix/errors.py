@@ -88,9 +88,9 @@ class FileError(TactfixError):
         super().__init__("\n".join(f"{path}: {line}" for line in self.lines))
 
 
-MOST_LINES: Final = 20
+PROBLEMS_TOLD: Final = 20
 """Lines that are told of one file: nobody reads more before mending the first."""
-_ALIKE: Final = 4
+_MANY_PROBLEMS: Final = 4
 """From so many problems of one kind on only the first is told, and their number."""
 _VALUE: Final = re.compile(r"^(\S+ is )('(?:[^'\\]|\\.)*'|[^\s,]+)")
 """What a message says of a value: problems that differ only in the value are of one kind."""
@@ -103,13 +103,13 @@ def _lines(problems: Sequence[Problem]) -> list[str]:
     lines = []
     for problem in problems:
         kind = kinds[_VALUE.sub(r"\1...", problem.what), problem.remedy]
-        if len(kind) < _ALIKE:
+        if len(kind) < _MANY_PROBLEMS:
             lines.append(str(problem))
         elif problem is kind[0]:
             lines.append(f"{problem}; so in {len(kind)} {'rows' if problem.row else 'places'}")
-    if len(lines) <= MOST_LINES:
+    if len(lines) <= PROBLEMS_TOLD:
         return lines
-    return [*lines[:MOST_LINES], f"{len(lines) - MOST_LINES} more problems; mend the ones above first"]
+    return [*lines[:PROBLEMS_TOLD], f"{len(lines) - PROBLEMS_TOLD} more problems; mend the ones above first"]
 
 
 class UsageError(TactfixError):

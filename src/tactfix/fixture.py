@@ -20,7 +20,7 @@ Direction: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
 """A translation along a base axis, or a rotation about one."""
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
-SINGULAR = 1e-12
+SINGULAR_CORRELATION = 1e-12
 """Smallest eigenvalue of a correlation matrix below which the covariance holds a direction."""
 
 
@@ -302,7 +302,7 @@ def _is_positive_definite(covariance: Floats) -> bool:
         return False
     sigmas = np.sqrt(np.abs(np.diag(covariance)))
     scaled = covariance / np.outer(sigmas, sigmas) if sigmas.all() else np.zeros((6, 6))
-    return bool(np.allclose(scaled, scaled.T) and np.linalg.eigvalsh(scaled)[0] > SINGULAR)
+    return bool(np.allclose(scaled, scaled.T) and np.linalg.eigvalsh(scaled)[0] > SINGULAR_CORRELATION)
 
 
 @frozen_value

@@ -16,10 +16,10 @@ from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, neares
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
-SQUARE = 1e-6
+NO_DIRECTION = 1e-6
 """Sine of the angle, and share of the features' distance, below which a direction cannot be built."""
-ROUNDING = 1e-6
-"""Share of the coordinates of points, times SQUARE, that rounding may have made of one place."""
+ONE_PLACE_ROUNDING = 1e-6
+"""Share of the coordinates of points, times NO_DIRECTION, that rounding may have made of one place."""
 
 
 class FrameError(TactfixError):
@@ -60,7 +60,7 @@ def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
     names = "xyz"
     i, j = names.index(recipe.first[0]), names.index(recipe.second[0])
     across = second - dot(second, first) * first
-    if lengths(across).min() < SQUARE:
+    if lengths(across).min() < NO_DIRECTION:
         raise FrameError(
             f"frame: {recipe.first[0]} and {recipe.second[0]} are parallel; choose another feature for one"
         )
@@ -83,8 +83,8 @@ def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
     a, b = nearest_points(one, other)
     gap = b - a
     # Two points have no radius: there the rounding of their places decides.
-    scale = max(radius_of(one), radius_of(other), float(np.abs([a, b]).max()) * ROUNDING)
-    if lengths(gap).min() < SQUARE * scale:
+    scale = max(radius_of(one), radius_of(other), float(np.abs([a, b]).max()) * ONE_PLACE_ROUNDING)
+    if lengths(gap).min() < NO_DIRECTION * scale:
         raise FrameError(f"frame: {' and '.join(rule.features)} coincide, so that no axis leads from one to the other")
     return np.asarray(sign * unit(gap))
 
@@ -108,7 +108,7 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
             return _meet(axis, plane, rule)
         case "meet_of", [Plane() as a, Plane() as b, Plane() as c]:
             normals = np.stack([a.normal, b.normal, c.normal], axis=-2)
-            if np.abs(np.linalg.det(normals)).min() < SQUARE:
+            if np.abs(np.linalg.det(normals)).min() < NO_DIRECTION:
                 raise FrameError(f"frame: the planes {', '.join(rule.features)} do not meet in one point")
             heights = np.stack([dot(p.point - a.point, p.normal) for p in (a, b, c)], axis=-1)
             return np.asarray(a.point + np.linalg.solve(normals, heights.reshape(*normals.shape[:-1], 1))[..., 0])
@@ -117,6 +117,6 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
 
 def _meet(axis: Cylinder, plane: Plane, rule: OriginRule) -> Floats:
     rate = dot(axis.direction, plane.normal)
-    if np.abs(rate).min() < SQUARE:
+    if np.abs(rate).min() < NO_DIRECTION:
         raise FrameError(f"frame: {rule.features[0]} is parallel to {rule.features[1]} and does not meet it")
     return np.asarray(axis.point + dot(plane.point - axis.point, plane.normal) / rate * axis.direction)

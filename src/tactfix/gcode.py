@@ -7,8 +7,8 @@ from typing import Final
 from tactfix.lexer import Lexer
 from tactfix.values import frozen_value
 
-_COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
-_REMEDY: Final = "write each word as a letter and a number, such as X-12.5"
+GCODE_COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
+_GCODE_REMEDY: Final = "write each word as a letter and a number, such as X-12.5"
 
 
 @frozen_value(eq=True)
@@ -37,15 +37,15 @@ def read_block(lexer: Lexer, *, comments: bool = True) -> Block:
     """All words up to the end of the text, without its comments, where it may have any."""
     words: list[tuple[str, float]] = []
     while True:
-        if comments and lexer.blanks().match(_COMMENT):
+        if comments and lexer.blanks().match(GCODE_COMMENT):
             continue
         if not lexer.blanks().rest:
             return Block(tuple(words))
         letter = lexer.rest[0]
         if not (letter.isascii() and letter.isalpha()):
-            lexer.refuse(f"{letter!r} begins no word", _REMEDY)
+            lexer.refuse(f"{letter!r} begins no word", _GCODE_REMEDY)
         lexer.position += 1
-        words.append((letter.upper(), lexer.number(_REMEDY, glued=True)))
+        words.append((letter.upper(), lexer.number(_GCODE_REMEDY, glued=True)))
 
 
 def missing(words: dict[str, float], letters: str) -> Sequence[str]:

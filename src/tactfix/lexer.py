@@ -12,12 +12,13 @@ from typing import Final, NoReturn
 from tactfix.decimal_text import FIXED_POINT, NUMBER
 from tactfix.errors import Problem, TactfixError
 
-MOST: Final = 1e30
+LARGEST_NUMBER: Final = 1e30
 """No length, angle or count that a machine writes is larger; what is, is damage."""
-_MOST_CHARACTERS: Final = 40
+_LINE_END: Final = re.compile(r"\r*\n|\r")
+_LONGEST_NUMBER: Final = 40
 """Of a number: a double has 17 digits, and what is longer was not written for one."""
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
-_NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+_IDENTIFIER: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _BLANKS: Final = re.compile(r"[ \t\r\n]*")
 
 
@@ -27,6 +28,11 @@ class TextError(TactfixError):
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         super().__init__(str(problem))
+
+
+def text_lines(text: str) -> list[str]:
+    """The lines of a text; consoles end them with any number of carriage returns."""
+    return _LINE_END.split(text)
 
 
 @dataclass(slots=True)
@@ -91,7 +97,7 @@ class Lexer:
     def name(self, remedy: str) -> str:
         """The name that comes next: letters, digits, _ and $, no digit first."""
         self.blanks()
-        found = self.match(_NAME)
+        found = self.match(_IDENTIFIER)
         return found.group() if found else self.refuse(f"no name stands before {self._shown()}", remedy)
 
     def literal(self, remedy: str, *, glued: bool = False) -> str:
@@ -107,10 +113,10 @@ class Lexer:
         if found is None or (continued and not (glued and after.isalpha())):
             looks = _LIKE_A_NUMBER.match(self.text, self.position)
             shown = looks.group() if looks else ""
-            self.refuse(f"{shown[:_MOST_CHARACTERS]!r} is no number" if shown else self._no_number(), remedy)
+            self.refuse(f"{shown[:_LONGEST_NUMBER]!r} is no number" if shown else self._no_number(), remedy)
         literal = found.group()
-        if len(literal) > _MOST_CHARACTERS or not abs(float(literal)) <= MOST:
-            self.refuse(f"{literal[:_MOST_CHARACTERS]} is beyond all measure", remedy)
+        if len(literal) > _LONGEST_NUMBER or not abs(float(literal)) <= LARGEST_NUMBER:
+            self.refuse(f"{literal[:_LONGEST_NUMBER]} is beyond all measure", remedy)
         self.position = end
         return literal
 

@@ -7,7 +7,7 @@ Unit: TypeAlias = Literal["mm", "m", "um", "in"]
 UNITS: Final[tuple[str, ...]] = get_args(Unit)
 
 # As whole numbers of the largest length that divides them all, a tenth of a micrometre, so that ratios are exact.
-_LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10, "in": 254_000}
+_UNIT_LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10, "in": 254_000}
 
 
 LEAST_LENGTH: Final = 1e-30
@@ -22,7 +22,7 @@ def factor(source: str, target: str) -> float:
 
     Raises KeyError for a unit that is not one of UNITS.
     """
-    return _LENGTHS[source] / _LENGTHS[target]
+    return _UNIT_LENGTHS[source] / _UNIT_LENGTHS[target]
 
 
 def which_unit(written: str) -> str:

@@ -37,7 +37,7 @@ def wrapped(text: str, width: int) -> str:
     )
 
 
-_COMMENT: Final = re.compile(r"(?:;|!|#|//|--) ")
+_COMMENT_OPENS: Final = re.compile(r"(?:;|!|#|//|--) ")
 """How a line begins that a controller passes over."""
 
 
@@ -50,7 +50,7 @@ def wrapped_comments(text: str, width: int) -> str:
 
     lines = []
     for line in text.splitlines():
-        mark = _COMMENT.match(line)
+        mark = _COMMENT_OPENS.match(line)
         if mark is None or len(line) <= width:
             lines.append(line)
             continue

@@ -26,7 +26,7 @@ _MOST_DEPTH: Final = 20
 """Levels of nesting; no file that tactfix reads has half as many."""
 _INTEGER: Final = re.compile(r"[-+]?[0-9]+")
 _NO_FINITE_NUMBER: Final = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_WORDS: Final[dict[str, bool | None]] = {
+_PLAIN_WORDS: Final[dict[str, bool | None]] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
@@ -140,8 +140,8 @@ def _read_mapping(events: Iterator[Any], path: Path, tree: Tree) -> dict[str, An
 
 def scalar(text: str) -> Any:
     """The value of an unquoted scalar, by YAML 1.2: 1e-3 is a number; yes, 1_000 and 0x10 are text."""
-    if text in _WORDS:
-        return _WORDS[text]
+    if text in _PLAIN_WORDS:
+        return _PLAIN_WORDS[text]
     if len(text) > MOST_CHARACTERS:
         return text
     if _INTEGER.fullmatch(text):

@@ -1,6 +1,7 @@
-"""Every number with a name says what it is, and one docstring speaks of one assignment."""
+"""Every number with a name says what it is, one docstring speaks of one assignment, and no two modules share a name."""
 
 import ast
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -37,3 +38,28 @@ def test_numbers_say_what_they_are(module: Path) -> None:
     for constant, said in constants(module):
         assert said is not None, f"{constant} says nothing"
         assert not said.startswith("..."), f"{constant} goes on with the sentence of another"
+
+
+NO_CONSTANTS = ("TYPE_CHECKING",)
+"""What typing would say, written down where importing it takes too long."""
+
+
+def names_of_constants(module: Path) -> Iterator[str]:
+    """What a module defines in capitals, but for type variables: a name that is private to it is no other name."""
+    for statement in ast.parse(module.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.Assign | ast.AnnAssign):
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            names = [
+                name.id.strip("_") for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)
+            ]
+            is_type = isinstance(statement.value, ast.Call) and ast.unparse(statement.value.func) == "TypeVar"
+            yield from (name for name in names if name.isupper() and name not in NO_CONSTANTS and not is_type)
+
+
+def test_a_constant_has_a_name_of_its_own() -> None:
+    """Who reads NEAR in one module must not have learned in another what it is."""
+    homes: defaultdict[str, list[str]] = defaultdict(list)
+    for module in MODULES:
+        for name in names_of_constants(module):
+            homes[name].append(str(module.relative_to(ROOT)))
+    assert {name: modules for name, modules in homes.items() if len(modules) > 1} == {}

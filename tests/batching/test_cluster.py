@@ -136,7 +136,7 @@ def test_the_command_says_the_same_with_a_cluster(cluster: Cluster, tmp_path: Pa
 
 
 def test_no_cluster_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tactfix.batching.cluster._PATIENCE", 1)
+    monkeypatch.setattr("tactfix.batching.cluster._CONNECT_SECONDS", 1)
     with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: no Dask scheduler answers"):
         DaskCluster("tcp://127.0.0.1:9").open().__enter__()
     with pytest.raises(ClusterError, match="no Dask scheduler"):

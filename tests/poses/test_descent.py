@@ -5,14 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.poses.descent import FEW, damped_step, descend, solve_positive, turned
+from tactfix.poses.descent import FEW_SYSTEMS, damped_step, descend, solve_positive, turned
 from tactfix.poses.equations import curvature, evaluate, pose_equations
 from tactfix.poses.starts import covering
 from tactfix.poses.zeros import Zeros
 from tests.support.problems import BALLS, touch_all
 
 
-@pytest.mark.parametrize("count", [1, FEW - 1, FEW, 3 * FEW])
+@pytest.mark.parametrize("count", [1, FEW_SYSTEMS - 1, FEW_SYSTEMS, 3 * FEW_SYSTEMS])
 def test_positive_systems(count):
     rng = np.random.default_rng(count)
     halves = rng.normal(size=(count, 6, 6))
@@ -29,7 +29,7 @@ def test_a_singular_system_among_few_does_not_raise():
     assert np.allclose(found[:, [0, 2]], 1.0)
 
 
-@pytest.mark.parametrize("count", [4, 2 * FEW])
+@pytest.mark.parametrize("count", [4, 2 * FEW_SYSTEMS])
 def test_a_step_is_damped_and_no_longer_than_one_radian(count):
     rng = np.random.default_rng(count)
     residual, jacobian = rng.normal(size=(7, count)), rng.normal(size=(6, 7, count))

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from tactfix.localization.locate import locate, solve
-from tactfix.poses.sigma_points import FOLDED, REACHED, curved_spread, motions_between
+from tactfix.poses.sigma_points import FOLDED, MOST_MISSING, curved_spread, motions_between
 from tests.support.problems import (
     BALLS,
     BALLS_RECIPE,
@@ -181,7 +181,7 @@ def test_an_origin_far_from_the_contacts_runs_along_an_arc():
     assert covariance[0, 0] == pytest.approx(1e-6)
 
 
-@pytest.mark.parametrize(("second_order", "missing"), [(0.2, 2 * REACHED), (2 * FOLDED / 6**0.5, 0.0)])
+@pytest.mark.parametrize(("second_order", "missing"), [(0.2, 2 * MOST_MISSING), (2 * FOLDED / 6**0.5, 0.0)])
 def test_what_cannot_be_reached_or_is_far_off_is_not_trusted(second_order, missing):
     _, spread = toy(second_order, missing)
     assert not spread(1.0).trusted

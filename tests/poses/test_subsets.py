@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.localization.locate import locate
-from tactfix.poses.subsets import PART, PARTS, blind_part
+from tactfix.poses.subsets import PART_CONTACTS, PARTS_SEARCHED, blind_part
 from tests.support.problems import PLATE, placed, touch_all
 
 
@@ -16,17 +16,19 @@ def contacts_of(each, **patches):
 
 def test_a_part_is_shared_between_the_features():
     _, contacts = contacts_of(40)
-    part = blind_part(contacts, PART, 0)
-    assert len(set(part.tolist())) == PART
+    part = blind_part(contacts, PART_CONTACTS, 0)
+    assert len(set(part.tolist())) == PART_CONTACTS
     assert [sum(i in part for i in index) for index in contacts.by_feature.values()] == [4, 4, 4]
 
 
 def test_parts_are_others_each_time_also_where_there_are_more_features_than_contacts_in_one():
     _, contacts = contacts_of(40)
-    assert len({tuple(blind_part(contacts, PART, number)) for number in range(PARTS)}) == PARTS
+    assert (
+        len({tuple(blind_part(contacts, PART_CONTACTS, number)) for number in range(PARTS_SEARCHED)}) == PARTS_SEARCHED
+    )
     single = replace(contacts, features=tuple(f"f{i}" for i in range(len(contacts))))
-    seen = {int(i) for number in range(PARTS) for i in blind_part(single, PART, number)}
-    assert len(seen) == PART * PARTS
+    seen = {int(i) for number in range(PARTS_SEARCHED) for i in blind_part(single, PART_CONTACTS, number)}
+    assert len(seen) == PART_CONTACTS * PARTS_SEARCHED
 
 
 def test_some_part_is_free_of_a_few_wrong_contacts():
@@ -36,7 +38,9 @@ def test_some_part_is_free_of_a_few_wrong_contacts():
     free = 0
     for _ in range(200):
         wrong = set(rng.choice(len(contacts), size=len(contacts) // 20, replace=False).tolist())
-        free += any(not wrong & set(blind_part(contacts, PART, number).tolist()) for number in range(PARTS))
+        free += any(
+            not wrong & set(blind_part(contacts, PART_CONTACTS, number).tolist()) for number in range(PARTS_SEARCHED)
+        )
     assert free >= 195  # 198 wanted, one standard deviation 1.4
 
 

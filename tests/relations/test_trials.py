@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import tactfix
 from tactfix.relations import branch_fits
 from tactfix.relations.features_alone import thickness
-from tactfix.relations.trials import MOST_FITS, Trials
+from tactfix.relations.trials import MOST_TRIAL_FITS, Trials
 from tests.validation.relation_geometry import KINDS, Angle
 from tests.validation.relation_touches import Touched, by_relations, touches
 
@@ -47,7 +47,7 @@ def test_a_wrong_unit_is_named_after_few_fits(kind, factor, tmp_path, fits):
     assert result.status == "inconsistent"
     assert {cause.code for cause in result.diagnosis} == {"unit"}
     assert result.diagnosis[0].value == pytest.approx(1 / factor)
-    assert len(fits) <= 2 * MOST_FITS
+    assert len(fits) <= 2 * MOST_TRIAL_FITS
 
 
 @pytest.mark.parametrize("row", [2, 18])

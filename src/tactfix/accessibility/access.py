@@ -22,7 +22,7 @@ _CLEARANCE = 0.02
 # ... but never more than this share of the width of a narrow box.
 _EDGE_SHARE = 0.15
 # What is taken for the size of a fixture that does not say its size anywhere (planes without boxes), in metres.
-_LEAST = 0.1
+_UNSAID_SIZE = 0.1
 
 
 @frozen_value
@@ -85,7 +85,7 @@ def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: flo
     for name, surface in surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             offset_radius(name, surface.radius, surface.side, tip_radius)
-    corners = extreme_points(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
+    corners = extreme_points(surfaces, fixture.touch, least=_UNSAID_SIZE * factor("m", fixture.units))
     centre, reach = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
     limits: dict[str, TouchBox | None] = {}
     for name, surface in surfaces.items():

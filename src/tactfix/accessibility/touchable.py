@@ -26,12 +26,12 @@ from tactfix.geometry.surfaces import (
 # Boxes are typed by people: a plane at z = 0 in a box z: [0, 0] must not be lost to rounding.
 _EDGE = 1e-9
 # Share of the coordinates, or of the least size, that rounding makes of nothing.
-_ROUNDING = 1e-9
+_COORDINATE_ROUNDING = 1e-9
 # Steps of the additive recurrence that spreads points evenly over the unit square (Roberts' R2, plastic number).
 _PLASTIC = 1.32471795724474602596
-_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
+_SEQUENCE_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
 # A box may leave a small part of a sphere or cylinder; trials per point wanted before fewer are given.
-_TRIALS = 256
+_TRIALS_PER_POINT = 256
 
 
 def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.0) -> Bools:
@@ -136,7 +136,7 @@ def bounds_of(
     if not bounded:
         radius = max([radius, *(radius_of(s) for s in surfaces.values())])
     # Planes that meet in one point, as far as rounding lets them, have no size.
-    rounding = _ROUNDING * max(float(np.abs([low, high]).max()), least)
+    rounding = _COORDINATE_ROUNDING * max(float(np.abs([low, high]).max()), least)
     radius = radius if radius > rounding else least
     return _hull([_bounds(surface, closed_box(surface, box, centre, radius)) for surface, box in boxed])
 
@@ -226,9 +226,11 @@ def sample_touches(
     closed = closed_box(surface, box, centre, radius)
     found: list[Floats] = []
     have = 0
-    for batch in range(_TRIALS // 4):
+    for batch in range(_TRIALS_PER_POINT // 4):
         index = np.arange(4 * count * batch, 4 * count * (batch + 1))[:, None]
-        points = _placed(surface, closed, np.asarray((np.asarray(start) + _STEP * index) % 1.0, dtype=np.float64))
+        points = _placed(
+            surface, closed, np.asarray((np.asarray(start) + _SEQUENCE_STEP * index) % 1.0, dtype=np.float64)
+        )
         size = float(np.linalg.norm(closed.high - closed.low))
         found.append(points[within_box(closed, points, _EDGE * size)])
         have += len(found[-1])

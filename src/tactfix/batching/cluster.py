@@ -15,7 +15,7 @@ from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
 # How long to wait for the scheduler, and for its first worker (s).
-_PATIENCE = 10
+_CONNECT_SECONDS = 10
 _FIRST_PATIENCE = 3
 """How long to wait for anybody at the address (s)."""
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?([^\s:/]+|\[[0-9A-Fa-f:.%]+\]):([0-9]{1,5})")
@@ -63,7 +63,7 @@ class DaskCluster:
     def _opened(self, client_type: Any) -> Iterator[tuple[Executor, int]]:
         client, why = None, ""
         try:
-            client = client_type(self.address, timeout=_PATIENCE, set_as_default=False)
+            client = client_type(self.address, timeout=_CONNECT_SECONDS, set_as_default=False)
         # TypeError: tls:// without certificates. MemoryError: somebody answers who speaks another language.
         except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -114,7 +114,7 @@ class DaskCluster:
     def _width(self, client: Any) -> int:
         """The threads of all workers, once there are any and all have this version of tactfix."""
         try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
         except OSError:
             remedy = f"start one: dask worker {self.address}"
             raise ClusterError(self.address, "the scheduler has no workers", remedy) from None
@@ -128,14 +128,14 @@ class DaskCluster:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Dask tries no longer than _PATIENCE, and logs nothing of what ends in one message of ours."""
+    """Dask tries no longer than _CONNECT_SECONDS, and logs nothing of what ends in one message of ours."""
     import dask
 
     before, unraisable = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
     sys.unraisablehook = lambda _: None
     try:
-        with dask.config.set({"distributed.comm.timeouts.connect": _PATIENCE}):
+        with dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS}):
             yield
     finally:
         logging.disable(before)

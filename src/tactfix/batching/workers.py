@@ -16,7 +16,7 @@ _CHUNK_TIME = 0.2
 _MOST_TOGETHER = 256
 """Sets in one chunk at most, so that little is lost where a process dies."""
 # Chunks under way or waiting for each worker, so that none is idle.
-_AHEAD = 2
+_CHUNKS_AHEAD = 2
 
 
 class Workers(Protocol):
@@ -76,7 +76,7 @@ def _until_a_death(
     under_way: dict[Future[ChunkDone], tuple[Numbered, ...]] = {}
     with workers.open() as (executor, width):
         while True:
-            while not orphans and not supply.is_empty and len(under_way) < _AHEAD * width:
+            while not orphans and not supply.is_empty and len(under_way) < _CHUNKS_AHEAD * width:
                 chunk = supply.next_chunk()
                 try:
                     under_way[executor.submit(locate_chunk, task, chunk)] = chunk

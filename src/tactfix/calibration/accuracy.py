@@ -24,7 +24,7 @@ from tactfix.values import frozen_value
 
 IDENTIFIED: Final = 0.5
 """Of the prior's sigma, below which a parameter's sigma must be for the touches to have told it."""
-_CONFIGURATIONS: Final = 400
+_WORKSPACE_SAMPLES: Final = 400
 """Random configurations over which the prediction is the mean."""
 _NOTABLE: Final = 0.3
 """Component of a direction from which on its parameter is named."""
@@ -88,7 +88,7 @@ def workspace_points(cell: Cell, touches: Touches | None, values: Floats) -> tup
 
     Relative to the best fitting base: the motions of the base that the places together show are taken away.
     """
-    motion = cell.chain.tip(random_configurations(joint_ranges(cell, touches), _CONFIGURATIONS, seed=1), values[:-1])
+    motion = cell.chain.tip(random_configurations(joint_ranges(cell, touches), _WORKSPACE_SAMPLES, seed=1), values[:-1])
     rows = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
     base = np.linalg.qr(base_motions(motion.points))[0]
     rows = rows - base @ (base.T @ rows)

@@ -34,7 +34,7 @@ from tactfix.poses.prior import contradiction
 from tactfix.values import frozen_value
 from tactfix.wording import listed
 
-BEYOND: Final = 50.0
+GROSS_RESIDUAL: Final = 50.0
 """Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
 
 
@@ -124,7 +124,7 @@ def _status(
         named = listed([str(row) for row in fit.suspicious])
         return "inconsistent", (f"row {named}: no robot explains them beside all others; touch there anew",)
     reasons = [reason for place in places if (reason := _against_placement(fit.cell, place))]
-    if fit.noise > BEYOND:
+    if fit.noise > GROSS_RESIDUAL:
         what = f"the residuals are {fit.noise:.0f} times sigma after calibration"
         reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
     if reasons:

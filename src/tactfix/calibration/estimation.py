@@ -21,7 +21,7 @@ from tactfix.calibration.equations import Block, Group, block, moved_place, resi
 from tactfix.geometry.arrays import TINY, Bools, Floats, frozen
 from tactfix.values import frozen_value
 
-_RANK: Final = 1e-9
+_PLACE_FREE_RATIO: Final = 1e-9
 """Singular values of a place's block below this share of the largest are motions that its touches leave free."""
 _MOST_STEPS: Final = 40
 """Gauss-Newton steps of one fit."""
@@ -64,7 +64,7 @@ class Eliminated:
 def eliminated(found: Block) -> Eliminated:
     """The block with its place eliminated."""
     basis, values, motions = np.linalg.svd(found.place, full_matrices=False)
-    held = values > _RANK * max(float(values[:1].max(initial=0.0)), TINY)
+    held = values > _PLACE_FREE_RATIO * max(float(values[:1].max(initial=0.0)), TINY)
     basis, steps = basis[:, held], motions[held].T / values[held]
     rows = found.residuals - basis @ (basis.T @ found.residuals)
     robot = found.robot - basis @ (basis.T @ found.robot)

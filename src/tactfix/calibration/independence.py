@@ -22,11 +22,11 @@ from tactfix.kinematics.chain import Parameter
 from tactfix.poses.placement_terms import terms_at
 from tactfix.values import frozen_value
 
-CONFIGURATIONS: Final = 80
+INDEPENDENCE_SAMPLES: Final = 80
 """Random configurations whose rows show which parameters are independent: several times as many rows as columns."""
-_LEFT: Final = 1e-7
+_NOTHING_LEFT: Final = 1e-7
 """Of a column, below which nothing is left of it: far above rounding, far below what any robot could show."""
-_ORDER: Final = ("tip", "joint_offset", "length", "angle")
+_CHOSEN_FIRST: Final = ("tip", "joint_offset", "length", "angle")
 _PARTNER: Final = 0.05
 """Of a held column, from which on another parameter counts among those that it trades with."""
 
@@ -100,7 +100,7 @@ def _free_base(cell: Cell, touches: Touches | None, centre: Floats) -> Floats:
         allowed, _, _ = terms_at(placement, placement.near, centre, scale)
         forbidden += np.eye(6) if placement.covariance is not None else np.eye(6) - allowed @ allowed.T
     values, vectors = np.linalg.eigh(forbidden)
-    free = vectors[:, values < _LEFT]
+    free = vectors[:, values < _NOTHING_LEFT]
     free[:3] /= scale
     return np.asarray(free)
 
@@ -112,7 +112,7 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
     """
     asked = asked_for(cell)
     motion = cell.chain.tip(
-        random_configurations(joint_ranges(cell, touches), CONFIGURATIONS), np.zeros(len(cell.chain.parameters))
+        random_configurations(joint_ranges(cell, touches), INDEPENDENCE_SAMPLES), np.zeros(len(cell.chain.parameters))
     )
     columns = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
     moves = base_motions(motion.points) @ _free_base(cell, touches, motion.points.mean(axis=0))
@@ -126,12 +126,12 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
         column = columns[:, index]
         left, shares = _without(column, basis)
         size = float(np.linalg.norm(column))
-        if np.linalg.norm(left) > _LEFT * size and size * scales[index] > _LEFT * largest:
+        if np.linalg.norm(left) > _NOTHING_LEFT * size and size * scales[index] > _NOTHING_LEFT * largest:
             free[index] = True
             basis.append(left / np.linalg.norm(left))
             names.append(cell.parameters[index].name)
         else:
-            moved = size * scales[index] > _LEFT * largest
+            moved = size * scales[index] > _NOTHING_LEFT * largest
             held.append(
                 Held(index, _words(cell.parameters[index].name, _partners(names, shares / size) if moved else []))
             )
@@ -141,7 +141,7 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
 def _in_order(cell: Cell, asked: Bools) -> list[int]:
     return sorted(
         (i for i in np.flatnonzero(asked).tolist() if i < len(cell.chain.parameters)),
-        key=lambda i: _ORDER.index(cell.parameters[i].kind),
+        key=lambda i: _CHOSEN_FIRST.index(cell.parameters[i].kind),
     )
 
 

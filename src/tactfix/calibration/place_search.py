@@ -22,14 +22,14 @@ from tactfix.poses.placement_terms import onto_placement
 from tactfix.poses.prior import deviation
 from tactfix.poses.rigid import rigid_solutions
 
-_COVERING: Final = tuple(
+_CUBE_ROTATIONS: Final = tuple(
     turn
     for order in permutations(range(3))
     for signs in product((1.0, -1.0), repeat=3)
     if np.linalg.det(turn := np.diag(signs)[list(order)]) > 0
 )
 """The 24 rotations of a cube: every rotation is within 63 degrees of one of them, from where descents still arrive."""
-_ALIKE: Final = 1.0
+_EQUAL_COST: Final = 1.0
 """A larger cost by less than this is the same: then the better approaches decide."""
 
 
@@ -47,11 +47,11 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
     if not starts:
         tips = tip_places(cell, group, values)
         middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
-        starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _COVERING]
+        starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _CUBE_ROTATIONS]
     tried = [located(cell, group, start, values) for start in starts]
     tried = [found for found in tried if _is_within(group, found[0])] or tried
     least = min(cost for _, cost in tried)
-    alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _ALIKE]
+    alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _EQUAL_COST]
     return min(alike, key=lambda pose: _wrong_approaches(cell, group, pose, values))
 
 

@@ -10,7 +10,8 @@ prior;
 - the prior is believed no further than the nominal robot's residuals leave room for: a prior that alone would make them
   larger than they are is too wide, whatever the places left out say;
 - among factors that the places left out do not tell apart (within one standard error of the smallest score, as in
-  L. Breiman and others, 1984; within half of what is gained, and within ALIKE of the score) the smallest is taken.
+  L. Breiman and others, 1984; within half of what is gained, and within SCORES_ALIKE of the score) the
+  smallest is taken.
 """
 
 from typing import Final
@@ -46,7 +47,7 @@ FACTORS: Final = (
     0.0,
 )
 """Factors tried, each about 0.7 of the one before."""
-ALIKE: Final = 0.15
+SCORES_ALIKE: Final = 0.15
 """Of the smallest score, by which another is larger at most and still alike."""
 _LEAST_GAIN: Final = 0.002
 """Of the nominal robot's score, by which the best one must be smaller."""
@@ -117,7 +118,7 @@ def _smallest_alike(scores: Floats) -> int:
         return int(scores.shape[1]) - 1
     worse = scores - scores[:, best, None]
     errors = worse.std(axis=0, ddof=1) / np.sqrt(len(scores))
-    alike = mean - mean[best] <= np.minimum(errors, min(gain / 2, ALIKE * mean[best]))
+    alike = mean - mean[best] <= np.minimum(errors, min(gain / 2, SCORES_ALIKE * mean[best]))
     return int(np.flatnonzero(alike)[-1])
 
 

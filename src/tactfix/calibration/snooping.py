@@ -15,7 +15,7 @@ from tactfix.calibration.estimation import Eliminated
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.noise import REJECTED_IN_ERROR
 
-_MOST: Final = 0.1
+_MOST_SET_ASIDE: Final = 0.1
 """Of the touches, that can be set aside: with more the rest says nothing of what is right."""
 
 
@@ -35,7 +35,7 @@ def outliers(
         normalised, variance = _normalised(rows, design, kept)
         worst = int(np.argmax(np.where(kept & (owner >= 0), np.abs(normalised), -1.0)))
         scale = np.sqrt(max(variance, 1.0))
-        if len(named) >= _MOST * count or abs(normalised[worst]) <= limit * scale:
+        if len(named) >= _MOST_SET_ASIDE * count or abs(normalised[worst]) <= limit * scale:
             return tuple(named), variance
         named.append(int(owner[worst]))
         kept &= owner != owner[worst]

@@ -15,9 +15,9 @@ from tactfix.geometry.surfaces import Plane, standoff
 
 _POSTURES: Final = 24
 """Random postures from which each feature of each place is tried to be reached."""
-_STEPS: Final = 40
+_JOINT_STEPS: Final = 40
 """Steps towards the joints of one touch."""
-_REACHED: Final = 1e-6
+_ON_TARGET: Final = 1e-6
 """Of the size of the workspace, within which a posture has its tip on target."""
 
 
@@ -100,7 +100,7 @@ def _reached(cell: Cell, targets: Floats, ranges: Floats, rng: np.random.Generat
     size = float(np.abs(cell.chain.points(random_configurations(ranges, 50), values)).max()) or 1.0
     joints = rng.uniform(ranges[:, 0], ranges[:, 1], (len(targets), len(ranges)))
     widths = np.where([joint.is_prismatic for joint in cell.chain.joints], 1.0, size)
-    for _ in range(_STEPS):
+    for _ in range(_JOINT_STEPS):
         motion = cell.chain.tip(joints, values)
         jacobian = motion.jacobian[:, :, own] / widths
         missing = targets - motion.points
@@ -108,4 +108,4 @@ def _reached(cell: Cell, targets: Floats, ranges: Floats, rng: np.random.Generat
         step = np.einsum("nij,ni->nj", jacobian, np.linalg.solve(square, missing[:, :, None])[:, :, 0])
         joints = np.clip(joints + step / widths, ranges[:, 0], ranges[:, 1])
     off = np.linalg.norm(targets - cell.chain.points(joints, values), axis=1)
-    return np.asarray(joints[off < _REACHED * size])
+    return np.asarray(joints[off < _ON_TARGET * size])

@@ -8,7 +8,7 @@ from tactfix.errors import UsageError
 if TYPE_CHECKING:
     from tactfix.contacts import Unknown
 
-UNKNOWN: Final[dict[str, "Unknown"]] = {"tip": "tip", "tip-radius": "tip-radius"}
+UNKNOWN_CHOICES: Final[dict[str, "Unknown"]] = {"tip": "tip", "tip-radius": "tip-radius"}
 
 
 def vector(text: str, option: str) -> tuple[float, float, float]:
@@ -24,6 +24,6 @@ def unknowns(text: str | None) -> "frozenset[Unknown]":
     """'tip', 'tip-radius' or both, divided by a comma; nothing where None."""
     names = [] if text is None else [part.strip() for part in text.split(",")]
     for name in names:
-        if name not in UNKNOWN:
+        if name not in UNKNOWN_CHOICES:
             raise UsageError(f"--unknown {name!r}: write tip, tip-radius, or tip,tip-radius")
-    return frozenset(UNKNOWN[name] for name in names)
+    return frozenset(UNKNOWN_CHOICES[name] for name in names)

@@ -10,7 +10,7 @@ from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
 from tactfix.formats import LEVER_ARM_MM, POSE_FORMATS, SUFFIXES
 
-_NAMES = ", ".join(POSE_FORMATS)
+_DIALECT_NAMES = ", ".join(POSE_FORMATS)
 """As --help and a complaint list them."""
 
 
@@ -24,7 +24,7 @@ def command(
         typer.Option(
             "--to",
             metavar="NAME",
-            help=f"The dialect to write: {_NAMES}.",
+            help=f"The dialect to write: {_DIALECT_NAMES}.",
             show_default=False,
             autocompletion=completion.pose_formats,
         ),
@@ -88,5 +88,7 @@ def _wanted(to: str | None, suffix: str | None) -> str:
     if to is not None:
         return to
     if suffix is None or suffix not in SUFFIXES:
-        raise UsageError(f"which dialect? give --to {_NAMES}, or an --output that ends with {', '.join(SUFFIXES)}")
+        raise UsageError(
+            f"which dialect? give --to {_DIALECT_NAMES}, or an --output that ends with {', '.join(SUFFIXES)}"
+        )
     return SUFFIXES[suffix]

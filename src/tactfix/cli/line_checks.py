@@ -11,7 +11,7 @@ from tactfix.cli.quick_values import QuickCommand
 from tactfix.decimal_text import number_of
 from tactfix.errors import UsageError
 
-_NUMBERS: Final = ("float", "integer", "float range", "integer range")
+_NUMBER_TYPES: Final = ("float", "integer", "float range", "integer range")
 """What typer's own types of numbers are called where its parameters have such a type."""
 
 
@@ -74,7 +74,7 @@ def _is_number(parameter: Any) -> bool:
     descriptor = getattr(parameter, "type_descriptor", None)
     if descriptor is not None:
         return descriptor.annotation in (int, float)
-    return getattr(getattr(parameter, "type", None), "name", "") in _NUMBERS
+    return getattr(getattr(parameter, "type", None), "name", "") in _NUMBER_TYPES
 
 
 def _is_taken_by_python(text: str) -> bool:

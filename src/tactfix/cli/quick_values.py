@@ -17,7 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 from tactfix.decimal_text import NUMBER
 
 _NOT_PLAIN: Final = object()
-_NUMBERS: Final[dict[type, str]] = {
+_NUMBER_TEXTS: Final[dict[type, str]] = {
     int: r"[-+]?[0-9]{1,15}",
     float: NUMBER.pattern,
 }
@@ -85,7 +85,7 @@ def plain_value(value: Any, annotation: Any, low: float | None, high: float | No
 
 
 def _plain_number(value: Any, kind: type, low: float | None, high: float | None) -> Any:
-    if isinstance(value, str) and not re.fullmatch(_NUMBERS[kind], value):
+    if isinstance(value, str) and not re.fullmatch(_NUMBER_TEXTS[kind], value):
         return _NOT_PLAIN
     number = kind(value)
     is_within = (low is None or number >= low) and (high is None or number <= high)

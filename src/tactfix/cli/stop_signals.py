@@ -5,7 +5,7 @@ import threading
 from types import FrameType
 from typing import Any, Final
 
-_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_SIGNAL_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
 class StopSignals:
@@ -20,7 +20,7 @@ class StopSignals:
 
     def __enter__(self) -> "StopSignals":
         if threading.current_thread() is threading.main_thread():
-            for number in _WORDS:
+            for number in _SIGNAL_WORDS:
                 # What somebody else has set, and a signal that is to be ignored (nohup), stays.
                 if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
                     self._before[number] = signal.signal(number, self._stop)
@@ -37,7 +37,7 @@ class StopSignals:
     @property
     def word(self) -> str:
         """What became of the command."""
-        return _WORDS.get(self.received, "interrupted")  # type: ignore[call-overload, no-any-return]
+        return _SIGNAL_WORDS.get(self.received, "interrupted")  # type: ignore[call-overload, no-any-return]
 
     @property
     def status(self) -> int:

@@ -181,7 +181,7 @@ def _sigma_at(covariance: Floats, point: Floats) -> PointSigma:
 
 
 # 1 - leverage below this: the contact alone holds some motion.
-_ALONE = 1e-9
+_NO_REDUNDANCY = 1e-9
 
 
 def _influences(
@@ -200,7 +200,7 @@ def _influences(
     blocks = _by_contact(rows, of, len(contacts))
     told = blocks @ covariance
     rest = np.eye(blocks.shape[1]) - told @ np.swapaxes(blocks, 1, 2)
-    lost = np.linalg.eigvalsh(rest)[:, 0] <= _ALONE
+    lost = np.linalg.eigvalsh(rest)[:, 0] <= _NO_REDUNDANCY
     rest[lost] = np.eye(blocks.shape[1])
     without = covariance + np.swapaxes(told, 1, 2) @ np.linalg.solve(rest, told)
     worst = np.zeros(len(contacts))

@@ -23,7 +23,7 @@ _POWER: Final = 0.95
 # Little more often than by chance: not worth a number.
 _SELDOM: Final = 0.01
 # So many times beyond the limit the distribution function is 0 to all digits, and its series long.
-FAR: Final = 20.0
+FAR_BEYOND_LIMIT: Final = 20.0
 
 
 @frozen_value(eq=True)
@@ -65,7 +65,7 @@ def power_of(noncentrality: float, dof: int) -> float:
         # Six contacts have no residuals, unless no pose fits them at all.
         return float(noncentrality > chi_square_limit(1))
     limit = chi_square_limit(dof, SUSPICIOUS)
-    return 1.0 if noncentrality > FAR * limit else float(1 - chndtr(limit, dof, noncentrality))
+    return 1.0 if noncentrality > FAR_BEYOND_LIMIT * limit else float(1 - chndtr(limit, dof, noncentrality))
 
 
 def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:

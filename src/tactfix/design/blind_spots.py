@@ -19,7 +19,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spot import (
-    FAR,
+    FAR_BEYOND_LIMIT,
     BlindSpot,
     Case,
     located,
@@ -30,11 +30,12 @@ from tactfix.design.blind_spot import (
     spot_of,
     worst,
 )
-from tactfix.design.nominal_contacts import SIGMAS_OFF, Touched, moments, most_telling, normals_of, shift_of
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, moments, most_telling, normals_of, shift_of
 from tactfix.design.wrong_files import diameters, exchanged_axes, mirror_image, wrong_place, wrong_radius, wrong_side
 from tactfix.design.wrong_labels import least_visible, relabels, swaps
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
+from tactfix.diagnosis.file_mistakes import TURNED_ENTRY
 from tactfix.geometry.rigid import inverse
 from tactfix.mistakes import BLIND_SPOTS, BlindSpotCode
 from tactfix.noise import SUSPICIOUS, chi_square_limit
@@ -42,8 +43,8 @@ from tactfix.simulation.faults import NOISIER, Fault, growth, mistaken
 from tactfix.wording import listed
 
 # Pairs of contacts that are fitted exactly.
-_FOLLOWED: Final = 3
-_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
+_PAIRS_FITTED: Final = 3
+_MISTAKEN_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 """Factors between units that are mistaken for each other: inch and mm, mm and m or um."""
 
 
@@ -89,14 +90,12 @@ def _tip_offset(case: Case) -> Iterator[BlindSpot]:
     seen = np.einsum("ni,nij->nj", normals, rotations) / touched.sigmas[:, None]
     left = seen - span @ (span.T @ seen)
     direction = np.linalg.eigh(left.T @ left)[1][:, 0]
-    off = SIGMAS_OFF * float(np.sqrt((touched.sigmas**2).mean()))
+    off = ERROR_SIGMAS * float(np.sqrt((touched.sigmas**2).mean()))
     points = touched.contacts.points + rotations @ (off * direction)
-    alike = "in one orientation of the tool" if np.ptp(rotations, axis=0).max() < _ALIKE else "in the flange frame"
+    alike = (
+        "in one orientation of the tool" if np.ptp(rotations, axis=0).max() < TURNED_ENTRY else "in the flange frame"
+    )
     yield refitted("tip_offset", touched, replace(touched.contacts, points=points), f"tip {off:.3g} off {alike}")
-
-
-_ALIKE: Final = 1e-3
-"""Orientations of the tool that differ by less tell nothing of the tip."""
 
 
 def _pretravel(case: Case) -> Iterator[BlindSpot]:
@@ -120,11 +119,11 @@ def _growth(case: Case) -> Iterator[BlindSpot]:
 def _unit(case: Case) -> Iterator[BlindSpot]:
     """Coordinates in another unit: locate decides, where two contacts alone do not rule them out."""
     touched = case.touched
-    for factor in _UNITS:
+    for factor in _MISTAKEN_UNITS:
         contacts = _rescaled(touched, factor)
         what = f"coordinates {factor:.4g} times as large"
         least = least_chi_square(touched.surfaces, contacts, touched.sigmas)
-        is_impossible = least > FAR * chi_square_limit(max(touched.dof, 1))
+        is_impossible = least > FAR_BEYOND_LIMIT * chi_square_limit(max(touched.dof, 1))
         yield no_pose("unit", what) if is_impossible else located("unit", touched, contacts, what, case.locator)
 
 
@@ -194,8 +193,8 @@ def _wrong_label(case: Case) -> Iterator[BlindSpot]:
 def _contact(case: Case) -> Iterator[BlindSpot]:
     """Each contact in turn off along its normal."""
     for i in most_telling(case.touched):
-        what = f"{case.touched.contacts.label(i)} off by {SIGMAS_OFF:g} sigma"
-        yield refitted("contact", case.touched, _off(case.touched, {i: SIGMAS_OFF}), what)
+        what = f"{case.touched.contacts.label(i)} off by {ERROR_SIGMAS:g} sigma"
+        yield refitted("contact", case.touched, _off(case.touched, {i: ERROR_SIGMAS}), what)
 
 
 def _contacts(case: Case) -> Iterator[BlindSpot]:
@@ -206,11 +205,10 @@ def _contacts(case: Case) -> Iterator[BlindSpot]:
     own = np.add.outer(np.diag(shown), np.diag(shown))
     pairs = list(combinations(range(len(index)), 2))
     either = [(float(own[p] + 2 * sign * shown[p]), *p, sign) for p in pairs for sign in (1.0, -1.0)]
-    for _, i, k, sign in sorted(either)[:_FOLLOWED]:
-        off = {index[i]: SIGMAS_OFF, index[k]: sign * SIGMAS_OFF}
-        what = (
-            f"{listed([touched.contacts.label(j) for j in off])} off by {SIGMAS_OFF:g} and {sign * SIGMAS_OFF:g} sigma"
-        )
+    for _, i, k, sign in sorted(either)[:_PAIRS_FITTED]:
+        off = {index[i]: ERROR_SIGMAS, index[k]: sign * ERROR_SIGMAS}
+        rows = listed([touched.contacts.label(j) for j in off])
+        what = f"{rows} off by {ERROR_SIGMAS:g} and {sign * ERROR_SIGMAS:g} sigma"
         yield refitted("contacts", touched, _off(touched, off), what)
 
 

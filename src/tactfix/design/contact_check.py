@@ -20,7 +20,7 @@ from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.known_place import settled
 from tactfix.design.layout import Source, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
-from tactfix.design.nominal_contacts import SIGMAS_OFF, Locator, Touched
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, Locator, Touched
 from tactfix.design.plan_findings import (
     blind_spot_findings,
     certainty_findings,
@@ -46,7 +46,7 @@ _USUAL_TIP: Final = 0.003
 _BORE_SHARE: Final = 0.5
 """Of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
 # Features that change places to within this share of the fixture's size are tried with their labels exchanged.
-_LOOSE: Final = 0.02
+_PLACES_EXCHANGED: Final = 0.02
 _LOOSEST: Final = 0.1
 """Share of the fixture's size, however large sigma is."""
 
@@ -161,11 +161,11 @@ def _judged(
 
 def _case(fixture: Fixture, touched: Touched, tip_radius: float, worst_sigma: float, locator: Locator) -> Case:
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
-    ratio = min(_LOOSEST, max(_LOOSE, SIGMAS_OFF * sigma / (size_of(touched.surfaces.values()) or np.inf)))
+    ratio = min(_LOOSEST, max(_PLACES_EXCHANGED, ERROR_SIGMAS * sigma / (size_of(touched.surfaces.values()) or np.inf)))
     size = size_of(touched.surfaces.values())
     near = settled(symmetries(touched.surfaces, fixture.touch, ratio), fixture.placement, size)
     exchanges = tuple(s for s in near if s.confusable)
-    wrong = tuple(misplaced(touched.surfaces, SIGMAS_OFF * sigma))
+    wrong = tuple(misplaced(touched.surfaces, ERROR_SIGMAS * sigma))
     return Case(touched, tip_radius, worst_sigma, exchanges, wrong, fixture, locator)
 
 

@@ -20,15 +20,17 @@ from tactfix.geometry.surfaces import FeatureType, Point, Surface
 from tactfix.values import frozen_value
 
 # Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.
-ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType({"plane": 3, "sphere": 3, "cylinder": 4, "point": 1})
-ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "sphere": 4, "cylinder": 5})
+CONTACTS_ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType(
+    {"plane": 3, "sphere": 3, "cylinder": 4, "point": 1}
+)
+ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "sphere": 4, "cylinder": 5})
 # The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth where the radius is unknown.
-PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "cylinder": 5})
-PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**ALONE, "sphere": 4, "cylinder": 6})
+PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "cylinder": 5})
+PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "sphere": 4, "cylinder": 6})
 # Section 6, eqs. 48-51: a sphere at a known distance from a located cylinder's axis.
 PAPER_SPHERE_AT_DISTANCE: Final = 2
 
-MOST_SETS: Final = 500
+MINIMAL_SETS_LISTED: Final = 500
 """Minimal sets listed at most; a fixture of many features has millions."""
 
 
@@ -53,7 +55,7 @@ class ContactCounts:
 
     minimum_total: the fewest that leave free what all features together do; without points their rank, 6 where nothing
     is left free. minimal_sets: contacts by feature;
-    complete is False where there are more of them than MOST_SETS.
+    complete is False where there are more of them than MINIMAL_SETS_LISTED.
     """
 
     minimum_total: int
@@ -73,7 +75,7 @@ def contact_counts(
 
     distances: the pairs between which a distance is known; all pairs that have one where the fixture is placed.
     """
-    sets = minimal_sets(surfaces, tolerance, MOST_SETS + 1, placement)
+    sets = minimal_sets(surfaces, tolerance, MINIMAL_SETS_LISTED + 1, placement)
     total = _rank(surfaces, tolerance, placement)
     others = {name: {n: s for n, s in surfaces.items() if n != name} for name in surfaces}
     beside = {name: total - _rank(rest, tolerance, placement) for name, rest in others.items()}
@@ -81,8 +83,8 @@ def contact_counts(
     return ContactCounts(
         minimum_total=sum(sets[0].values()),
         each=_each(features, distances, beside),
-        minimal_sets=sets[:MOST_SETS],
-        complete=len(sets) <= MOST_SETS,
+        minimal_sets=sets[:MINIMAL_SETS_LISTED],
+        complete=len(sets) <= MINIMAL_SETS_LISTED,
     )
 
 
@@ -108,14 +110,14 @@ def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
     (src/tactfix/README.md, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
     """
     known = sum(name in pair for pair in distances) if feature.type == "sphere" else 0
-    return max(ALONE[feature.type] - known, 1)
+    return max(CONTACTS_ALONE[feature.type] - known, 1)
 
 
 def _each(features: Mapping[str, Feature], distances: set[frozenset[str]], beside: Mapping[str, int]) -> FeatureCounts:
     near = {n for n, f in features.items() if f.type == "sphere" and _has_cylinder(n, features, distances)}
     paper = {name: PAPER[f.type] for name, f in features.items()}
     return FeatureCounts(
-        alone={name: ALONE[f.type] for name, f in features.items()},
+        alone={name: CONTACTS_ALONE[f.type] for name, f in features.items()},
         alone_any_size={name: ALONE_ANY_SIZE[f.type] for name, f in features.items()},
         paper={name: PAPER_SPHERE_AT_DISTANCE if name in near else n for name, n in paper.items()},
         paper_any_size={name: PAPER_ANY_SIZE[f.type] for name, f in features.items()},

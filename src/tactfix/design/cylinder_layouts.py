@@ -15,7 +15,7 @@ from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Surface, offset_radius, outward_normals
 from tactfix.localizers.cylinder import localize_cylinder
-from tactfix.localizers.cylinder_search import CONTACTS_FREE_RADIUS, CONTACTS_KNOWN_RADIUS
+from tactfix.localizers.cylinder_search import CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS
 from tactfix.values import frozen_value
 
 
@@ -34,12 +34,12 @@ class CylinderLayout:
     @property
     def is_ambiguous(self) -> bool:
         """Whether there are several where contacts so many, in general position, leave one: the radius known."""
-        return self.contacts > CONTACTS_KNOWN_RADIUS and _several(self.own_radius)
+        return self.contacts > CYLINDER_CONTACTS and _several(self.own_radius)
 
     @property
     def is_tidy(self) -> bool:
         """The same with the radius unknown."""
-        return self.contacts > CONTACTS_FREE_RADIUS and _several(self.any_radius)
+        return self.contacts > FREE_CYLINDER_CONTACTS and _several(self.any_radius)
 
 
 def _several(count: int | None) -> bool:
@@ -51,10 +51,10 @@ def cylinder_layouts(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas
     found = []
     for name, surface in surfaces.items():
         index = [i for i, feature in enumerate(contacts.features) if feature == name]
-        if isinstance(surface, Cylinder) and len(index) >= CONTACTS_KNOWN_RADIUS:
+        if isinstance(surface, Cylinder) and len(index) >= CYLINDER_CONTACTS:
             touched, noise = contacts.subset(index), sigmas[index]
             radius = offset_radius(name, surface.radius, surface.side, contacts.tip_radius)
-            any_radius = 0 if len(index) < CONTACTS_FREE_RADIUS else _count(surface, touched, None, noise)
+            any_radius = 0 if len(index) < FREE_CYLINDER_CONTACTS else _count(surface, touched, None, noise)
             found.append(CylinderLayout(name, len(index), _count(surface, touched, radius, noise), any_radius))
     return tuple(found)
 

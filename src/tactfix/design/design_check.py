@@ -24,9 +24,9 @@ from tactfix.design.plan_findings import not_studied, study_findings
 from tactfix.design.pose_counts import PoseCount, kind_of_set, pose_count
 from tactfix.design.random_layouts import (
     DEFAULT_LAYOUTS,
-    FEW,
-    MOST,
+    MOST_LAYOUT_CONTACTS,
     MOST_LAYOUTS,
+    QUICK_LAYOUT_CONTACTS,
     LayoutStudy,
     Over,
     RealPoses,
@@ -37,7 +37,7 @@ from tactfix.design.symmetries import Symmetry
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.scale import EXACT, tolerance_for
+from tactfix.geometry.scale import SPECIAL_POSITION, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.locate import locate
 from tactfix.relations.realization import realize
@@ -271,7 +271,9 @@ def _studied(
     fewest = geometry.counts.minimum_total
     # Where nothing breaks a symmetry no number of contacts is enough: six tell how many poses there are.
     is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
-    most = fewest if is_symmetric else FEW if study.layouts <= DEFAULT_LAYOUTS else MOST
+    most = (
+        fewest if is_symmetric else QUICK_LAYOUT_CONTACTS if study.layouts <= DEFAULT_LAYOUTS else MOST_LAYOUT_CONTACTS
+    )
     try:
         found = study_layouts(fixture, study, sets, locator, up_to=most, progress=progress, over=over)
     except UsageError as error:
@@ -298,7 +300,9 @@ def _distinct(shapes: tuple[Mapping[str, Surface], ...]) -> list[Mapping[str, Su
     kept: list[Mapping[str, Surface]] = []
     for shape in shapes:
         length = tolerance_for(shape).length
-        if not any(all(same_surface(s, other[n], length, EXACT) for n, s in shape.items()) for other in kept):
+        if not any(
+            all(same_surface(s, other[n], length, SPECIAL_POSITION) for n, s in shape.items()) for other in kept
+        ):
             kept.append(shape)
     return kept
 

@@ -8,7 +8,7 @@ import numpy as np
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.nearest import other_point
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.scale import EXACT, anchor_of
+from tactfix.geometry.scale import SPECIAL_POSITION, anchor_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.values import frozen_value
 
@@ -54,9 +54,9 @@ def _off_plane(plane: Plane, other: Surface) -> Floats | None:
     """The plane's normal, where the other one keeps its distance all along it."""
     match other:
         case Plane():
-            has_distance = bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= EXACT)
+            has_distance = bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= SPECIAL_POSITION)
         case Cylinder():
-            has_distance = bool(abs(plane.normal @ other.direction) <= EXACT)
+            has_distance = bool(abs(plane.normal @ other.direction) <= SPECIAL_POSITION)
         case Sphere() | Point():
             has_distance = True
     return plane.normal if has_distance else None
@@ -65,7 +65,7 @@ def _off_plane(plane: Plane, other: Surface) -> Floats | None:
 def _between_axes(first: Cylinder, second: Cylinder) -> Floats | None:
     """Along the common perpendicular of two axes, square to both where they are parallel."""
     square = np.cross(first.direction, second.direction)
-    if np.linalg.norm(square) > EXACT:
+    if np.linalg.norm(square) > SPECIAL_POSITION:
         return unit(square)
     return _along(anchor_of(second, first.point) - first.point)
 

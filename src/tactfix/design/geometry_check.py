@@ -22,7 +22,7 @@ from tactfix.fixture import Fixture, Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.scale import EXACT, Tolerance, middle_of, tolerance_for
+from tactfix.geometry.scale import SPECIAL_POSITION, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import tidied
 from tactfix.localization.motion_words import free_motions, twist_in_words
@@ -117,7 +117,7 @@ def _near_ratio(sigma: float | None, tolerance: Tolerance) -> float | None:
     if sigma is None or size == 0:
         return None
     ratio = _NEAR_SIGMAS * sigma / size
-    return ratio if EXACT < ratio < _NEAREST else None
+    return ratio if SPECIAL_POSITION < ratio < _NEAREST else None
 
 
 def _is_among(symmetry: Symmetry, found: tuple[Symmetry, ...], ratio: float) -> bool:

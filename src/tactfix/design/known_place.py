@@ -17,7 +17,7 @@ from tactfix.geometry.rigid import inverse
 from tactfix.poses.placement_terms import search_limits
 from tactfix.poses.prior import deviation
 
-PART: Final = 0.02
+KNOWN_SHARE: Final = 0.02
 """Rad, and share of the fixture's size. Near a degree: no rough pose says more of how the fixture is turned."""
 
 
@@ -37,7 +37,7 @@ def left_free(twists: Floats, placement: Placement | None, size: float) -> Float
     motions = np.linalg.qr((twists * to_angles).T)[0]
     free = _free_axes(placement)
     _, off, mixtures = np.linalg.svd(motions - free @ (free.T @ motions))
-    kept = (motions @ mixtures[off <= PART].T).T
+    kept = (motions @ mixtures[off <= KNOWN_SHARE].T).T
     return np.asarray(kept / to_angles)
 
 
@@ -71,4 +71,4 @@ def _excludes(placement: Placement, symmetry: Symmetry, size: float) -> bool:
     if turn > 2 * most_turn or shift > 2 * most_shift:
         return True
     turned, shifted = np.abs(off[:3][~placement.turns]), np.abs(off[3:][~placement.shifts])
-    return bool((turned > PART).any() or (shifted > PART * (size or 1.0)).any())
+    return bool((turned > KNOWN_SHARE).any() or (shifted > KNOWN_SHARE * (size or 1.0)).any())

@@ -16,11 +16,11 @@ from tactfix.poses.pose_fit import contact_residuals
 Source: TypeAlias = Literal["plan", "contacts", "spread"]
 
 # What each feature needs alone whatever its size, and one more to check it by.
-_PLENTY: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
-_PLENTY_BALL: Final = 5
+_CHECKED_ALONE: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
+_CHECKED_ON_A_BALL: Final = 5
 """The same for a sphere."""
 # Touches to choose the spread ones from.
-_CHOICE: Final = 200
+_LAYOUT_POOL: Final = 200
 
 
 def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, ...]]:
@@ -33,8 +33,8 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
     normals: list[Floats] = []
     unreachable: list[str] = []
     for name, surface in access.surfaces.items():
-        choice, outward = access.spread(name, _CHOICE)
-        pick = _farthest(choice, _PLENTY.get(type(surface), _PLENTY_BALL))
+        choice, outward = access.spread(name, _LAYOUT_POOL)
+        pick = _farthest(choice, _CHECKED_ALONE.get(type(surface), _CHECKED_ON_A_BALL))
         if not len(pick):
             unreachable.append(name)
         names += [name] * len(pick)

@@ -25,9 +25,9 @@ WIDENED: Final = (10.0, 100.0)
 # Contacts taken away one by one, at most; of more, those of the most leverage.
 _MOST_LOSSES: Final = 24
 # Sigma: a pose so little behind fits as well as the right one.
-_NOTHING: Final = 1e-3
+_FITS_AS_WELL: Final = 1e-3
 # A candidate this near to the right pose is the right pose: rad, and share of the fixture's extent.
-_SAME: Final = 1e-3
+_RIGHT_POSE: Final = 1e-3
 
 
 @frozen_value
@@ -41,7 +41,7 @@ class Rival:
     @property
     def words(self) -> str:
         """How far behind; what rounding leaves of nothing is 0."""
-        return f"{self.sigmas_behind if self.sigmas_behind > _NOTHING else 0.0:.2g} sigma behind"
+        return f"{self.sigmas_behind if self.sigmas_behind > _FITS_AS_WELL else 0.0:.2g} sigma behind"
 
 
 @frozen_value(eq=True)
@@ -127,7 +127,7 @@ def _rival(candidate: Candidate, touched: Touched) -> Rival:
 def _is_right(candidate: Candidate, corners: Floats) -> bool:
     pose = candidate.base_from_fixture
     extent = float(np.linalg.norm(np.ptp(corners, axis=0)))
-    return rotation_angle(pose[:3, :3]) < _SAME and shift_of(pose, corners) < _SAME * extent
+    return rotation_angle(pose[:3, :3]) < _RIGHT_POSE and shift_of(pose, corners) < _RIGHT_POSE * extent
 
 
 def _fragile(touched: Touched, tried: Sequence[int], locator: Locator) -> tuple[Fragile, ...]:

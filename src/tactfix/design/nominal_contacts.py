@@ -13,7 +13,7 @@ from tactfix.geometry.surfaces import Point, Surface, outward_normals
 from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 
-SIGMAS_OFF: Final = 10.0
+ERROR_SIGMAS: Final = 10.0
 """Errors of a radius, a distance or one contact, in sigma."""
 
 Locator: TypeAlias = Callable[[Contacts], LocateResult]
@@ -62,21 +62,21 @@ def moments(touched: Touched, normals: Floats) -> Floats:
 
 
 # Contacts that are taken off one by one; of more, those with the most leverage are the least visible.
-_MOST_CONTACTS: Final = 40
+_TAKEN_OFF_ONE_BY_ONE: Final = 40
 
 
 def most_telling(touched: Touched) -> list[int]:
     """Indices of the contacts, the most leverage first: what one sees that no other does, the residuals cannot show."""
     rows = moments(touched, normals_of(touched)) / touched.sigmas[:, None]
     leverage = (np.linalg.qr(rows)[0] ** 2).sum(axis=1)
-    return [int(i) for i in np.argsort(-leverage)[:_MOST_CONTACTS]]
+    return [int(i) for i in np.argsort(-leverage)[:_TAKEN_OFF_ONE_BY_ONE]]
 
 
 # Share of the largest coordinate by which a fit is off by rounding alone.
-_ROUNDING: Final = 1e-12
+_FIT_ROUNDING: Final = 1e-12
 
 
 def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
     """How far the worst of the corners (k, 3) is from where it should be (units)."""
     off = float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
-    return off if off > _ROUNDING * float(np.abs(corners).max()) else 0.0
+    return off if off > _FIT_ROUNDING * float(np.abs(corners).max()) else 0.0

@@ -23,7 +23,7 @@ from tactfix.wording import listed
 # The nearest wrong pose should lie this many sigma behind the right one.
 ENOUGH_BEHIND: Final = 10.0
 # A point known this many times worse than one contact is weakly held.
-_WEAK: Final = 10.0
+_WEAKLY_HELD: Final = 10.0
 # Of random layouts of nine contacts and more a few may be left with several poses.
 _STRAGGLERS: Final = 0.25
 # A mistake that moves the pose by less than this many of its own sigma does no harm.
@@ -34,7 +34,7 @@ _SOURCES: Final[dict[Source, str]] = {
     "spread": "well spread contacts",
 }
 
-_REMEDIES: Final = {
+_BLIND_SPOT_REMEDIES: Final = {
     "tip_radius": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
     "tip_sign": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
     "tip_offset": "touch in three tool orientations or more, tilted to different sides: a wrong tip then shows",
@@ -112,7 +112,7 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
         status = "error"
         what = f"{where}, above the limit of {max_sigma:g} {units}"
     else:
-        status = "warning" if ratio > _WEAK else "ok"
+        status = "warning" if ratio > _WEAKLY_HELD else "ok"
         what = f"{where}, {ratio:.2g} times a contact's sigma"
     hint = "" if status == "ok" else f"add a contact that resists the weakest motion ({certainty.weakest.message})"
     yield Finding("accuracy", status, what, hint)
@@ -164,7 +164,7 @@ def blind_spot_findings(
                 yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius {harm}: {spot.message} {units}")
             continue
         is_error = spot.error == "tip_radius" and not spread_sees_tip
-        hint = _REMEDIES[spot.error]
+        hint = _BLIND_SPOT_REMEDIES[spot.error]
         if spot.error == "tip_radius" and spread_sees_tip:
             hint = "the features would show it, these contacts do not: touch a sphere or cylinder from more sides"
         yield Finding(f"blind_{spot.error}", "error" if is_error else "warning", f"{spot.message} {units}", hint)

@@ -25,11 +25,11 @@ DEFAULT_LAYOUTS: Final = 8
 
 MOST_LAYOUTS: Final = 100_000
 """More tell nothing that these do not: one standard error of a share is then below 0.002."""
-FEW: Final = 9
+QUICK_LAYOUT_CONTACTS: Final = 9
 """Contacts of the largest layouts of a quick study."""
-MOST: Final = 12
+MOST_LAYOUT_CONTACTS: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
-at FEW."""
+at QUICK_LAYOUT_CONTACTS."""
 
 # The seeds of two studies do not meet.
 _SEEDS: Final = 100_000
@@ -100,7 +100,7 @@ def study_layouts(
     sets: Sequence[tuple[str, Mapping[str, int]]],
     locator: Locator,
     *,
-    up_to: int = MOST,
+    up_to: int = MOST_LAYOUT_CONTACTS,
     progress: Callable[[float, str], None] = lambda share, what: None,
     over: Over = map,
 ) -> LayoutStudy:

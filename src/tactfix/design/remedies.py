@@ -15,7 +15,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.motions import Fixed, common_motions
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.sameness import same_surface
-from tactfix.geometry.scale import EXACT, middle_of, size_of, tolerance_for
+from tactfix.geometry.scale import SPECIAL_POSITION, middle_of, size_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.results import FreeMotion
 
@@ -54,7 +54,7 @@ def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], 
         for k in range(3):
             shift = length * np.eye(3)[k]
             shifted = {**surfaces, name: moved(homogeneous(np.eye(3), shift), surfaces[name])}
-            if same_surface(surfaces[name], shifted[name], EXACT * length, EXACT):
+            if same_surface(surfaces[name], shifted[name], SPECIAL_POSITION * length, SPECIAL_POSITION):
                 continue
             along = {n: TouchBox(b.low + shift, b.high + shift) if n == name else b for n, b in boxes.items()}
             if is_mended(shifted, along):

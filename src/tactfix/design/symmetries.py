@@ -24,7 +24,7 @@ from tactfix.wording import listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 
-# Both the surface and its image are typed to scale.EXACT, and each through a direction and a length.
+# Both the surface and its image are typed to scale.SPECIAL_POSITION, and each through a direction and a length.
 LAID_ON = 4e-6
 _SQUARED_COSINE = 1e-12
 """Squared cosine below which directions count as square to each other where the middle is looked for."""
@@ -128,7 +128,7 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
     )
     spread = np.linalg.norm(np.cross(arrows.directions[:, None], arrows.directions[None]), axis=2)
     first, second = np.unravel_index(np.argmax(spread * np.minimum.outer(firmness, firmness)), spread.shape)
-    loose = max(_LOOSE, 10 * tolerance.angle / float(spread[first, second] * min(firmness[first], firmness[second])))
+    loose = max(_SIEVE, 10 * tolerance.angle / float(spread[first, second] * min(firmness[first], firmness[second])))
     cosines = arrows.directions @ arrows.directions.T
     own = _triad(arrows.directions[first], arrows.directions[second])
     rotations = []
@@ -142,7 +142,7 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
 
 
 # Only a sieve before the surfaces themselves are held against their images.
-_LOOSE = 1e-3
+_SIEVE = 1e-3
 
 
 def _like(arrows: _Arrows, index: int, tolerance: Tolerance) -> Bools:

@@ -16,7 +16,7 @@ from tactfix.geometry.scale import block_of, size_of
 from tactfix.geometry.surfaces import Sphere, Surface, radius_of
 
 # Open sides of a box are closed this many lengths away: beyond that no contact on the fixture is made.
-_FAR = 1e3
+_OPEN_SIDE = 1e3
 
 
 def regions_meet(
@@ -39,7 +39,7 @@ def regions_meet(
     radius = radius_of(surface) / length
     least = np.linalg.norm(nearest @ block, axis=1).min()
     greatest = np.linalg.norm(corners @ block, axis=1).max()
-    return bool(least <= radius + _SLACK and greatest >= radius - _SLACK)
+    return bool(least <= radius + _SYSTEM_ROUNDING and greatest >= radius - _SYSTEM_ROUNDING)
 
 
 def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], middle: Floats) -> float:
@@ -50,7 +50,7 @@ def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], mid
 
 
 # Rounding of the small systems below, in fixture sizes: far below what shrinking by _SHRINK takes off each face.
-_SLACK = 1e-7
+_SYSTEM_ROUNDING = 1e-7
 _SHRINK = 1e-6
 """Is taken off each face of a box, in fixture sizes, so that rounding cannot make regions touch."""
 
@@ -70,7 +70,10 @@ def _closed(box: TouchBox | None, point: Floats, length: float) -> tuple[Floats,
     """The box about point in units of length, closed far away and a hair smaller (a face without thickness larger)."""
     low = np.full(3, -np.inf) if box is None else (box.low - point) / length
     high = np.full(3, np.inf) if box is None else (box.high - point) / length
-    low, high = np.maximum(low, np.minimum(-_FAR, high - _FAR)), np.minimum(high, np.maximum(_FAR, low + _FAR))
+    low, high = (
+        np.maximum(low, np.minimum(-_OPEN_SIDE, high - _OPEN_SIDE)),
+        np.minimum(high, np.maximum(_OPEN_SIDE, low + _OPEN_SIDE)),
+    )
     middle, half = (low + high) / 2, (high - low) / 2
     half = np.maximum(half - _SHRINK, _SHRINK)
     return middle - half, middle + half
@@ -92,6 +95,6 @@ def _stationary(block: Floats, normals: Floats, offsets: Floats, sizes: tuple[in
         system[:, 3:, :3] = normals[subsets]
         right = np.concatenate([np.zeros((len(subsets), 3)), offsets[subsets]], axis=1)
         points = (np.linalg.pinv(system, rcond=1e-9, hermitian=True) @ right[..., None])[:, :3, 0]
-        reach = _SLACK * (1 + np.abs(points).max(axis=1, initial=0.0))
+        reach = _SYSTEM_ROUNDING * (1 + np.abs(points).max(axis=1, initial=0.0))
         found.append(points[(points @ normals.T <= offsets + reach[:, None]).all(axis=1)])
     return np.concatenate(found)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
-from tactfix.design.nominal_contacts import SIGMAS_OFF, shift_of
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
@@ -32,7 +32,7 @@ def wrong_place(case: Case) -> Iterator[BlindSpot]:
 def wrong_radius(case: Case) -> Iterator[BlindSpot]:
     """One radius off by ten sigma of a contact."""
     touched = case.touched
-    off = SIGMAS_OFF * float(np.sqrt((touched.sigmas**2).mean()))
+    off = ERROR_SIGMAS * float(np.sqrt((touched.sigmas**2).mean()))
     for name, surface in touched.surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             wrong = {**touched.surfaces, name: replace(surface, radius=surface.radius + off)}

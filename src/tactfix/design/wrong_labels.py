@@ -14,7 +14,7 @@ from tactfix.geometry.surfaces import Point, outward_normals, residuals
 from tactfix.values import frozen_value
 
 # Labellings that are fitted exactly; the others leave more to first order already.
-_FOLLOWED: Final = 3
+_LABELLINGS_FITTED: Final = 3
 
 
 @frozen_value
@@ -64,7 +64,7 @@ def least_visible(touched: Touched, wrong: Sequence[WrongLabels]) -> Iterator[Wr
     rows, off = _as_labelled(touched, wrong)
     followed = np.einsum("kij,kj->ki", np.linalg.pinv(rows), off)
     left = off - np.einsum("kij,kj->ki", rows, followed)
-    for k in np.argsort((left**2).sum(axis=1), kind="stable")[:_FOLLOWED]:
+    for k in np.argsort((left**2).sum(axis=1), kind="stable")[:_LABELLINGS_FITTED]:
         yield wrong[int(k)]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.deletion import Doubts
-from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve, Stage
+from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve, Stage
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.noise import SURE
@@ -20,23 +20,23 @@ from tactfix.poses.pose_fit import contact_residuals
 from tactfix.probe import residual_sigmas
 from tactfix.wording import listed
 
-MOST_ASKED = 40
+MOST_DOUBTED = 40
 """Contacts, those doubted most, that are asked whether they rule a hypothesis out, and of which each two labels are
 swapped: the cost grows with the square of their number."""
 MOST_SWAPS = 24
 """Swaps that are located, those first without whose two contacts chi-square would fall most."""
 SEVERAL = (1, 2, 3, 5, 8, 12, 20)
 """Contacts that are left out together, those doubted most."""
-LEFT = 8
+SINGLE_FAULT_CONTACTS = 8
 """Of so many contacts at most one is left out."""
-MUCH = 0.1
+MUCH_EXPLAINED = 0.1
 """Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
 
 
 def few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> Iterator[Stage]:
     """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
-    if len(contacts) >= LEFT:
-        yield without_each(contacts, [i for i in doubts.singly[:MOST_CONTACTS] if doubts.are_all([i])])
+    if len(contacts) >= SINGLE_FAULT_CONTACTS:
+        yield without_each(contacts, [i for i in doubts.singly[:CONTACTS_DOUBTED] if doubts.are_all([i])])
     wrong = _wrong_ones(fixture, contacts, doubts, solve)
     if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
         yield swapped_labels(contacts, [(wrong[0], wrong[1])])
@@ -50,7 +50,7 @@ def _wrong_ones(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Sol
     """Indices of a few contacts that a pose leaves out which explains all others; empty where there is none."""
     for count in SEVERAL:
         doubtful = doubts.order[:count]
-        if count > len(contacts) // LEFT or doubts.share_left(doubtful) > MUCH:
+        if count > len(contacts) // SINGLE_FAULT_CONTACTS or doubts.share_left(doubtful) > MUCH_EXPLAINED:
             continue
         try:
             solutions = solve(_without(contacts, doubtful))
@@ -90,7 +90,7 @@ def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
 def likely_pairs(contacts: Contacts, order: Sequence[int], doubts: Doubts | None) -> list[tuple[int, int]]:
     """Pairs of contacts on different features, those first without which chi-square would fall most."""
     names = contacts.features
-    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_ASKED]), 2) if names[i] != names[k]]
+    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_DOUBTED]), 2) if names[i] != names[k]]
     if doubts is None:
         return pairs
     gains = np.array([doubts.gain(pair) for pair in pairs])

@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 
 SEEN = 1e-3
 """Share of a residual that no motion of the fixture makes up for, below which leaving the contact out gains nothing."""
-STEPS = 20
+DELETIONS_ORDERED = 20
 """Contacts that are ordered with those before them left out."""
 ROUGHLY = 4.0
 """Times its limit that chi-square may be without some contacts, while the pose is still where they have pulled it."""
@@ -58,7 +58,7 @@ class Doubts:
         it were left out already, for a wrong contact hides behind those that a worse one pulls away; then the others.
         """
         left, chosen = np.arange(len(self.scaled)), []
-        for _ in range(min(STEPS, len(left) - self.span.shape[1] - 1)):
+        for _ in range(min(DELETIONS_ORDERED, len(left) - self.span.shape[1] - 1)):
             worst = int(np.argmax(self._gains(left)))
             chosen.append(int(left[worst]))
             left = np.delete(left, worst)

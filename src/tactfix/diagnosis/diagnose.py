@@ -19,7 +19,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.contact_faults import (
-    MOST_ASKED,
+    MOST_DOUBTED,
     MOST_SWAPS,
     few_of_many,
     likely_pairs,
@@ -29,7 +29,7 @@ from tactfix.diagnosis.contact_faults import (
 from tactfix.diagnosis.corrections import Problem
 from tactfix.diagnosis.deletion import Doubts
 from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
-from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve
+from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
 from tactfix.diagnosis.screen import Screen
 from tactfix.errors import TactfixError
@@ -96,7 +96,7 @@ def suspicions(
     """
     doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
     order = doubts.order if doubts else _on_contradicted_first(contacts, trials)
-    screen = trials or Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_ASKED]))
+    screen = trials or Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_DOUBTED]))
     pairs = likely_pairs(contacts, order, doubts)
     swaps = (hypothesis for hypothesis in swapped_labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
     units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
@@ -108,7 +108,7 @@ def suspicions(
         stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:
         alone = doubts.singly if doubts else order
-        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:MOST_CONTACTS]))
+        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:CONTACTS_DOUBTED]))
         stages.append(islice(swaps, MOST_SWAPS))
     few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
     # Where single contacts cost next to nothing to ask, none is taken for several.

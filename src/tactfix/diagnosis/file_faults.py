@@ -12,7 +12,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.deletion import SEEN, Doubts
-from tactfix.diagnosis.hypotheses import MOST_CONTACTS, Hypothesis, Solve, Stage
+from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve, Stage
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 
@@ -39,7 +39,7 @@ def approaches(contacts: Contacts, against: Sequence[int]) -> Stage:
         return
     message = "with all approaches reversed the contacts are consistent: are these outward normals (nx, ny, nz)?"
     yield Hypothesis("approach", message, replace(contacts, approaches=-contacts.approaches))
-    for i in against[:MOST_CONTACTS]:
+    for i in against[:CONTACTS_DOUBTED]:
         approaches = contacts.approaches.copy()
         approaches[i] *= -1
         message = f"with the approach of {contacts.label(i)} reversed the contacts are consistent"

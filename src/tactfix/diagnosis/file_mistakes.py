@@ -5,7 +5,7 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.file_faults import UNITS_MEANT
 
-TURNED = 1e-3
+TURNED_ENTRY = 1e-3
 """Entry by which rotations of the flange differ at least where one tool orientation is not all there is."""
 
 
@@ -18,7 +18,7 @@ def tips(problem: Problem) -> list[Hypothesis]:
 def tip_offsets(problem: Problem) -> list[Hypothesis]:
     """The tip's centre elsewhere in the flange, where contacts say how that stood, and it turned."""
     flanges = problem.contacts.flange_rotations
-    if flanges is None or np.abs(flanges - flanges[0]).max() < TURNED:
+    if flanges is None or np.abs(flanges - flanges[0]).max() < TURNED_ENTRY:
         return []
     return [Hypothesis("tip_offset", free="tip_offset")]
 

@@ -13,10 +13,10 @@ from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.mistakes import DiagnosisCode
 
-AXES = "xyz"
+AXIS_LETTERS = "xyz"
 MOST_PERMUTED = 4
 """Features, or blocks of contacts, all of whose orders are tried; of more only two are exchanged."""
-SAME = 1e-9
+UNCHANGED_SHARE = 1e-9
 """Share of the fixture's coordinates within which a change of them changes nothing."""
 
 
@@ -150,7 +150,7 @@ def _blocks_reordered(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
 
 
 def _exchanges() -> list[tuple[Floats, str]]:
-    return [(exchange(a, b), AXES[a] + AXES[b]) for a, b in combinations(range(3), 2)]
+    return [(exchange(a, b), AXIS_LETTERS[a] + AXIS_LETTERS[b]) for a, b in combinations(range(3), 2)]
 
 
 def exchange(a: int, b: int) -> Floats:
@@ -166,7 +166,7 @@ def changed_by(surface: Surface, matrix: Floats) -> bool:
 
 
 def _mirrors() -> list[tuple[Floats, str]]:
-    return [(np.diag([-1.0 if k == a else 1.0 for k in range(3)]), AXES[a]) for a in range(3)]
+    return [(np.diag([-1.0 if k == a else 1.0 for k in range(3)]), AXIS_LETTERS[a]) for a in range(3)]
 
 
 def mapped(surface: Surface, matrix: Floats) -> Surface:
@@ -184,4 +184,4 @@ def mapped(surface: Surface, matrix: Floats) -> Surface:
 
 def _is_same(one: Surface, other: Surface) -> bool:
     point = one.center if isinstance(one, Sphere) else one.point
-    return same_surface(one, other, SAME * max(float(np.abs(point).max()), math.ulp(1.0)), SAME)
+    return same_surface(one, other, UNCHANGED_SHARE * max(float(np.abs(point).max()), math.ulp(1.0)), UNCHANGED_SHARE)

@@ -9,7 +9,7 @@ from tactfix.poses.solution import Solutions
 from tactfix.results import Diagnosis
 from tactfix.values import frozen_value
 
-MOST_CONTACTS = 12
+CONTACTS_DOUBTED = 12
 """Contacts that are doubted one by one, those that gain most by it first."""
 
 

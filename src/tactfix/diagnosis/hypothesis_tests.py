@@ -25,7 +25,7 @@ from tactfix.diagnosis.fixture_mistakes import (
 )
 from tactfix.diagnosis.ranking import told_apart, without_generalizations
 from tactfix.diagnosis.telling import one_of, told
-from tactfix.diagnosis.trial_search import NOTHING, Explanation, TrialSearch, searched_anew
+from tactfix.diagnosis.trial_search import NO_CHANGE, Explanation, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import moved
@@ -63,9 +63,9 @@ ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
 
 PLAINLY_OUT = 0.5
 """Cosine of approach and normal, five times the 0.1 rad to which the direction of a pose must be known."""
-MOST_TOLD = 8
+MOST_ENTRIES = 8
 """Entries of a diagnosis."""
-MOST_ASKED = 40
+MOST_TESTED = 40
 """Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
 MOST_LEFT_OUT = 3
 """Contacts left out together: beyond three there are too many sets, and a robust fit finds them first."""
@@ -115,7 +115,7 @@ def _accepted(
     explaining = [one for one in found if one.chi2 <= _limit(problem, one, 1e-6)]
     explaining = without_generalizations(problem, explaining)
     accepted = []
-    for one in sorted(explaining, key=lambda one: one.score)[:MOST_ASKED]:
+    for one in sorted(explaining, key=lambda one: one.score)[:MOST_TESTED]:
         for way in one.ways:
             remark = _remark(fixture, problem, way, accepts)
             if remark is not None:
@@ -152,14 +152,14 @@ def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]
     if not accepted:
         return ()
     alike, others = told_apart(without_generalizations(problem, list(accepted)))
-    say = [told(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_TOLD]]
-    rest = [told(problem, fixture.units, one, accepted[one]) for one in others[: MOST_TOLD - len(say)]]
+    say = [told(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_ENTRIES]]
+    rest = [told(problem, fixture.units, one, accepted[one]) for one in others[: MOST_ENTRIES - len(say)]]
     return (one_of(say), *rest)
 
 
 def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
     """One factor on every sigma, where then no contact stands out."""
-    best = search.explanations([NOTHING])[0]
+    best = search.explanations([NO_CHANGE])[0]
     factor = math.sqrt(best.chi2 / max(problem.dof, 1))
     coarse = factor * float(problem.sigmas.max()) > COARSEST_SIGMA * problem.contacts.spread
     if problem.dof < 2 or not 1 < factor < MOST_TIMES or coarse:

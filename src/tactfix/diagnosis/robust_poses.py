@@ -20,7 +20,7 @@ SHRINKS = 0.6
 """By so much the scale shrinks with each step: slower ones settled where the bad contacts pull."""
 BOUND = 5.0
 """Sigmas beyond which a contact does not agree."""
-ALIKE = 1e-3
+ONE_POSE = 1e-3
 """Rad, and sizes of the fixture, within which two poses are one."""
 
 
@@ -69,6 +69,6 @@ def _distinct(rotations: Floats, offsets: Floats, order: list[int], most: int) -
             max(np.abs(rotations[number] - rotations[k]).max(), np.abs(offsets[number] - offsets[k]).max())
             for k in kept
         ]
-        if min(apart, default=1.0) > ALIKE:
+        if min(apart, default=1.0) > ONE_POSE:
             kept.append(number)
     return rotations[kept], offsets[kept]

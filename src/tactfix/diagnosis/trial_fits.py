@@ -21,13 +21,13 @@ from tactfix.geometry.arrays import TINY, Floats, Ints, cross
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
 from tactfix.values import frozen_value
 
-FIRST_DAMPING = 1e-4
+TRIAL_DAMPING = 1e-4
 """Damping of the first step, as a share of the diagonal."""
-LEAST_DAMPING = 1e-9
+SINGULAR_DAMPING = 1e-9
 """Where contacts leave a motion free the normal equations are singular but for this."""
 LAST_DAMPING = 1e8
 """Damping at which no step leads down any more."""
-SETTLED = 1e-6
+TRIAL_GAIN = 1e-6
 """Share of chi-square (and of one) that a last step gains."""
 
 
@@ -98,7 +98,7 @@ def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
     trials = trials.take(np.arange(len(trials.tips)))
     residuals, jacobians = evaluate(table, trials)
     chi2 = np.einsum("tn,tn->t", residuals, residuals)
-    damping = np.full(len(chi2), FIRST_DAMPING)
+    damping = np.full(len(chi2), TRIAL_DAMPING)
     live = np.arange(len(chi2))
     for _ in range(steps):
         if not len(live):
@@ -108,12 +108,12 @@ def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
         new_chi2 = np.einsum("tn,tn->t", new_residuals, new_residuals)
         gain = chi2[live] - new_chi2
         better = gain > 0
-        damping[live] = np.maximum(damping[live] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
+        damping[live] = np.maximum(damping[live] * np.where(better, 0.1, 10.0), SINGULAR_DAMPING)
         took = live[better]
         for name in ("rotations", "offsets", "numbers"):
             getattr(trials, name)[took] = getattr(ahead, name)[better]
         residuals[took], jacobians[took], chi2[took] = new_residuals[better], new_jacobians[better], new_chi2[better]
-        live = live[~((better & (gain < SETTLED * (1 + new_chi2))) | (damping[live] > LAST_DAMPING))]
+        live = live[~((better & (gain < TRIAL_GAIN * (1 + new_chi2))) | (damping[live] > LAST_DAMPING))]
     return Fits(trials, residuals, jacobians, chi2)
 
 

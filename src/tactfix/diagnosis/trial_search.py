@@ -15,7 +15,7 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.robust_poses import ALIKE, BOUND, robust_poses
+from tactfix.diagnosis.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
@@ -29,15 +29,15 @@ from tactfix.values import frozen_value
 
 POSES = 8
 """Poses that trials start from, beside those known."""
-FIRST_STEPS, LAST_STEPS = 3, 30
-"""Steps of every trial, and of those that are FOLLOWED to the end."""
-FOLLOWED = 80
+TRIAL_STEPS, FITTING_STEPS = 3, 30
+"""Steps of every trial, and of those that are fitted to the end."""
+HYPOTHESES_FITTED = 80
 """Hypotheses that are fitted to the end."""
 FROM = 6
 """Poses from which each of them is."""
 WORSE = 10.0
 """By so much chi-square may be larger at other poses that are looked at."""
-AGREES = 3.0
+IN_PLACE_SIGMAS = 3.0
 """Sigmas within which a contact is where it should be, at a pose from which other labels are tried for it."""
 MOST_AGREE = 0.5
 """Share of the contacts not concerned that agree within BOUND sigma at poses from which a few contacts are doubted."""
@@ -96,10 +96,10 @@ class TrialSearch:
         table, trials, of = self._trials(hypotheses)
         if not len(of):
             return []
-        begun = fitted(table, trials, FIRST_STEPS)
+        begun = fitted(table, trials, TRIAL_STEPS)
         penalties = np.array([hypothesis.penalty(self.problem) for hypothesis in hypotheses])
         followed = _most_plausible(begun, penalties[of], of)
-        ended = fitted(table, begun.trials.take(followed), LAST_STEPS)
+        ended = fitted(table, begun.trials.take(followed), FITTING_STEPS)
         ends: dict[int, list[int]] = {}
         for number in np.argsort(ended.chi2, kind="stable").tolist():
             already = ends.setdefault(int(of[followed[number]]), [])
@@ -168,12 +168,12 @@ class TrialSearch:
         others = np.count_nonzero(sizes[:, ~concerned] <= BOUND, axis=1) >= MOST_AGREE * np.count_nonzero(~concerned)
         if hypothesis.labels is None:
             return np.asarray(others)
-        return np.asarray(others & (sizes[:, concerned] > AGREES).all(axis=1))
+        return np.asarray(others & (sizes[:, concerned] > IN_PLACE_SIGMAS).all(axis=1))
 
     @cached_property
     def _there(self) -> Fits:
         """The contacts as they are at the poses."""
-        table, trials, _ = self._trials([NOTHING])
+        table, trials, _ = self._trials([NO_CHANGE])
         return Fits(trials, *evaluate(table, trials), np.zeros(0))
 
     def sets_to_leave_out(self, size: int) -> list[tuple[int, ...]]:
@@ -190,7 +190,7 @@ class TrialSearch:
         return list(found)
 
 
-NOTHING = Hypothesis("sigma")
+NO_CHANGE = Hypothesis("sigma")
 """Nothing is changed."""
 
 
@@ -224,7 +224,7 @@ def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:
     taken: dict[int, list[int]] = {}
     for number in np.argsort(begun.chi2 + penalties, kind="stable").tolist():
         hypothesis = int(of[number])
-        if hypothesis not in taken and len(taken) == FOLLOWED:
+        if hypothesis not in taken and len(taken) == HYPOTHESES_FITTED:
             continue
         already = taken.setdefault(hypothesis, [])
         if len(already) < FROM and not _is_any(begun.trials, number, already):
@@ -235,8 +235,8 @@ def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:
 def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
     """Whether a trial stands where one of the others does."""
     return any(
-        np.abs(trials.rotations[number] - trials.rotations[k]).max() < ALIKE
-        and np.abs(trials.offsets[number] - trials.offsets[k]).max() < ALIKE
+        np.abs(trials.rotations[number] - trials.rotations[k]).max() < ONE_POSE
+        and np.abs(trials.offsets[number] - trials.offsets[k]).max() < ONE_POSE
         for k in others
     )
 

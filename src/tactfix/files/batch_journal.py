@@ -11,7 +11,7 @@ from tactfix.batching.row import BatchRow, row_json, row_of_json
 from tactfix.errors import FileError, Problem
 
 _FIRST_LINE: Final = b'{"journal": "tactfix/batch/2"}\n'
-_LINE: Final = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "done": (.*)\}\n')
+_JOURNAL_LINE: Final = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "done": (.*)\}\n')
 """A line: a checksum of what is done, and what is done."""
 
 
@@ -109,7 +109,7 @@ class BatchJournal:
 
 def _done(line: bytes) -> dict[str, Any] | None:
     """The key and the row that a line says, None where it is not as it was written."""
-    match = _LINE.fullmatch(line)
+    match = _JOURNAL_LINE.fullmatch(line)
     if match is None or match[1] != _checksum(match[2]):
         return None
     done: dict[str, Any] = json.loads(match[2])

@@ -11,7 +11,7 @@ from tactfix.errors import FileError, Problem
 from tactfix.files.reading import decode, read_bytes
 from tactfix.monitoring.drift import CheckRecord
 
-SCHEMA: Final = "tactfix/check-history/1"
+HISTORY_SCHEMA: Final = "tactfix/check-history/1"
 _SHAPES: Final = {"reference": (4, 4), "motion": (6,), "covariance": (6, 6), "reference_covariance": (6, 6)}
 
 
@@ -32,7 +32,7 @@ def read_history(path: Path) -> tuple[CheckRecord, ...]:
 
 def append_history(path: Path, record: CheckRecord) -> None:
     """Append one line; FileError where it cannot be written whole, and the file is then as it was."""
-    said = {"schema": SCHEMA, "time": record.time, "fixture": record.fixture, "units": record.units}
+    said = {"schema": HISTORY_SCHEMA, "time": record.time, "fixture": record.fixture, "units": record.units}
     arrays = {name: getattr(record, name).tolist() for name in _SHAPES}
     line = (json.dumps({**said, **arrays}, allow_nan=False) + "\n").encode()
     try:
@@ -58,7 +58,7 @@ def append_history(path: Path, record: CheckRecord) -> None:
 def _record(path: Path, number: int, line: str) -> CheckRecord:
     try:
         told: Any = json.loads(line)
-        if told["schema"] != SCHEMA:
+        if told["schema"] != HISTORY_SCHEMA:
             raise ValueError
         arrays = {name: np.array(told[name], dtype=np.float64) for name in _SHAPES}
         if not all(np.isfinite(array).all() for array in arrays.values()):

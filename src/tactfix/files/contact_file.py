@@ -8,7 +8,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem
-from tactfix.files.contact_header import APPROACHES, ORIENTATIONS, Header, read_header
+from tactfix.files.contact_header import APPROACH_COLUMNS, ORIENTATION_COLUMNS, Header, read_header
 from tactfix.files.contact_options import ContactOptions, Settings, settle
 from tactfix.files.contact_rows import read_table
 from tactfix.files.contact_table import Table, decimal_mark, numbers
@@ -20,7 +20,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
-_SIGMAS: Final = (
+_SIGMA_HINT: Final = (
     "one standard deviation of a contact, for a measuring machine about 0.001 mm, a machine tool 0.003 to 0.005, "
     "a robot with a touch probe 0.05 to 0.1, with a welding wire 0.25; tactfix qualify measures it"
 )
@@ -133,14 +133,14 @@ def _settle(
         )
         problems.append(Problem("nothing says the tip radius", remedy))
     if settings.sigma is None and "sigma" not in header.tried and not all(table.columns.get("sigma", ("",))):
-        remedy = f"write '# sigma: ...' above the header, or use --sigma: {_SIGMAS}"
+        remedy = f"write '# sigma: ...' above the header, or use --sigma: {_SIGMA_HINT}"
         problems.append(Problem("nothing says the sigma of a contact", remedy))
     return settings
 
 
 def _flange_problems(options: ContactOptions, header: Header, settings: Settings) -> Iterator[Problem]:
     """What is missing where x, y, z are the flange's origin, or where the tip's offset is to be found."""
-    has_orientation = any(names[0] in header.columns for names in ORIENTATIONS)
+    has_orientation = any(names[0] in header.columns for names in ORIENTATION_COLUMNS)
     is_given = options.tip_offset is not None or header.settings.tip_offset is not None
     wants = "a tip offset is given" if is_given else ""
     wants = (
@@ -177,7 +177,7 @@ def _approaches(table: Table, flanges: Floats | None, problems: list[Problem]) -
 
     flanges (n, 3, 3): base_from_flange.
     """
-    names = next((names for names in APPROACHES if names[0] in table.columns), None)
+    names = next((names for names in APPROACH_COLUMNS if names[0] in table.columns), None)
     if names is None:
         return np.full((len(table), 3), np.nan)
     sign = -1.0 if names[0] == "nx" else 1.0

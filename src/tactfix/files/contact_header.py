@@ -9,12 +9,12 @@ from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_settings import SettingLines
 from tactfix.values import frozen_value
 
-APPROACHES: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
+APPROACH_COLUMNS: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
 """The approach in base, the outward normal in base, the approach in the flange frame."""
-ORIENTATIONS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
+ORIENTATION_COLUMNS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
 """How the flange stood; see `flange_columns`."""
-_USUAL: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
-COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACHES + ORIENTATIONS, ()), "id", "sigma", "target")
+_USUAL_COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
+COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACH_COLUMNS + ORIENTATION_COLUMNS, ()), "id", "sigma", "target")
 _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 
@@ -112,7 +112,7 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
                 (f"column {position} has no name", "name it, or remove the separators without anything between")
             )
         elif name not in COLUMNS and name not in directions:
-            remedy = f"remove it, or name it one of: {', '.join(_USUAL)}"
+            remedy = f"remove it, or name it one of: {', '.join(_USUAL_COLUMNS)}"
             found.append((f"unknown column {name!r}", remedy))
     needed = (*(("feature",) if feature_needed else ()), "x", "y", "z")
     found += [(f"there is no column {name!r}", f"add it: {_EXAMPLE}") for name in needed if name not in names]
@@ -121,10 +121,10 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
 
 def _vector_problems(names: list[str]) -> list[tuple[str, str]]:
     found = [
-        *_one_of(names, APPROACHES, "keep one of them: the approach, or the outward normal"),
-        *_one_of(names, ORIENTATIONS, "keep one of them: the orientation of the flange, in one convention"),
+        *_one_of(names, APPROACH_COLUMNS, "keep one of them: the approach, or the outward normal"),
+        *_one_of(names, ORIENTATION_COLUMNS, "keep one of them: the orientation of the flange, in one convention"),
     ]
-    if "fx" in names and not any(name in names for vector in ORIENTATIONS for name in vector):
+    if "fx" in names and not any(name in names for vector in ORIENTATION_COLUMNS for name in vector):
         remedy = "add how the flange stood, such as qw, qx, qy, qz, or give the approach in base: ax, ay, az"
         found.append(("fx, fy, fz are in the flange frame, and no column says how it stood", remedy))
     return found

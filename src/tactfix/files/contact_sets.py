@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt")
 """What contact files in a directory end with."""
-_HEAD: Final = 1 << 16
+_HEADER_BYTES: Final = 1 << 16
 """Bytes in which the header row of a table must begin."""
 
 
@@ -114,7 +114,7 @@ def _part(source: str, format_name: str, leave_out: Path | None) -> Part:
     path = Path(source)
     if source == "-":
         name, text = read_source(source)
-        is_one = format_name != "csv" or not is_table(text[:_HEAD])
+        is_one = format_name != "csv" or not is_table(text[:_HEADER_BYTES])
         return (ContactSet(name, text.encode()),) if is_one else csv_table(name, text)
     if path.is_dir():
         return FileSets(tuple(_files_in(path, format_name, leave_out)))
@@ -129,7 +129,7 @@ def _head(path: Path) -> str:
     """The first lines of a file as far as they are text; none where it cannot be read."""
     try:
         with path.open("rb") as file:
-            return file.read(_HEAD).decode("utf-8-sig", errors="ignore")
+            return file.read(_HEADER_BYTES).decode("utf-8-sig", errors="ignore")
     except OSError:
         return ""
 

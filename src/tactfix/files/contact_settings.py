@@ -10,11 +10,11 @@ from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 
-KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
-_EXAMPLES: Final = {"units": "mm", "tip_radius": "1.5", "sigma": "0.005", "tip_offset": "0, 0, 120"}
+SETTING_KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
+_SETTING_EXAMPLES: Final = {"units": "mm", "tip_radius": "1.5", "sigma": "0.005", "tip_offset": "0, 0, 120"}
 _DIAMETER: Final = "tip_diameter"
 """What is meant so often that the message halves it."""
-_NEAR: Final[dict[str, str]] = {
+_MEANT_FOR: Final[dict[str, str]] = {
     **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
     **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
     **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty", "\u03c3"), "sigma"),
@@ -53,7 +53,7 @@ class SettingLines:
     def read(self, line: str, number: int) -> None:
         """Take a comment line, which begins with #, for what it sets; a plain comment sets nothing."""
         key, value = _key_and_value(line) or ("", "")
-        if key.lower() in KEYS:
+        if key.lower() in SETTING_KEYS:
             self._set(key.lower(), value, number)
             return
         near = _nearly_setting(line, key, value)
@@ -136,7 +136,7 @@ def _number(text: str, separator: str) -> float:
 def key_of(line: str) -> str | None:
     """Which of the keys a comment line sets, None if it is plain text."""
     key, _ = _key_and_value(line) or ("", "")
-    return key.lower() if key.lower() in KEYS else None
+    return key.lower() if key.lower() in SETTING_KEYS else None
 
 
 def _key_and_value(line: str) -> tuple[str, str] | None:
@@ -180,10 +180,12 @@ def _setting_in_words(line: str) -> tuple[str, str, str] | None:
     if near == _DIAMETER:
         return "tip_radius", what, _half(numbers[0])
     value = (
-        next((unit for unit in reversed(units) if unit in UNITS), _EXAMPLES[near]) if near == "units" else numbers[0]
+        next((unit for unit in reversed(units) if unit in UNITS), _SETTING_EXAMPLES[near])
+        if near == "units"
+        else numbers[0]
     )
     if near == "tip_offset":
-        value = _EXAMPLES[near] if len(numbers) != 3 else ", ".join(numbers)
+        value = _SETTING_EXAMPLES[near] if len(numbers) != 3 else ", ".join(numbers)
     return near, what, f"write '# {near}: {value}'; '# units: mm' gives the unit of all lengths"
 
 
@@ -202,9 +204,9 @@ def _meant_key(key: str) -> str | None:
 
     plain = key.lower().replace("-", "_").replace(" ", "_")
     # Not "pose": "probe" and "note" are near it, and begin plain comments.
-    known = [key for key in (*KEYS, _DIAMETER) if key != "pose"]
+    known = [key for key in (*SETTING_KEYS, _DIAMETER) if key != "pose"]
     near = get_close_matches(plain, known, n=1, cutoff=0.8) if len(plain) <= _LONGEST_KEY else []
-    return _NEAR.get(plain) or (near[0] if near else None)
+    return _MEANT_FOR.get(plain) or (near[0] if near else None)
 
 
 def _shown(text: str) -> str:

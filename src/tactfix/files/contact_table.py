@@ -14,7 +14,7 @@ from tactfix.values import frozen_value
 
 # What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
-_PLAIN: Final = re.compile(r"[0-9eE+\-. \n]*")
+_PLAIN_NUMBERS: Final = re.compile(r"[0-9eE+\-. \n]*")
 _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 
@@ -80,7 +80,7 @@ def _fast_column(table: Table, name: str) -> Floats | None:
         if "." in joined:
             return None
         cells = joined.replace(",", ".").split("\n")
-    if not _PLAIN.fullmatch(joined.replace(",", ".") if table.decimal == "," else joined):
+    if not _PLAIN_NUMBERS.fullmatch(joined.replace(",", ".") if table.decimal == "," else joined):
         return None
     if max(map(len, cells), default=0) > MOST_CHARACTERS:
         return None

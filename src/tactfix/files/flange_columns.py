@@ -12,17 +12,16 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.errors import Problem
-from tactfix.files.contact_header import ORIENTATIONS
+from tactfix.files.contact_header import ORIENTATION_COLUMNS
 from tactfix.files.contact_table import Table, numbers
 from tactfix.geometry.arrays import Bools, Floats, lengths
 from tactfix.geometry.rigid import rotation_from_quaternion, rotation_from_vector
+from tactfix.pose_formats.orientation import MOST_OFF_UNIT
 from tactfix.units import MOST_LENGTH
 
-_MOST_OFF_UNIT: Final = 1e-3
-"""A quaternion printed with four digits is off by up to 1e-4 in length."""
 _MOST_DEGREES: Final = 720.0
 """Two turns: no controller shows more of an orientation's angle."""
-_MOST_TURN: Final = 2 * np.pi + 0.01
+_LONGEST_ROTATION_VECTOR: Final = 2 * np.pi + 0.01
 """Rad; what is longer was hardly meant as a rotation vector in rad."""
 
 Check: TypeAlias = Callable[[Floats], Bools]
@@ -56,12 +55,12 @@ _NO_ANGLE: Final[tuple[Check, str, str]] = (
 _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyType(
     {
         ("qw", "qx", "qy", "qz"): (
-            lambda q: np.abs(lengths(q) - 1) > _MOST_OFF_UNIT,
+            lambda q: np.abs(lengths(q) - 1) > MOST_OFF_UNIT,
             "the quaternion qw, qx, qy, qz is not of length 1",
             "check the order and the digits; the scalar stands in qw",
         ),
         ("rx", "ry", "rz"): (
-            lambda v: lengths(v) > _MOST_TURN,
+            lambda v: lengths(v) > _LONGEST_ROTATION_VECTOR,
             "the rotation vector rx, ry, rz is longer than a full turn in rad",
             "write it in rad; if these are degrees, divide by 57.29578, if they are angles, name the columns so",
         ),
@@ -73,7 +72,7 @@ _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyTy
 
 def flange_rotations(table: Table, problems: list[Problem]) -> Floats | None:
     """base_from_flange (n, 3, 3) of each row; None where the file has no such columns, or they say nothing."""
-    names = next((names for names in ORIENTATIONS if names[0] in table.columns), None)
+    names = next((names for names in ORIENTATION_COLUMNS if names[0] in table.columns), None)
     if names is None:
         return None
     before = len(problems)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 EVERY: Final = ""
 """The name under which an approach of all features stands."""
-_REMEDY: Final = "write X,Y,Z such as 0,0,-1, or feature:X,Y,Z;feature:X,Y,Z"
+_APPROACH_REMEDY: Final = "write X,Y,Z such as 0,0,-1, or feature:X,Y,Z;feature:X,Y,Z"
 
 Repeats: TypeAlias = Literal["all", "last"]
 
@@ -101,15 +101,17 @@ def parse_approaches(text: str) -> tuple[tuple[str, Vector], ...]:
         name, colon, numbers = part.rpartition(":")
         lexer = Lexer(numbers)
         try:
-            x, y, z = lexer.numbers(3, _REMEDY)
-            lexer.end(_REMEDY)
+            x, y, z = lexer.numbers(3, _APPROACH_REMEDY)
+            lexer.end(_APPROACH_REMEDY)
         except TextError as error:
-            raise UsageError(f"--approach {text!r}: {error.problem.what}; {_REMEDY}") from None
+            raise UsageError(f"--approach {text!r}: {error.problem.what}; {_APPROACH_REMEDY}") from None
         if not (x or y or z) or name.strip() in said or (colon and not name.strip()):
-            raise UsageError(f"--approach {text!r}: {part.strip()!r} is no direction, or a second one; {_REMEDY}")
+            raise UsageError(
+                f"--approach {text!r}: {part.strip()!r} is no direction, or a second one; {_APPROACH_REMEDY}"
+            )
         said[name.strip()] = x, y, z
     if EVERY in said and len(said) > 1:
-        raise UsageError(f"--approach {text!r} names some features and not others; {_REMEDY}")
+        raise UsageError(f"--approach {text!r} names some features and not others; {_APPROACH_REMEDY}")
     return tuple(said.items())
 
 

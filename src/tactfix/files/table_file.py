@@ -18,7 +18,7 @@ import numpy as np
 from tactfix.batching.contact_set import ContactSet
 from tactfix.errors import FileError, MissingExtraError, Problem
 from tactfix.files.contact_header import read_header, split_header
-from tactfix.files.contact_settings import KEYS, key_of
+from tactfix.files.contact_settings import SETTING_KEYS, key_of
 from tactfix.files.reading import read_bytes
 from tactfix.geometry.arrays import Ints
 from tactfix.values import frozen_value
@@ -171,7 +171,7 @@ def parquet_table(path: Path) -> ParquetTable:
 def _settings(metadata: dict[bytes, bytes]) -> dict[str, str]:
     """units, tip_radius and sigma of the metadata, as text."""
     told = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in metadata.items()}
-    return {key: " ".join(told[key].split()) for key in KEYS if key in told}
+    return {key: " ".join(told[key].split()) for key in SETTING_KEYS if key in told}
 
 
 def _by_set(column: "pa.ChunkedArray") -> tuple[tuple[str, ...], Ints, Ints]:

@@ -22,10 +22,10 @@ from tactfix.units import UNITS, factor, which_unit
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
-_APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
-_SLACK: Final = 0.002
+_TOUCH_APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
+_LIMIT_SLACK: Final = 0.002
 """Rad beyond a limit that rounding of either may explain."""
-_MOST_TURN: Final = 4 * np.pi
+_LARGEST_JOINT_ANGLE: Final = 4 * np.pi
 """Rad: two turns, for joints without a limit."""
 _TIMES: Final = 2 * np.pi
 """Degrees: joints that never leave this range were written in rad."""
@@ -69,7 +69,7 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     table = None if header is None else read_table(lines, header, problems)
     if header is None or table is None:
         return None
-    table = replace(table, decimal=decimal_mark(table, [c for c in header.columns if c not in _TEXT], problems))
+    table = replace(table, decimal=decimal_mark(table, [c for c in header.columns if c not in _TEXT_COLUMNS], problems))
     places, features = tuple(table.columns["place"]), tuple(table.columns["feature"])
     _check_names(table, cell, problems)
     raw = numbers(table, [f"q{k + 1}" for k in range(len(cell.chain.joints))], problems)
@@ -84,7 +84,7 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     return Touches(places, features, joints, approaches, in_flange, sigmas, tuple(table.rows))
 
 
-_TEXT: Final = ("place", "feature", "id")
+_TEXT_COLUMNS: Final = ("place", "feature", "id")
 
 
 def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
@@ -123,7 +123,7 @@ def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
 def _header(line: str, index: int, count: int, problems: list[Problem]) -> Header | None:
     """The columns, each known and none missing; as many q as the robot has joints."""
     wanted = [f"q{k + 1}" for k in range(count)]
-    known = {"place", "feature", "sigma", "id", *wanted, *_APPROACHES[0], *_APPROACHES[1]}
+    known = {"place", "feature", "sigma", "id", *wanted, *_TOUCH_APPROACHES[0], *_TOUCH_APPROACHES[1]}
     separator, names = split_header(line, known.__contains__)
     there = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
     found: list[tuple[str, str]] = []
@@ -137,7 +137,7 @@ def _header(line: str, index: int, count: int, problems: list[Problem]) -> Heade
     ]
     found += [(f"there is no column {name!r}", "add it") for name in ("place", "feature") if name not in names]
     found += [(f"column {n!r} stands there twice", "remove one") for n in dict.fromkeys(names) if names.count(n) > 1]
-    given = [[name for name in vector if name in names] for vector in _APPROACHES]
+    given = [[name for name in vector if name in names] for vector in _TOUCH_APPROACHES]
     if any(len(part) not in (0, 3) for part in given) or all(given):
         found.append(("the approach is not one whole vector", "give ax, ay, az in base or fx, fy, fz in the flange"))
     problems.extend(Problem(what, remedy, line=index + 1) for what, remedy in found)
@@ -170,9 +170,9 @@ def _check_limits(table: Table, joints: Floats, limits: Sequence[Joint], unit: s
         problems.append(table.problem(0, what, "write '# joints: rad' above the header"))
         return
     for k, joint in enumerate(limits):
-        low, high = joint.low - _SLACK, joint.high + _SLACK
+        low, high = joint.low - _LIMIT_SLACK, joint.high + _LIMIT_SLACK
         if not joint.is_prismatic:
-            low, high = max(low, -_MOST_TURN), min(high, _MOST_TURN)
+            low, high = max(low, -_LARGEST_JOINT_ANGLE), min(high, _LARGEST_JOINT_ANGLE)
         for index in np.flatnonzero((joints[:, k] < low) | (joints[:, k] > high)):
             shown = table.columns[f"q{k + 1}"][int(index)]
             unit_ = "" if joint.is_prismatic else f" {unit}"
@@ -189,14 +189,14 @@ def _shown(low: float, high: float, unit: str, joint: Joint) -> str:
 
 def _approaches(table: Table, problems: list[Problem]) -> tuple[Floats, bool]:
     """Unit approaches (n, 3), nan where there are none, and whether they are in the flange."""
-    names = next((vector for vector in _APPROACHES if vector[0] in table.columns), None)
+    names = next((vector for vector in _TOUCH_APPROACHES if vector[0] in table.columns), None)
     if names is None:
         return np.full((len(table), 3), np.nan), False
     vectors = numbers(table, names, problems, may_be_empty=True)
     sizes = np.linalg.norm(vectors, axis=1)
     for index in np.flatnonzero(sizes == 0):
         problems.append(table.problem(int(index), "the approach is zero", "write any other length, or leave it empty"))
-    return vectors / np.where(sizes == 0, 1.0, sizes)[:, None], names == _APPROACHES[1]
+    return vectors / np.where(sizes == 0, 1.0, sizes)[:, None], names == _TOUCH_APPROACHES[1]
 
 
 def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems: list[Problem]) -> Floats:

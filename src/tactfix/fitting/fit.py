@@ -27,7 +27,7 @@ from tactfix.results import Reason
 
 __all__ = ["FitCandidate", "FitResult", "fit"]
 
-PARAMETERS: Mapping[SidedType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
+SURFACE_PARAMETERS: Mapping[SidedType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
 """What a surface has to be found for, its radius included."""
 
 WORTHLESS = 0.3
@@ -84,7 +84,7 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
     if kind == "plane" and radius is not None:
         raise UsageError("a plane has no radius")
     offset = None if radius is None else offset_radius(kind, radius, side, contacts.tip_radius)
-    dof = len(contacts) - PARAMETERS[kind] + (offset is not None)
+    dof = len(contacts) - SURFACE_PARAMETERS[kind] + (offset is not None)
     if dof < 0:
         return _underdetermined(kind, dof, f"{len(contacts)} contacts on a {kind}: {-dof} more needed to locate it")
     try:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.contacts import Contacts
+from tactfix.contacts import GRAZING, Contacts
 from tactfix.fitting.result import FitCandidate
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import (
@@ -21,9 +21,6 @@ from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.surface_covariance import SurfaceCovariance, surface_covariance
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.results import Reason
-
-GRAZING = 0.5
-"""Sine of the angle from the surface beyond which an approach is believed, however little is known of the normal."""
 
 
 def judged(candidate: SurfaceCandidate, contacts: Contacts, side: Side, dof: int, radius: float | None) -> FitCandidate:

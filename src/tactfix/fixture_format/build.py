@@ -23,7 +23,7 @@ from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
-AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
+AXIS_KEYS: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
 def build_fixture(entries: Entries, name: str, placement: Placement | None) -> Fixture:
@@ -102,7 +102,7 @@ def _recipe(frame: Entry, entries: Entries) -> FrameRecipe:
 
 def axes_of(frame: Entry) -> list[tuple[Axis, Entry]]:
     """The axes that are given, in the order in which they are written."""
-    given = [(axis, frame.get(axis)) for axis in frame if axis in AXES]
+    given = [(axis, frame.get(axis)) for axis in frame if axis in AXIS_KEYS]
     return [(axis, entry) for axis, entry in given if isinstance(entry, dict)]
 
 

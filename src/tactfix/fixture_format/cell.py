@@ -8,7 +8,7 @@ from tactfix.fixture_format.cell_schema import CellDocument
 from tactfix.fixture_format.problems import Finding, Path
 from tactfix.wording import did_you_mean
 
-_KEYS = {"dh": ("convention", "rows", "types"), "prior": ("joint_offset", "length", "angle", "tip")}
+_CELL_KEYS = {"dh": ("convention", "rows", "types"), "prior": ("joint_offset", "length", "angle", "tip")}
 
 
 def read_cell(value: Any) -> CellDocument | list[Finding]:
@@ -53,8 +53,8 @@ def _known(path: Path) -> tuple[str, ...]:
     """The keys that may stand where an unknown one does."""
     model: Any = CellDocument
     for part in path[:-1]:
-        if str(part) in _KEYS:
-            return _KEYS[str(part)]
+        if str(part) in _CELL_KEYS:
+            return _CELL_KEYS[str(part)]
         fields = getattr(model, "model_fields", {})
         if str(part) in fields:
             model = fields[str(part)].annotation

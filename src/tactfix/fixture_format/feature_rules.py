@@ -24,7 +24,7 @@ _FORBIDDEN: Final = re.compile(rf"^\s|\s$|[,;:#\"'\t\n]|{UNPRINTABLE.pattern}")
 
 _SIZES: Final = ("radius", "sigma", "tip_radius", "approach_distance", "tip_within", "translation")
 _PLACES: Final = ("point", "center", "tip_offset", "x", "y", "z")
-_REMEDY: Final = "check the number and the units of the file"
+_NUMBER_REMEDY: Final = "check the number and the units of the file"
 
 
 def given_places(feature: Entry) -> list[str]:
@@ -83,7 +83,7 @@ def _check_sizes(path: Path, entry: Entry) -> Iterator[Finding]:
             yield from _beyond((*path, key), size)
             if 0 < size < LEAST_LENGTH:
                 yield Finding(
-                    (*path, key), f"{key} is {size:g}, below {LEAST_LENGTH:g}: no length in any unit", _REMEDY
+                    (*path, key), f"{key} is {size:g}, below {LEAST_LENGTH:g}: no length in any unit", _NUMBER_REMEDY
                 )
     for key in _PLACES:
         places: Iterable[float | None] = entry.get(key) or ()
@@ -95,4 +95,4 @@ def _check_sizes(path: Path, entry: Entry) -> Iterator[Finding]:
 def _beyond(path: Path, length: float) -> Iterator[Finding]:
     if abs(length) > MOST_LENGTH:
         what = f"{length:g} is beyond {MOST_LENGTH:g}: no length in any unit"
-        yield Finding(path, what, _REMEDY)
+        yield Finding(path, what, _NUMBER_REMEDY)

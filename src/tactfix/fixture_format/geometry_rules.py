@@ -8,21 +8,21 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from tactfix.fixture import Fixture, TouchBox
-from tactfix.fixture_format.build import AXES
+from tactfix.fixture_format.build import AXIS_KEYS
 from tactfix.fixture_format.entries import Entries
 from tactfix.fixture_format.problems import Finding
-from tactfix.fixture_format.relation_rules import SIGMAS
+from tactfix.fixture_format.relation_rules import CONTRADICTION_SIGMAS
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
 # Directions typed with four digits are parallel within this sine.
-_PARALLEL = 1e-4
+_PARALLEL_AS_TYPED = 1e-4
 # Places and directions are typed with some digits: this share of the fixture's size is never a contradiction.
 _TYPED = 1e-6
 # A frame that is off by more than this share of the fixture's size, or this angle in rad, is another frame.
-_FRAME = 1e-4
+_FRAME_OFF = 1e-4
 # "25.4" stands for anything that rounds to it, but not for more than this share of it.
 _MOST_ROUNDING = 1e-4
 
@@ -57,7 +57,7 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
         measured = distance_between(a, b)
         if not isinstance(a, Sphere | Point) and not isinstance(b, Sphere | Point):
             measured = abs(measured)  # only a sphere has a side of a plane
-        slack = SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
+        slack = CONTRADICTION_SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
         if all(abs(meant - distance["value"]) > slack for meant in (measured, *_askew(a, b))):
             what = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
             yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
@@ -69,7 +69,7 @@ def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
         return ()
     square = np.cross(a.direction, b.direction)
     sine = float(np.linalg.norm(square))
-    return (abs(float((b.point - a.point) @ square)) / sine,) if sine > _PARALLEL else ()
+    return (abs(float((b.point - a.point) @ square)) / sine,) if sine > _PARALLEL_AS_TYPED else ()
 
 
 def _has_distance(a: Surface, b: Surface) -> bool:
@@ -81,7 +81,9 @@ def _has_distance(a: Surface, b: Surface) -> bool:
     ):
         return True
     angle = angle_between(a, b)
-    return (math.cos(angle) if isinstance(a, Cylinder) or isinstance(b, Cylinder) else math.sin(angle)) < _PARALLEL
+    return (
+        math.cos(angle) if isinstance(a, Cylinder) or isinstance(b, Cylinder) else math.sin(angle)
+    ) < _PARALLEL_AS_TYPED
 
 
 def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
@@ -90,7 +92,11 @@ def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator
         if isinstance(a, Sphere | Point) or isinstance(b, Sphere | Point):
             continue  # refused already
         measured = math.degrees(angle_between(a, b))
-        slack = SIGMAS * angle.get("sigma", 0.0) + _rounding(angle["value"]) + math.degrees(_PARALLEL)
+        slack = (
+            CONTRADICTION_SIGMAS * angle.get("sigma", 0.0)
+            + _rounding(angle["value"])
+            + math.degrees(_PARALLEL_AS_TYPED)
+        )
         if abs(measured - angle["value"]) > slack:
             names = " and ".join(angle["between"])
             what = f"the angle of {names} is {angle['value']:.10g}, but their places make it {measured:.9g}"
@@ -118,12 +124,12 @@ def _check_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[
         return
     # The axes of cylinders have no sign: of the frames that are left open, the one that agrees best.
     built = min(choices, key=lambda matrix: float(np.abs(matrix[:3, :3] - np.eye(3)).sum()))
-    if np.linalg.norm(built[:3, 3]) > _FRAME * _size(surfaces):
+    if np.linalg.norm(built[:3, 3]) > _FRAME_OFF * _size(surfaces):
         what = f"the places of the features put this origin at {_shown(built[:3, 3])}, not at 0"
         yield Finding(("frame", "origin"), what, remedy)
     for axis, _ in (recipe.first, recipe.second):
-        k = AXES.index(axis)
-        if np.linalg.norm(built[:3, k] - np.eye(3)[k]) > _FRAME:
+        k = AXIS_KEYS.index(axis)
+        if np.linalg.norm(built[:3, k] - np.eye(3)[k]) > _FRAME_OFF:
             what = f"the places of the features turn {axis} to {_shown(built[:3, k])}"
             yield Finding(("frame", axis), what, remedy)
 

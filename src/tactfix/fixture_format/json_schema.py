@@ -57,7 +57,7 @@ def conforms(value: Any, schema: Mapping[str, Any], definitions: Mapping[str, An
     Raises KeyError for a word of JSON Schema that is not known here: no restriction is passed over in silence.
     """
     # The type first: the other words take it for granted.
-    if "type" in schema and not _TYPES[schema["type"]](value):
+    if "type" in schema and not _TYPE_CHECKS[schema["type"]](value):
         return False
     return all(_keeps(value, word, schema, definitions) for word in schema if word not in _NOTES)
 
@@ -71,7 +71,7 @@ def _keeps(value: Any, word: str, schema: Mapping[str, Any], definitions: Mappin
         return conforms(value, definitions[said.removeprefix("#/$defs/")], definitions)
     if word in ("anyOf", "oneOf"):
         return any(conforms(value, choice, definitions) for choice in said)
-    parts = _PARTS[word](value, schema)
+    parts = _RESTRICTED_PARTS[word](value, schema)
     return all(inner is not False and conforms(part, inner, definitions) for part, inner in parts)
 
 
@@ -79,7 +79,7 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float) and math.isfinite(value)
 
 
-_TYPES: Final[Mapping[str, Callable[[Any], bool]]] = {
+_TYPE_CHECKS: Final[Mapping[str, Callable[[Any], bool]]] = {
     "object": lambda value: isinstance(value, dict),
     "array": lambda value: isinstance(value, list),
     "string": lambda value: isinstance(value, str),
@@ -102,7 +102,7 @@ _SIMPLE: Final[Mapping[str, Callable[[Any, Any], bool]]] = {
     "maxProperties": lambda value, said: len(value) <= said,
 }
 # The parts of a value that a word restricts, each with its schema; False lets nothing be there.
-_PARTS: Final[Mapping[str, Callable[[Any, Mapping[str, Any]], Iterable[tuple[Any, Any]]]]] = {
+_RESTRICTED_PARTS: Final[Mapping[str, Callable[[Any, Mapping[str, Any]], Iterable[tuple[Any, Any]]]]] = {
     "properties": lambda value, schema: [
         (value[key], inner) for key, inner in schema["properties"].items() if key in value
     ],

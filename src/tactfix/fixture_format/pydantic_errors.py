@@ -48,7 +48,7 @@ _RULES: Final[dict[Any, type[BaseModel]]] = {
 }
 _ENTRIES: Final[dict[Any, type[BaseModel]]] = {"distances": DistanceModel, "angles": AngleModel, "touch": TouchModel}
 _PLACEMENT: Final[dict[Any, type[BaseModel]]] = {"within": WithinModel, "sigma": PlacementSigma, "file": PoseFile}
-_EXAMPLES: Final[dict[str, str]] = {
+_KEY_EXAMPLES: Final[dict[str, str]] = {
     "probe": "write probe: {tip_radius: 1.5, sigma: 0.005}",
     "features": "write features: {ball: {type: sphere, radius: 12.7}}",
     "distances": "write distances: [{between: [bar, ball], value: 30.0}], or leave distances out",
@@ -132,7 +132,7 @@ def _how_to_add(key: str, parent: Path) -> str:
         "near": "add near: {file: yesterday.json}, {matrix: [[...], ...]} or a pose by the name of its format",
         "translation": "add translation: and a length",
         "rotation": "add rotation: and degrees",
-        **_EXAMPLES,
+        **_KEY_EXAMPLES,
     }
     return examples.get(key, f"add {key}:")
 
@@ -145,7 +145,9 @@ def _untagged(path: Path, value: Any) -> Finding:
         remedy = did_you_mean(str(value["type"]), _FEATURES)
         return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
     if path[0] == "placement":
-        remedy = _NEAR if path[1] == "near" else "write {translation: 0.5, rotation: 0.1} or {file: yesterday.json}"
+        remedy = (
+            _NEAR_REMEDY if path[1] == "near" else "write {translation: 0.5, rotation: 0.1} or {file: yesterday.json}"
+        )
     elif path[1] == "origin":
         remedy = "write {center_of: sphere}, {foot_of: A, on: B} or {meet_of: [plane, plane, plane]}"
     else:
@@ -177,20 +179,24 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
         return which_unit(str(value))
     if kind == "literal_error":
         return f"write one of: {context['expected']}".replace("'", "")
-    if len(path) == 1 and path[0] in _EXAMPLES:
-        return _EXAMPLES[str(path[0])]
+    if len(path) == 1 and path[0] in _KEY_EXAMPLES:
+        return _KEY_EXAMPLES[str(path[0])]
     if kind in ("too_short", "too_long", "list_type") or path[1:] == ("near",):
         return _list_remedy(path)
-    return _REMEDIES.get(kind) or _BY_CONTEXT.get(kind, "see 'tactfix schema' for what stands here").format(**context)
+    return _TYPE_REMEDIES.get(kind) or _BY_CONTEXT.get(kind, "see 'tactfix schema' for what stands here").format(
+        **context
+    )
 
 
-_NEAR: Final = "write one pose: {file: yesterday.json}, {matrix: [[...], ...]}, or the text of any format by its name"
+_NEAR_REMEDY: Final = (
+    "write one pose: {file: yesterday.json}, {matrix: [[...], ...]}, or the text of any format by its name"
+)
 _BY_CONTEXT: Final[dict[str, str]] = {
     "greater_than": "write a number above {gt:g}",
     "greater_than_equal": "write a number of at least {ge:g}",
     "less_than_equal": "write a number of at most {le:g}",
 }
-_REMEDIES: Final[dict[str, str]] = {
+_TYPE_REMEDIES: Final[dict[str, str]] = {
     "finite_number": "write a finite number",
     "float_type": "write a number such as 12.7 or 1e-3, without quotes, unit or thousands separator",
     "string_type": "write a name; put a name that looks like a number in quotes",
@@ -200,7 +206,7 @@ _REMEDIES: Final[dict[str, str]] = {
 
 def _list_remedy(path: Path) -> str:
     if path[:2] == ("placement", "near"):
-        return _NEAR
+        return _NEAR_REMEDY
     match path[-1]:
         case "free":
             return "write those of x, y, z, rx, ry, rz that may differ from near: [x, y, rz]"

@@ -13,8 +13,8 @@ from tactfix.fixture_format.problems import Finding, Path
 from tactfix.geometry.nearest import ALMOST_PARALLEL
 
 # Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
-SIGMAS: Final = 4.0
-_ROUNDING: Final = 1e-6
+CONTRADICTION_SIGMAS: Final = 4.0
+_DISTANCE_ROUNDING: Final = 1e-6
 """Share of a distance that rounding to six decimals may make of it."""
 
 
@@ -103,8 +103,8 @@ def _check_triangles(entries: Entries) -> Iterator[Finding]:
         )
         excess = longest["value"] - sum(other["value"] for other in others)
         slack = (
-            SIGMAS * math.hypot(longest.get("sigma", 0.0), *(other.get("sigma", 0.0) for other in others))
-            + _ROUNDING * longest["value"]
+            CONTRADICTION_SIGMAS * math.hypot(longest.get("sigma", 0.0), *(other.get("sigma", 0.0) for other in others))
+            + _DISTANCE_ROUNDING * longest["value"]
         )
         if excess > slack:
             path = ("distances", index_of[frozenset(longest["between"])], "value")

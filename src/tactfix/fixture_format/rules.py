@@ -6,7 +6,7 @@ or malformed, which is told elsewhere.
 
 from collections.abc import Iterator
 
-from tactfix.fixture_format.build import AXES
+from tactfix.fixture_format.build import AXIS_KEYS
 from tactfix.fixture_format.entries import Entries
 from tactfix.fixture_format.feature_rules import check_features, check_lengths
 from tactfix.fixture_format.frame_rules import check_frame
@@ -49,7 +49,7 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
         if entries.type_of(name) == "point":
             what = f"{name} is a point and is touched at one place alone"
             yield Finding(("touch", name), what, "remove its box", at_key=True)
-        for axis in AXES:
+        for axis in AXIS_KEYS:
             low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:
                 what = f"touch.{name}.{axis} goes from {low:g} to {high:g}"

@@ -90,7 +90,8 @@ def basis_across(directions: Floats) -> Floats:
     return basis
 
 
-_AXES = np.eye(3)
+UNIT_AXES = np.eye(3)
+"""The unit vectors along x, y and z, a row each."""
 
 
 def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
@@ -100,5 +101,5 @@ def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
     For sampling alone (else `basis_across`): they jump where two components tie, and are kept because equal seeds must
     go on giving equal files.
     """
-    u = unit(cross(directions, _AXES[np.argmin(np.abs(directions), axis=-1)]))
+    u = unit(cross(directions, UNIT_AXES[np.argmin(np.abs(directions), axis=-1)]))
     return u, cross(directions, u)

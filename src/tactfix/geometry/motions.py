@@ -142,12 +142,12 @@ def _rotation(point: Floats, direction: Floats) -> Floats:
 
 
 # The simpler group is asked which of its motions the other one holds too, so each pair stands here once.
-_ORDER = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
+_SIMPLER_FIRST = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
 
 
 def intersection(a: Motions, b: Motions, tolerance: Tolerance) -> Motions:
     """The motions that both groups hold."""
-    first, second = sorted((a, b), key=lambda motions: _ORDER.index(type(motions)))
+    first, second = sorted((a, b), key=lambda motions: _SIMPLER_FIRST.index(type(motions)))
     match first:
         case Fixed():
             return first

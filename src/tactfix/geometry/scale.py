@@ -13,7 +13,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 from tactfix.values import frozen_value
 
-EXACT = 1e-6
+SPECIAL_POSITION = 1e-6
 """Ratio below which a position counts as special: fixture files are typed with six decimals or more."""
 
 # Surfaces flatter to each other than 0.1 rad do not carry the middle away along their almost common direction.
@@ -78,7 +78,7 @@ def size_of(surfaces: Iterable[Surface]) -> float:
 _SPREAD_LOSS, _FAR_LOSS = 1e-9, 1e-15
 
 
-def tolerance_for(surfaces: Mapping[str, Surface], ratio: float = EXACT) -> Tolerance:
+def tolerance_for(surfaces: Mapping[str, Surface], ratio: float = SPECIAL_POSITION) -> Tolerance:
     """The tolerance at which a position of these surfaces counts as special: ratio rad, and ratio of their size.
 
     Planes that all meet in one point have no size; there the rounding of their points decides.

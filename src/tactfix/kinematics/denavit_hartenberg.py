@@ -25,7 +25,7 @@ from tactfix.values import frozen_value
 
 Convention: TypeAlias = Literal["standard", "modified"]
 _X, _Y, _Z = np.eye(3)
-_PARALLEL: Final = 1e-6
+_PARALLEL_AXES: Final = 1e-6
 """Sine of alpha below which neighbouring axes count as parallel: what digits of a right angle in rad leave."""
 
 
@@ -41,7 +41,7 @@ class Row:
     joint: Joint | None
 
 
-_ORDER: Final = {
+_ROW_MOTIONS: Final = {
     "standard": (("theta", True, _Z), ("d", False, _Z), ("a", False, _X), ("alpha", True, _X), ("beta", True, _Y)),
     "modified": (("alpha", True, _X), ("a", False, _X), ("beta", True, _Y), ("theta", True, _Z), ("d", False, _Z)),
 }
@@ -65,11 +65,11 @@ def _row_motions(row: Row, convention: Convention, joints: list[Joint], paramete
     motions: list[Motion] = []
     moving = None if row.joint is None else ("d" if row.joint.is_prismatic else "theta")
     name = f"joint_{len(joints) + 1}"
-    for number, rotates, axis in _ORDER[convention]:
+    for number, rotates, axis in _ROW_MOTIONS[convention]:
         motions.append(_fixed(rotates, axis, getattr(row, number)))
         if moving is None:
             continue
-        if number != "beta" or abs(np.sin(row.alpha)) < _PARALLEL:
+        if number != "beta" or abs(np.sin(row.alpha)) < _PARALLEL_AXES:
             motions.append(ElementaryMotion(rotates, axis, parameter=len(parameters)))
             parameters.append(_parameter(name, number, rotates, number == moving))
         if number == moving:
@@ -108,7 +108,7 @@ def corrected_rows(rows: Sequence[Row], convention: Convention, chain: Chain, va
         moving = "d" if row.joint.is_prismatic else "theta"
         shifts = {
             field: by_name.get(f"joint_{number}.{'offset' if field == moving else field}", 0.0)
-            for field, _, _ in _ORDER[convention]
+            for field, _, _ in _ROW_MOTIONS[convention]
         }
         corrected.append(replace(row, **{field: getattr(row, field) + shift for field, shift in shifts.items()}))
     return tuple(corrected)

@@ -14,8 +14,8 @@ from tactfix.geometry.arrays import Floats, Frozen, UnitVector, basis_across, cr
 from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter, ParameterKind
 from tactfix.values import frozen_value
 
-_LENGTHS = ("x", "y", "z")
-_ANGLES = ("rx", "ry", "rz")
+_SHIFTS = ("x", "y", "z")
+_ROTATION_VECTOR = ("rx", "ry", "rz")
 
 
 @frozen_value
@@ -43,7 +43,7 @@ def chain_of_links(links: Sequence[Link], flange_from_tip: Floats) -> Chain:
 def tip_errors(parameters: list[Parameter]) -> list[Motion]:
     """The three lengths by which the tip may be off, along the axes of the tip's frame; appended to parameters."""
     motions: list[Motion] = []
-    for name, axis in zip(_LENGTHS, np.eye(3), strict=True):
+    for name, axis in zip(_SHIFTS, np.eye(3), strict=True):
         motions.append(ElementaryMotion(rotates=False, axis=axis, parameter=len(parameters)))
         parameters.append(Parameter(f"tip.{name}", "tip", False, f"the tip along {name} of its frame"))
     return motions
@@ -61,7 +61,7 @@ def _errors(link: Link, joint: str, parameters: list[Parameter]) -> list[Motion]
     """The six elementary motions of one link; their parameters are appended."""
     frame = axis_frame(link.axis)
     motions: list[Motion] = []
-    for rotates, names in ((False, _LENGTHS), (True, _ANGLES)):
+    for rotates, names in ((False, _SHIFTS), (True, _ROTATION_VECTOR)):
         for name, axis in zip(names, frame.T, strict=True):
             is_offset = name[-1] == "z" and rotates != link.joint.is_prismatic
             motions.append(ElementaryMotion(rotates, axis, parameter=len(parameters)))

@@ -16,7 +16,7 @@ from tactfix.poses.solution import Solution
 from tactfix.results import Candidate, Reason, Status, WithoutPrior
 from tactfix.values import frozen_value
 
-ALIKE = 1e-6
+POSES_AGREE = 1e-6
 """Rad, and distances from the contacts, by which two searches may differ in one pose."""
 COMPONENTS: Final[tuple[Direction, ...]] = ("rx", "ry", "rz", "x", "y", "z")
 """Of a motion, in the order of a covariance."""
@@ -106,7 +106,9 @@ def _contradicting(fixture: Fixture, solutions: Iterable[Solution], fitted: bool
 def _is_same(one: Solution, other: Solution, contacts: Contacts) -> bool:
     off = deviation(Placement(one.base_from_fixture), other.base_from_fixture)
     arm = float(np.linalg.norm(one.base_from_fixture[:3, 3] - contacts.centre))
-    return bool(np.linalg.norm(off[:3]) < ALIKE and np.linalg.norm(off[3:]) < ALIKE * (contacts.spread + arm))
+    return bool(
+        np.linalg.norm(off[:3]) < POSES_AGREE and np.linalg.norm(off[3:]) < POSES_AGREE * (contacts.spread + arm)
+    )
 
 
 def _contradictions(

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tactfix.accessibility.approach_path import path_blocked
-from tactfix.contacts import Contacts
+from tactfix.contacts import GRAZING, Contacts
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import inverse, transform_points
@@ -21,9 +21,6 @@ from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import Solution
 from tactfix.results import Reason, ReasonCode
 from tactfix.values import frozen_value
-
-GRAZING = 0.5
-"""Sine of the angle to the surface beyond which an approach into the material is not called doubtful."""
 
 
 @frozen_value

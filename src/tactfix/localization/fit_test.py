@@ -15,7 +15,7 @@ from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
 from tactfix.results import Diagnosis, Reason
 
-NOMINAL = 1e-6
+NOMINAL_RESIDUAL = 1e-6
 """Share of sigma below which residuals are rounding: no probe made these contacts."""
 
 
@@ -45,7 +45,7 @@ def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: in
     if solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
         return (_sigma(fixture, contacts, solution, dof, "the residuals are {ratio:.2g} times what sigma allows for"),)
     if 0 < solution.chi2 < least_chi_square(dof):
-        if solution.chi2 < dof * NOMINAL**2:
+        if solution.chi2 < dof * NOMINAL_RESIDUAL**2:
             return ()
         return (_sigma(fixture, contacts, solution, dof, "the residuals are improbably small, {ratio:.2g} of sigma"),)
     return ()

@@ -23,7 +23,7 @@ from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
 from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status
 
-CLOSE = 100.0
+COINCIDENT_SIGMAS = 100.0
 """Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
 
 CUT = "Of the mistakes only the most plausible ones were tried."
@@ -226,7 +226,7 @@ def _with_free_motions(
 
         result = replace(result, next_contact=missing_contact(fixture, contacts, loosest))
     extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))
-    if loosest is None or len(loosest.free_twists) or extent > CLOSE * sigma:
+    if loosest is None or len(loosest.free_twists) or extent > COINCIDENT_SIGMAS * sigma:
         return replace(result, free_motions=motions)
     doubt = (
         f"all contacts lie within {extent:.3g} {fixture.units}, {extent / sigma:.2g} times their sigma: "

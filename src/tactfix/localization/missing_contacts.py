@@ -22,7 +22,7 @@ from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 from tactfix.wording import coordinates, listed
 
-TRIED_PER_FEATURE = 60
+PLACES_FOR_A_MOTION = 60
 """Places of each feature that are looked at, evenly spread, for a motion left free."""
 FREE = 1e-7
 """Ratio of singular values below which a motion is free."""
@@ -91,7 +91,7 @@ class _Candidates:
         self.access = access_of(fixture, self.surfaces, tip_radius)
         # A lone point has no size; all about it is a turn, which no unit of length makes more or less seen.
         self.length = self.access.radius or 1.0
-        spread = {name: self.access.spread(name, TRIED_PER_FEATURE) for name in self.surfaces}
+        spread = {name: self.access.spread(name, PLACES_FOR_A_MOTION) for name in self.surfaces}
         self.names = [name for name, (points, _) in spread.items() for _ in points]
         self.points = np.concatenate([points for points, _ in spread.values()])
         self.normals = np.concatenate([normals for _, normals in spread.values()])

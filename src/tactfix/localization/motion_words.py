@@ -26,7 +26,7 @@ from tactfix.results import FreeMotion
 from tactfix.wording import listed
 
 Surfaces = Mapping[str, Surface]
-ROUNDING = 1e-9
+ROUNDING_OF_WORDS = 1e-9
 """Share of the largest coordinate (and of a thousandth, where all are smaller) below which one is rounding."""
 
 
@@ -124,7 +124,7 @@ def direction_in_words(direction: Floats, surfaces: Surfaces, tolerance: Toleran
 
 def vector(values: Floats) -> str:
     """(1, 0, -0.5): four digits, no negative zero, and zero for what is rounding beside the largest."""
-    least = ROUNDING * max(1e-3, float(np.abs(values).max(initial=0.0)))
+    least = ROUNDING_OF_WORDS * max(1e-3, float(np.abs(values).max(initial=0.0)))
     return "(" + ", ".join(f"{0.0 if abs(v) < least else float(v):.4g}" for v in values) + ")"
 
 

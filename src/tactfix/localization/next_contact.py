@@ -15,11 +15,11 @@ from tactfix.localization.missing_contacts import touch_in_words
 from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
-TRIED_PER_FEATURE = 200
+PLACES_TO_TELL_APART = 200
 """Places of each feature that are looked at, evenly spread, to tell poses apart."""
 # Margins closer than this share are equal but for rounding, as at mirror-symmetric points: the first of them is taken,
 # so that the same contacts ask for the same touch on every machine.
-_EQUAL = 1e-9
+_EQUAL_MARGIN = 1e-9
 
 
 def next_contact(
@@ -39,14 +39,14 @@ def next_contact(
     centre, extent = extent_of(surfaces, fixture.touch)
     best: tuple[float, str, Floats, Floats] | None = None
     for name, surface in surfaces.items():
-        points, normals = sample_touches(surface, fixture.touch.get(name), TRIED_PER_FEATURE, centre, extent)
+        points, normals = sample_touches(surface, fixture.touch.get(name), PLACES_TO_TELL_APART, centre, extent)
         free = _reachable(fixture, surfaces, name, points + standoff(surface, tip_radius) * normals, -normals)
         points, normals = points[free], normals[free]
         if not len(points):
             continue
         margins = _disagreement(fixture, name, points, normals, tip_radius, first, others)
-        top = int(np.argmax(margins >= (1 - _EQUAL) * margins.max()))
-        if best is None or margins[top] > (1 + _EQUAL) * best[0]:
+        top = int(np.argmax(margins >= (1 - _EQUAL_MARGIN) * margins.max()))
+        if best is None or margins[top] > (1 + _EQUAL_MARGIN) * best[0]:
             best = (float(margins[top]), name, points[top], normals[top])
     if best is None or best[0] <= sigma:
         return None

@@ -20,7 +20,7 @@ from tactfix.unknowns.descent import descend
 from tactfix.unknowns.equations import TipEquations
 from tactfix.unknowns.solution import TipSolution
 
-MOST_TOLD = 8
+WRONG_CONTACTS_TOLD = 8
 """Contacts of which one may be wrong that are told."""
 
 
@@ -74,7 +74,7 @@ def suspects(
             found.append(_outlier(contacts, i, float(off[0]), float(cost[0])))
     found.sort(key=lambda cause: cause.chi2 or 0.0)
     alike = [cause for cause in found if (cause.chi2 or 0.0) <= (found[0].chi2 or 0.0) + INDISTINCT]
-    return (one_of(alike[:MOST_TOLD]), *found[len(alike) : MOST_TOLD]) if found else ()
+    return (one_of(alike[:WRONG_CONTACTS_TOLD]), *found[len(alike) : WRONG_CONTACTS_TOLD]) if found else ()
 
 
 def _outlier(contacts: Contacts, i: int, off: float, chi2: float) -> Diagnosis:

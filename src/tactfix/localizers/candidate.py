@@ -6,6 +6,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import SidedSurface
+from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
 
@@ -28,10 +29,14 @@ class SurfaceCandidate:
     poorly_determined: bool
 
 
+ONE_ROOT = 1e-6
+"""Distance of two roots, in units of the contacts' extent and in rad, up to which they are one that was reached twice:
+far above the few 1e-9 that the last step of `least_squares` leaves, far below what noise can tell apart."""
+
 _PROBE = 1e-3
 """Step of the second difference, in problems of unit size: rounding and the third order stay far below the second."""
 
-_SIGMAS = 4.0
+_DOUBLE_ROOT_SIGMAS = 4.0
 """A double root that noise of this many sigma would reach counts as poorly determined."""
 
 
@@ -55,4 +60,17 @@ def determination(
     curvature = np.einsum("bn,bn->b", u[:, :, -1], ahead + behind - 2 * residuals) / _PROBE**2
     with np.errstate(divide="ignore"):
         condition = 1.0 / np.abs(smallest)
-    return condition, np.asarray(smallest**2 <= 2.0 * _SIGMAS * sigma * np.abs(curvature))
+    return condition, np.asarray(smallest**2 <= 2.0 * _DOUBLE_ROOT_SIGMAS * sigma * np.abs(curvature))
+
+
+def distinct_explanations(states: Floats, chi2: Floats, dof: int) -> list[int]:
+    """Numbers of the states (B, k) that noise can explain, best first, each root once.
+
+    chi2 (B,): of their residuals, with dof degrees of freedom; of a redundant set the best state counts in any case.
+    """
+    kept: list[int] = []
+    for i in np.argsort(chi2, kind="stable").tolist():
+        explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
+        if explains and all(np.linalg.norm(states[i] - states[k]) > ONE_ROOT for k in kept):
+            kept.append(i)
+    return kept

@@ -14,15 +14,16 @@ from tactfix.geometry.arrays import Floats, Frozen, basis_across, unit
 from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, quadratic
 from tactfix.values import frozen_value
 
-_PARALLEL = 1e-7
+_NEVER_MEETING = 1e-7
 """Planes or loci closer to each other than this meet nowhere, or everywhere, as far as doubles can tell."""
 
 _EIGHT = 8
 """Common zeros of three quadrics (Bezout)."""
-_GAP, _NUDGE = 1e-4, 1e-5
-"""_GAP: ratio of singular values of the null space below which zeros may be multiple or a curve; _NUDGE: by so much the
-quadrics are then changed at random, which parts them."""
-_REMEDY = "touch somewhere else, or use another distance"
+_MULTIPLE_GAP = 1e-4
+"""Ratio of singular values of the null space below which zeros may be multiple or a curve."""
+_QUADRIC_NUDGE = 1e-5
+"""By so much the quadrics are then changed at random, which parts the zeros."""
+_TOUCH_ELSEWHERE = "touch somewhere else, or use another distance"
 
 
 @frozen_value
@@ -75,8 +76,8 @@ def _radical_plane(first: SphereLocus, second: SphereLocus) -> PlaneLocus:
     """The plane of the circle that two spheres share: the difference of their equations (eqs. 7, 8)."""
     arm = second.center - first.center
     length = float(np.linalg.norm(arm))
-    if length <= _PARALLEL:
-        raise DegenerateContactsError("sphere", "two spheres are concentric", length, _PARALLEL, _REMEDY)
+    if length <= _NEVER_MEETING:
+        raise DegenerateContactsError("sphere", "two spheres are concentric", length, _NEVER_MEETING, _TOUCH_ELSEWHERE)
     middle = 0.5 * (first.center + second.center)
     shift = 0.5 * (first.distance**2 - second.distance**2) / length
     return PlaneLocus(arm / length, float(arm @ middle) / length + shift)
@@ -86,8 +87,10 @@ def _on_line(sphere: SphereLocus, first: PlaneLocus, second: PlaneLocus) -> Floa
     """Both points of a sphere on the line that two planes share, or the nearest one of that line."""
     along = np.cross(first.normal, second.normal)
     ratio = float(np.linalg.norm(along))
-    if ratio <= _PARALLEL:
-        raise DegenerateContactsError("sphere", "what is known of the centre is known twice", ratio, _PARALLEL, _REMEDY)
+    if ratio <= _NEVER_MEETING:
+        raise DegenerateContactsError(
+            "sphere", "what is known of the centre is known twice", ratio, _NEVER_MEETING, _TOUCH_ELSEWHERE
+        )
     normals = np.array([first.normal, second.normal, along / ratio])
     offsets = [first.offset, second.offset, float(normals[2] @ sphere.center)]
     foot = np.linalg.solve(normals, offsets)
@@ -113,9 +116,9 @@ def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) 
     size = float(np.max(np.abs(values)))
     if radius == 0.0:
         return middle[None]
-    if size <= _PARALLEL * max(radius**2, cylinder.distance**2):
+    if size <= _NEVER_MEETING * max(radius**2, cylinder.distance**2):
         reason = "the circle on which the centre must lie is all at the given distance from the axis"
-        raise DegenerateContactsError("sphere", reason, size, _PARALLEL, _REMEDY)
+        raise DegenerateContactsError("sphere", reason, size, _NEVER_MEETING, _TOUCH_ELSEWHERE)
     found = _trigonometric_zeros(angles, values)
     circle = np.column_stack([np.cos(found), np.sin(found)]) @ basis_across(plane.normal)
     return np.asarray(middle + radius * circle)
@@ -147,12 +150,14 @@ def _on_two_cylinders(sphere: SphereLocus, first: CylinderLocus, second: Cylinde
     gap_of_axes = np.linalg.norm(np.cross(first.direction, second.direction)) + np.linalg.norm(
         basis_across(first.direction) @ (second.point - first.point)
     )
-    if gap_of_axes <= _PARALLEL:
-        raise DegenerateContactsError("sphere", "both axes are one", float(gap_of_axes), _PARALLEL, _REMEDY)
+    if gap_of_axes <= _NEVER_MEETING:
+        raise DegenerateContactsError(
+            "sphere", "both axes are one", float(gap_of_axes), _NEVER_MEETING, _TOUCH_ELSEWHERE
+        )
     quadrics = [_sphere_matrix(sphere), _cylinder_matrix(first), _cylinder_matrix(second)]
     found, gap = _quadric_zeros(np.array(quadrics))
-    if gap < _GAP:
-        nudge = np.random.default_rng(5).normal(scale=_NUDGE, size=(3, 4, 4))
+    if gap < _MULTIPLE_GAP:
+        nudge = np.random.default_rng(5).normal(scale=_QUADRIC_NUDGE, size=(3, 4, 4))
         found = np.concatenate([found, _quadric_zeros(np.array(quadrics) + nudge + np.swapaxes(nudge, 1, 2))[0]])
     finite = np.abs(found[:, 3].real) > 1e-9 * np.linalg.norm(found.real, axis=1)
     return np.asarray(found[finite, :3] / found[finite, 3:])

@@ -7,8 +7,8 @@ from tactfix.geometry.surfaces import Cylinder, signed_axis
 from tactfix.localizers.candidate import SurfaceCandidate, determination
 from tactfix.localizers.cylinder_refinement import CylinderProblem, distinct, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import (
-    CONTACTS_FREE_RADIUS,
-    CONTACTS_KNOWN_RADIUS,
+    CYLINDER_CONTACTS,
+    FREE_CYLINDER_CONTACTS,
     spread_subset,
     starting_states,
 )
@@ -65,7 +65,7 @@ def localize_cylinder(
 
 def _refuse(contacts: UnitContacts, radius_known: bool) -> None:
     """Raise where infinitely many cylinders pass through the contacts."""
-    refuse_coincident("cylinder", contacts, CONTACTS_KNOWN_RADIUS if radius_known else CONTACTS_FREE_RADIUS)
+    refuse_coincident("cylinder", contacts, CYLINDER_CONTACTS if radius_known else FREE_CYLINDER_CONTACTS)
     refuse_collinear("cylinder", contacts)
     if not radius_known:
         refuse_two_parallel_lines("cylinder", contacts)
@@ -81,7 +81,7 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
     lots = starting_states(points, weights, radius, contacts.sigma)
-    dof = len(points) - (CONTACTS_FREE_RADIUS if radius is None else CONTACTS_KNOWN_RADIUS)
+    dof = len(points) - (FREE_CYLINDER_CONTACTS if radius is None else CYLINDER_CONTACTS)
     if dof == 0:
         slack = contacts.sigma * np.sqrt(chi_square_limit(0)) / float(weights.min())
         return refined_roots(sample, next(lots), slack)[0]

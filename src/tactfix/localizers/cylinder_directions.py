@@ -14,7 +14,7 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.localizers.homogeneous_forms import Complexes, common_zeros, macaulay_rows, product, quadratic
 
-DIRECTIONS = 6
+MOST_DIRECTIONS = 6
 """Zeros common to a cubic and a quadric (Bezout)."""
 
 
@@ -56,4 +56,4 @@ def direction_zeros(points: Floats) -> tuple[Complexes, Floats]:
     """The six common zeros (..., 6, 3) of both forms, real or complex, and the gap (...) of `common_zeros`."""
     quadric, cubic = direction_forms(points)
     rows = np.concatenate([macaulay_rows(quadric, 2, 4), macaulay_rows(cubic, 3, 4)], axis=-2)
-    return common_zeros(rows, 4, DIRECTIONS)
+    return common_zeros(rows, 4, MOST_DIRECTIONS)

@@ -10,10 +10,11 @@ from dataclasses import field, replace
 import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, basis_across, unit
+from tactfix.localizers.candidate import ONE_ROOT
 from tactfix.localizers.least_squares import polished, refined
 from tactfix.values import frozen_value
 
-PARAMETERS = 5
+CYLINDER_PARAMETERS = 5
 """Two shifts and two tilts of the axis, and the radius."""
 
 _CYLINDER_SIGHT_STEPS, _CYLINDER_IN_SIGHT = 8, 1e-3
@@ -109,13 +110,10 @@ def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats
     return np.concatenate([foot, directions, radius[:, None]], axis=-1)
 
 
-_SAME = 1e-6
-"""Axes nearer than this, in rad and in units of the contacts' extent, are one root."""
-
-_NEAR = 1e-2
+_NEVER_ONE_ROOT = 1e-2
 """Axes farther apart than this are never one root."""
 
-_FEW = 24
+_MULTIPLE_ROOT_CONTACTS = 24
 """More contacts leave no multiple root to worry about."""
 
 _LARGEST_RADIUS = 1e5
@@ -124,7 +122,7 @@ _LARGEST_RADIUS = 1e5
 
 def distinct(states: Floats, cost: Floats) -> list[int]:
     """The indices of states (B, 7) that differ as surfaces, cheapest first."""
-    same = _distances(states) < _SAME
+    same = _distances(states) < ONE_ROOT
     passed = ~np.isfinite(cost) | (np.abs(states[:, 6]) >= _LARGEST_RADIUS)
     kept: list[int] = []
     for i in np.argsort(cost, kind="stable").tolist():
@@ -142,10 +140,10 @@ def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, round
     only close, that is next to nothing. rounding: of a residual, in the problem's unit; problem: one set of contacts.
     """
     index = np.arange(len(states))
-    if len(states) < 2 or problem.points.shape[-2] > _FEW:
+    if len(states) < 2 or problem.points.shape[-2] > _MULTIPLE_ROOT_CONTACTS:
         return distinct(states, cost)
     weakest = np.linalg.svd(problem.evaluate(states, index)[1], compute_uv=False)[:, -1]
-    scatter = np.minimum(2 * rounding / np.maximum(weakest, TINY), _NEAR / 2)
+    scatter = np.minimum(2 * rounding / np.maximum(weakest, TINY), _NEVER_ONE_ROOT / 2)
     distance = _distances(states)
     kept: list[int] = []
     for i in distinct(states, cost):

@@ -17,13 +17,13 @@ from tactfix.localizers.degeneracy import RATIO
 from tactfix.localizers.homogeneous_forms import Complexes
 from tactfix.localizers.tangent_lines import tangent_zeros
 
-CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 4, 5
+CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS = 4, 5
 """Contacts that leave finitely many cylinders: four, or five where the radius is found too."""
 
 _SUBSETS = 2
 """Minimal subsets whose zeros are sought: one of far-apart contacts, the rest chosen blindly in case that is tidy."""
 
-_COVERING = 160
+_COVERING_DIRECTIONS = 160
 """Directions of the covering: neighbours 10 degrees apart, half the distance at which two minima were ever seen."""
 
 _DEEPEST, _STRIDE = 6, 10
@@ -34,13 +34,13 @@ _MUCH_NOISE, _SHORT_STRIDE = 5e-3, 2
 can miss those of the cylinder fit then. Of 7,972 cylinders that noise explained six were missed with the long stride,
 one with this."""
 
-_GAP = 1e-4
+_CROWDED_GAP = 1e-4
 """Below this gap the zeros may form a curve, or be more than counted."""
 
 _OBLIQUE = np.array([0.48, 0.6, 0.64])
 """A direction to which no imaginary part is square, but by chance."""
 
-_NUDGE = 1e-5
+_CONTACT_NUDGE = 1e-5
 """Moves such contacts, in units of their extent: the zeros of the moved ones are isolated and near the true ones."""
 
 
@@ -51,7 +51,7 @@ def starting_states(points: Floats, weights: Floats, radius: float | None, sigma
     for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n >= 4
     with radius; weights (n,); sigma: of the contacts.
     """
-    size = CONTACTS_KNOWN_RADIUS if radius is not None else CONTACTS_FREE_RADIUS
+    size = CYLINDER_CONTACTS if radius is not None else FREE_CYLINDER_CONTACTS
     first, *others = _minimal_subsets(points, size)
     yield _usable(_states_through(points[first], points, weights, radius))
     if len(points) > size:
@@ -106,9 +106,9 @@ def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], s
     """
     found, gap = zeros(subsets, np.arange(len(subsets)))
     parts, owners = [found], [np.arange(len(subsets))]
-    crowded = np.flatnonzero(gap < _GAP)
+    crowded = np.flatnonzero(gap < _CROWDED_GAP)
     if crowded.size:
-        nudges = np.random.default_rng(5).normal(scale=_NUDGE, size=subsets[crowded].shape)
+        nudges = np.random.default_rng(5).normal(scale=_CONTACT_NUDGE, size=subsets[crowded].shape)
         parts.append(zeros(subsets[crowded] + nudges, crowded)[0])
         owners.append(crowded)
     every = np.concatenate(parts)
@@ -154,7 +154,7 @@ def _covering_states(points: Floats, weights: Floats, radius: float | None, stri
     cost = np.where(np.isfinite(cost), cost, np.inf)
     minima = np.flatnonzero(cost <= cost[neighbours].min(axis=1))
     deepest = minima[np.argsort(cost[minima])[:_DEEPEST]]
-    followed = np.arange(_COVERING) % stride == 0
+    followed = np.arange(_COVERING_DIRECTIONS) % stride == 0
     followed[deepest] = True
     return np.asarray(states[followed])
 
@@ -173,8 +173,8 @@ def _at_radius(states: Floats, points: Floats, radius: float) -> Floats:
 @cache
 def _covering() -> tuple[Floats, Ints]:
     """Evenly spread directions (k, 3), one of each opposite pair, and the six neighbours (k, 6) of each."""
-    index = np.arange(_COVERING)
-    z = (index + 0.5) / _COVERING
+    index = np.arange(_COVERING_DIRECTIONS)
+    z = (index + 0.5) / _COVERING_DIRECTIONS
     angle = index * np.pi * (3.0 - np.sqrt(5.0))
     flat = np.sqrt(1 - z**2)
     directions = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z])

@@ -20,21 +20,21 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
 """Damping of the normal equations, in problems of unit size: to begin with, the least that still has an effect on
 doubles, and that at which no step leads down."""
-_PATIENCE = 15
+_GAUSS_NEWTON_STEPS = 15
 """Steps in which most problems settle, before Newton's, which take as many evaluations as there are parameters."""
-_DIFFERENCE = 1e-6
+_JACOBIAN_STEP = 1e-6
 """Change of a parameter, in problems of unit size, over which the Jacobians are differenced."""
 _NEARLY_A_ROOT = 1e-8
 """Sum of squared residuals, in problems of unit size, below which a multiple root may be near."""
 
-_LAST_STEPS = 25
+_UNDAMPED_STEPS = 25
 """Undamped steps near a multiple root: one of order three comes nearer by a third at each."""
 
-_ROUNDING = 4 * EPS
+_SHORTEST_STEP = 4 * EPS
 """A step this short changes nothing in problems of unit size: exact contacts a thousand sizes from the origin, whose
 rounding is more than that of their residuals, would keep making such steps."""
 
-_SETTLED = 1e-17
+_PROMISED_GAIN = 1e-17
 """A step that promises to lower the cost by less than this part of it moves a parameter by a few 1e-9 residuals; the
 next one, which is not made, would move it by much less."""
 
@@ -50,7 +50,9 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
     for number in range(iterations if len(states) else 0):
-        bend = _curvature(evaluate, step, states, active, residuals, jacobians) if number >= _PATIENCE else 0.0
+        bend = (
+            _curvature(evaluate, step, states, active, residuals, jacobians) if number >= _GAUSS_NEWTON_STEPS else 0.0
+        )
         change, promised = _damped_step(residuals, jacobians, damping, bend)
         trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
@@ -65,8 +67,8 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
             jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
             cost = np.where(better, new_cost, cost)
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
-        keep = (promised > _SETTLED * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
-        keep &= np.abs(change).max(axis=-1) > _ROUNDING
+        keep = (promised > _PROMISED_GAIN * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
+        keep &= np.abs(change).max(axis=-1) > _SHORTEST_STEP
         if not keep.all():
             found[active] = states
             active, damping, states = active[keep], damping[keep], states[keep]
@@ -107,7 +109,7 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
     active: Ints = np.arange(len(states))
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
-    for _ in range(_LAST_STEPS):
+    for _ in range(_UNDAMPED_STEPS):
         keep = ~_exact(states[active], residuals, cost) & (cost < _NEARLY_A_ROOT)
         active, residuals, jacobians, cost = active[keep], residuals[keep], jacobians[keep], cost[keep]
         if not active.size:
@@ -153,9 +155,9 @@ def _curvature(
     bend = np.empty((len(states), width, width))
     for k in range(width):
         change = np.zeros((len(states), width))
-        change[:, k] = _DIFFERENCE
+        change[:, k] = _JACOBIAN_STEP
         _, ahead = evaluate(step(states, change), active)
-        bend[:, k] = np.einsum("bnp,bn->bp", ahead - jacobians, residuals) / _DIFFERENCE
+        bend[:, k] = np.einsum("bnp,bn->bp", ahead - jacobians, residuals) / _JACOBIAN_STEP
     normal = np.swapaxes(jacobians, -1, -2) @ jacobians
     values, vectors = np.linalg.eigh(normal + (bend + np.swapaxes(bend, -1, -2)) / 2)
     bowl = vectors * np.abs(values)[:, None] @ np.swapaxes(vectors, -1, -2)

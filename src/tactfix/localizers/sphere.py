@@ -4,14 +4,14 @@ import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate, determination
+from tactfix.localizers.candidate import SurfaceCandidate, determination, distinct_explanations
 from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
-CONTACTS_KNOWN_RADIUS, CONTACTS_FREE_RADIUS = 3, 4
+SPHERE_CONTACTS, FREE_SPHERE_CONTACTS = 3, 4
 """Contacts that leave finitely many spheres: three, or four where the radius is found too."""
 
 _SPHERE_START_STEPS = 6
@@ -19,9 +19,6 @@ _SPHERE_START_STEPS = 6
 
 _SPHERE_GIVEN_UP, _SPHERE_RIVAL = 1e3, 4.0
 """It is then given up so many times above the limit of chi-square, unless it is within a factor of the best."""
-
-_SAME = 1e-6
-"""Centres nearer than this, in units of the contacts' extent, are one root reached twice."""
 
 
 def localize_sphere(
@@ -42,15 +39,15 @@ def localize_sphere(
     """
     contacts = unit_contacts(points, sigmas)
     if radius is None:
-        refuse_coincident("sphere", contacts, CONTACTS_FREE_RADIUS)
+        refuse_coincident("sphere", contacts, FREE_SPHERE_CONTACTS)
         refuse_coplanar("sphere", contacts)
         problem, states = SphereProblem(contacts.points, contacts.weights, radius_known=False), _free_states(contacts)
     else:
-        refuse_coincident("sphere", contacts, CONTACTS_KNOWN_RADIUS)
+        refuse_coincident("sphere", contacts, SPHERE_CONTACTS)
         refuse_collinear("sphere", contacts)
         problem = SphereProblem(contacts.points, contacts.weights, radius_known=True)
         states = _known_states(contacts, radius / contacts.scale)
-    if len(contacts.points) > CONTACTS_KNOWN_RADIUS + (radius is None):
+    if len(contacts.points) > SPHERE_CONTACTS + (radius is None):
         states = _worth_following(
             problem, contacts.sigma, refined(problem.evaluate, problem.step, states, _SPHERE_START_STEPS)
         )
@@ -113,7 +110,7 @@ def _known_states(contacts: UnitContacts, radius: float) -> Floats:
     rho_squared = solution[2] + solution[:2] @ solution[:2]
     middle, height = solution[:2] @ axes[:2], np.sqrt(max(radius**2 - rho_squared, 0.0))
     centers = [middle + height * axes[2], middle - height * axes[2]] if height > 0 else [middle]
-    if len(points) > CONTACTS_KNOWN_RADIUS:
+    if len(points) > SPHERE_CONTACTS:
         # Contacts around a whole sphere: the centre is near their mean, whatever their plane of best fit.
         centers.append(np.zeros(3))
     return np.column_stack([np.array(centers), np.full(len(centers), radius)])
@@ -124,11 +121,7 @@ def _candidates(problem: SphereProblem, contacts: UnitContacts, states: Floats) 
     residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
     dof = len(contacts.points) - jacobians.shape[-1]
-    kept: list[int] = []
-    for i in np.argsort(chi2, kind="stable"):
-        explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
-        if explains and all(np.linalg.norm(states[i] - states[k]) > _SAME for k in kept):
-            kept.append(int(i))
+    kept = distinct_explanations(states, chi2, dof)
     if not kept:
         return ()
     states = states[kept]

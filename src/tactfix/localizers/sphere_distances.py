@@ -10,15 +10,12 @@ import numpy as np
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import TINY, Bools, Floats, Frozen, Ints, UnitVector, basis_across, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate, determination
+from tactfix.localizers.candidate import SurfaceCandidate, determination, distinct_explanations
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
 from tactfix.localizers.least_squares import refined
 from tactfix.localizers.scaling import ROUNDING, effective_sigmas
-from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
-_SAME = 1e-6
-"""Centres nearer than this, in problems of unit size, are one."""
 _UNKNOWNS = 3
 """Coordinates of a centre."""
 
@@ -224,11 +221,7 @@ def _candidates(
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
     dof = len(problem.weights) - _UNKNOWNS
-    kept: list[int] = []
-    for i in np.argsort(chi2, kind="stable"):
-        explains = chi2[i] <= chi_square_limit(dof) or (dof > 0 and not kept)
-        if explains and all(np.linalg.norm(states[i] - states[k]) > _SAME for k in kept):
-            kept.append(int(i))
+    kept = distinct_explanations(states, chi2, dof)
     if not kept:
         return ()
     _, poor = determination(problem.evaluate, problem.step, states[kept], sigma)

@@ -10,7 +10,7 @@ from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.localizers.sphere import SphereProblem
 from tactfix.values import frozen_value
 
-_DIFFERENCE = 1e-5
+_SURFACE_STEP = 1e-5
 """Step of the differences that turn parameters into the numbers of a surface, in problems of unit size."""
 
 _SECOND_DIFFERENCE = 1e-3
@@ -53,9 +53,9 @@ def surface_covariance(
         curvature = abs(u[:, k] @ (ahead + behind - 2 * residuals)[0]) / _SECOND_DIFFERENCE**2
         with np.errstate(divide="ignore"):
             deviations[k] = min(contacts.sigma / abs(singular[k]), np.sqrt(2 * contacts.sigma / np.float64(curvature)))
-    steps = _DIFFERENCE * np.eye(len(vh))
+    steps = _SURFACE_STEP * np.eye(len(vh))
     stack = np.broadcast_to(state, (len(vh), len(state)))
-    numbers_from_parameters = (problem.step(stack, steps) - problem.step(stack, -steps)).T / (2 * _DIFFERENCE)
+    numbers_from_parameters = (problem.step(stack, steps) - problem.step(stack, -steps)).T / (2 * _SURFACE_STEP)
     factors = _lengths(surface, contacts.scale)[:, None] * numbers_from_parameters @ vh.T * deviations
     return SurfaceCovariance(_numbers(surface), factors @ factors.T, float(deviations.max()))
 

@@ -20,9 +20,9 @@ import numpy as np
 from tactfix.geometry.arrays import Floats
 from tactfix.localizers.homogeneous_forms import Complexes, common_zeros, macaulay_rows, product, quadratic
 
-LINES = 12
+MOST_TANGENTS = 12
 """Common tangents of four spheres, real or complex (Macdonald, Pach and Theobald 2001)."""
-_TOTAL = 7
+_MACAULAY_DEGREE = 7
 """Degree of the Macaulay matrix at which all twelve zeros show in its null space."""
 _CONTRASTS = np.array([[1.0, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]) / 2
 """An orthonormal basis of what four values can do apart from a common shift."""
@@ -47,8 +47,10 @@ def tangent_zeros(centers: Floats, radii: Floats) -> tuple[Complexes, Floats]:
         (product(g, 2, a, 3) - h * product(normal, 1, e, 4), 5),
         (product(a, 3, a, 3) + product(product(normal, 1, normal, 1), 2, e, 4), 6),
     )
-    rows = np.concatenate([macaulay_rows(np.asarray(form), degree, _TOTAL) for form, degree in forms], axis=-2)
-    return common_zeros(rows, _TOTAL, LINES)
+    rows = np.concatenate(
+        [macaulay_rows(np.asarray(form), degree, _MACAULAY_DEGREE) for form, degree in forms], axis=-2
+    )
+    return common_zeros(rows, _MACAULAY_DEGREE, MOST_TANGENTS)
 
 
 def _linear_solution(centred: Floats, radii: Floats) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats]]:

@@ -25,9 +25,9 @@ from tactfix.values import frozen_value
 
 ONE_SIDED_95: Final = 1.6449
 """The standard normal number that 95 of 100 stay below."""
-_LEAST: Final = 1e-3
+_POINT_EXTENT: Final = 1e-3
 """Extent (m) of a fixture that is a single point."""
-EXACT: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
+EXACT_REFERENCE: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
 
 
 @frozen_value
@@ -168,7 +168,7 @@ def check(
     limits = limits or Limits()
     if result.base_from_fixture is None:
         return CheckResult(result, reference, limits, warnings=result.warnings)
-    warnings = result.warnings if reference.covariance is not None else (*result.warnings, EXACT)
+    warnings = result.warnings if reference.covariance is not None else (*result.warnings, EXACT_REFERENCE)
     before = _in_units(reference, fixture.units)
     movement = compare(before, result.pose)
     worst, bound = _farthest(fixture, result, before, movement)
@@ -197,7 +197,7 @@ def _farthest(fixture: Fixture, result: LocateResult, before: Pose, movement: Mo
     """The corner that moved farthest, and what none has moved beyond (95 %)."""
     pose = result.pose.base_from_fixture
     surfaces = {name: moved(inverse(pose), surface) for name, surface in result.surfaces.items()}
-    corners = extreme_points(surfaces, fixture.touch, least=_LEAST * factor("m", fixture.units))
+    corners = extreme_points(surfaces, fixture.touch, least=_POINT_EXTENT * factor("m", fixture.units))
     ways = corners @ (pose[:3, :3] - before.rotation).T + movement.translation
     assert movement.covariance is not None
     covariances = point_covariance(before.base_from_fixture, movement.covariance, corners)

@@ -21,7 +21,7 @@ from tactfix.values import frozen_value
 
 WINDOW: Final = 30
 """The checks that are looked back upon: a drift that begins after a year of rest is not to be diluted by that year."""
-FEWEST: Final = 3
+FEWEST_CHECKS: Final = 3
 """Checks from which on a slope tells more than the last difference does."""
 CHANCE: Final = 1e-3
 """A drift is told when a fixture that stands still would look like this less often."""
@@ -86,7 +86,7 @@ class Drift:
 
 def drift_of(records: Sequence[CheckRecord]) -> Drift | None:
     """The drift over the last checks, at most WINDOW, of one reference, oldest first; None for fewer than three."""
-    if len(records) < FEWEST:
+    if len(records) < FEWEST_CHECKS:
         return None
     last = records[-WINDOW:]
     weights = np.arange(len(last)) - (len(last) - 1) / 2

@@ -19,13 +19,17 @@ from tactfix.localization.locate import locate
 from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
-_MUCH = 1e-3
+_AS_BAD_AS_SIGMA = 1e-3
 """Share of the contacts' extent, and cosine, by which outside a box, or on the wrong side, is as bad as one sigma."""
-_INTO = -0.5
+_SHALLOWEST_APPROACH = -0.5
 """Cosine of approach and outward normal that no usual approach exceeds."""
-_STEPS, _SMALL, _SETTLED = 40, 1e-7, 1e-6
-"""Newton steps at most, the step of the differences (of unit directions), and the step at which they have settled."""
-_TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
+_TOUCH_STEPS = 40
+"""Newton steps at most."""
+_TOUCH_DIFFERENCE = 1e-7
+"""Step of the differences, of unit directions."""
+_TOUCH_SETTLED = 1e-6
+"""Length of a step, in the same unit, at which Newton's method has settled."""
+_FIRST_TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
 """Rotation vectors by which a pose is turned to begin with: from the wrong side nothing pulls it to the right one."""
 _MARGIN = 0.05
 """Share of a box's width by which the poses taken keep contacts inside: planned contacts are made away from edges."""
@@ -53,7 +57,7 @@ def contacts_made(fixture: Fixture, existing: Contacts) -> Made:
         return Made(existing.moved(inverse(pose)), pose)
     best = (np.inf, accepted[0].base_from_fixture)
     for candidate in accepted:
-        for turn in _TURNS:
+        for turn in _FIRST_TURNS:
             best = min(best, _possible(fixture, existing, candidate, turn), key=lambda one: one[0])
             if best[0] < len(existing):
                 return Made(existing.moved(inverse(best[1])), None)
@@ -78,13 +82,15 @@ def _possible(fixture: Fixture, contacts: Contacts, candidate: Candidate, turn: 
         for name, index in contacts.by_feature.items():
             parts.append(residuals(surfaces[name], points[index], contacts.tip_radius) / contacts.sigmas[index])
             into = np.einsum("ij,ij->i", ways[index], outward_normals(surfaces[name], points[index]))
-            parts.append(np.where(np.isfinite(into), np.maximum(into - _INTO, 0.0), 0.0) / _MUCH)
+            parts.append(
+                np.where(np.isfinite(into), np.maximum(into - _SHALLOWEST_APPROACH, 0.0), 0.0) / _AS_BAD_AS_SIGMA
+            )
             box = fixture.touch.get(name)
             if box is not None:
                 width = np.where(np.isfinite(box.high - box.low), box.high - box.low, 0.0)
                 low, high = box.low + _MARGIN * width, box.high - _MARGIN * width
                 outside = np.maximum(np.maximum(low - points[index], points[index] - high) - contacts.tip_radius, 0.0)
-                parts.append(outside.ravel() / (_MUCH * size))
+                parts.append(outside.ravel() / (_AS_BAD_AS_SIGMA * size))
         return np.concatenate(parts)
 
     step, cost = _least(off)
@@ -95,15 +101,15 @@ def _least(off: Callable[[Floats], Floats]) -> tuple[Floats, float]:
     """Where from zero (6,) the sum of squares is least, and half of it: Levenberg-Marquardt, forward differences."""
     step, damping = np.zeros(6), 1e-3
     values = off(step)
-    for _ in range(_STEPS):
-        slopes = np.array([(off(step + _SMALL * unit) - values) / _SMALL for unit in np.eye(6)]).T
+    for _ in range(_TOUCH_STEPS):
+        slopes = np.array([(off(step + _TOUCH_DIFFERENCE * unit) - values) / _TOUCH_DIFFERENCE for unit in np.eye(6)]).T
         curvature = slopes.T @ slopes
         damped = curvature + damping * np.diag(np.diag(curvature) + TINY)
         ahead = step - np.linalg.lstsq(damped, slopes.T @ values, rcond=None)[0]
         gain = float(values @ values) - float(off(ahead) @ off(ahead))
         if gain > 0:
             step, values, damping = ahead, off(ahead), 0.2 * damping
-            if gain < _SETTLED * (1 + float(values @ values)):
+            if gain < _TOUCH_SETTLED * (1 + float(values @ values)):
                 break
         else:
             damping *= 5

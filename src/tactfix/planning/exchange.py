@@ -8,13 +8,13 @@ from tactfix.planning.information import Objective, flat
 from tactfix.planning.pool import Pool, Touches, joined
 from tactfix.values import frozen_value
 
-# A step must pay by more than rounding, or the exchange could run in circles.
-_PAYS = 1e-6
-_PASSES = 25
+WORTH_A_STEP = 1e-6
+"""Share of the objective by which a step must lower it: more than rounding, or an exchange could run in circles."""
+_EXCHANGE_PASSES = 25
 """Passes over all contacts at most; they end where one changes nothing."""
 # The polish tries this many directions around each contact, at steps (in radii of the fixture) that shrink.
-_DIRECTIONS = 12
-_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
+_POLISH_DIRECTIONS = 12
+_POLISH_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
 """Steps of the polish in radii of the fixture, each half the one before."""
 
 
@@ -54,7 +54,7 @@ class Search:
 
 def pays(new: float, old: float) -> bool:
     """Whether a score is better by more than rounding."""
-    return new < old - _PAYS * abs(old)
+    return new < old - WORTH_A_STEP * abs(old)
 
 
 def started(search: Search, count: int, rng: np.random.Generator) -> Touches:
@@ -80,7 +80,7 @@ def extended(search: Search, smaller: Choice) -> Touches:
 def exchanged(search: Search, start: Touches) -> Choice:
     """The set that no exchange of one touch for another of the pool improves, reached from start."""
     current = search.choice(start)
-    for _ in range(_PASSES):
+    for _ in range(_EXCHANGE_PASSES):
         before = current
         for at in range(len(start)):
             best, score = search.best_in_place(current.touches, at, search.pool.touches)
@@ -93,7 +93,7 @@ def exchanged(search: Search, start: Touches) -> Choice:
 
 def polished(search: Search, choice: Choice) -> Choice:
     """The choice with each touch moved over its surface as long as that pays, by pattern search."""
-    for step in _STEPS:
+    for step in _POLISH_STEPS:
         for _ in range(2):
             before = choice
             for at in np.flatnonzero(~search.pool.on_points(choice.touches.which)).tolist():
@@ -112,7 +112,7 @@ def _around(pool: Pool, touches: Touches, at: int, step: float) -> Touches:
     name = pool.names[touches.which[at]]
     surface = pool.access.surfaces[name]
     u, v = circle_axes(touches.normals[at])
-    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    angles = 2 * np.pi * np.arange(_POLISH_DIRECTIONS) / _POLISH_DIRECTIONS
     moves = np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
     points = feet(surface, touches.points[at] + step * pool.access.radius * moves)
     normals = np.array(outward_normals(surface, points))

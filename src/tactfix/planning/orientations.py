@@ -15,6 +15,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.planning.exchange import WORTH_A_STEP
 from tactfix.planning.result import Plan
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
@@ -23,13 +24,11 @@ from tactfix.probe import residual_sigmas
 from tactfix.simulation.orientations import in_turn, tool_orientations
 from tactfix.simulation.simulate import nominal_surfaces
 
-USUAL: Final = 12
+USUAL_CONTACTS: Final = 12
 """Contacts where their number is left open: pose and tip are nine numbers, and three contacts check them."""
-PASSES: Final = 10
+ORIENTATION_PASSES: Final = 10
 """Passes over all contacts at most."""
-PAYS: Final = 1e-6
-"""Share by which an exchange must improve to be made."""
-UNKNOWN: Final = 1e-9
+TIP_UNDETERMINED: Final = 1e-9
 """Ratio of singular values below which the tip is not determined."""
 
 
@@ -44,13 +43,13 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int) -> Plan:
     chosen = in_turn(plan.contacts.features, count)
     seen = _Seen(fixture, plan.contacts)
     best = seen.tip_sigma(rotations[chosen])
-    for _ in range(PASSES):
+    for _ in range(ORIENTATION_PASSES):
         before = best
         for i in range(len(chosen)):
             for other in range(count):
                 tried = chosen.copy()
                 tried[i] = other
-                if (sigma := seen.tip_sigma(rotations[tried])) < (1 - PAYS) * best:
+                if (sigma := seen.tip_sigma(rotations[tried])) < (1 - WORTH_A_STEP) * best:
                     chosen, best = tried, sigma
         if best == before:
             break
@@ -81,7 +80,7 @@ class _Seen:
         if len(joint) < joint.shape[1]:
             return float("inf")
         _, values, motions = np.linalg.svd(joint, full_matrices=False)
-        if values[-1] <= UNKNOWN * values[0]:
+        if values[-1] <= TIP_UNDETERMINED * values[0]:
             return float("inf")
         spread = motions[:, -3:] / values[:, None]
         return float(np.linalg.norm(spread, 2))

@@ -4,7 +4,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.planning.information import CRITERIA, Criterion
-from tactfix.planning.orientations import USUAL, with_orientations
+from tactfix.planning.orientations import USUAL_CONTACTS, with_orientations
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.task import Over, Progress, Task
 
@@ -103,4 +103,4 @@ def plan(
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
     if orientations is None:
         return task.table() if contacts is None else task.single(contacts)
-    return with_orientations(task.single(USUAL if contacts is None else contacts), fixture, orientations)
+    return with_orientations(task.single(USUAL_CONTACTS if contacts is None else contacts), fixture, orientations)

@@ -11,8 +11,10 @@ from tactfix.geometry.surfaces import Point
 from tactfix.planning.information import rows_of
 from tactfix.values import frozen_value
 
-# Candidates in all, and least and most on one feature: after the polish more of them gain less than other starts do.
-_TOTAL, _FEWEST, _MOST = 600, 40, 200
+_POOL_SIZE = 600
+"""Candidates in all: after the polish more of them gain less than other starts do."""
+_FEWEST_ON_ONE, _MOST_ON_ONE = 40, 200
+"""Least and most candidates on one feature."""
 # Contacts on one feature keep this share of its touchable size apart: two touches at one spot would average the
 # probe's noise but share the form error there.
 _APART = 0.1
@@ -82,7 +84,7 @@ def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
     Raises UsageError where no feature can be reached at all.
     """
     names = tuple(access.surfaces)
-    each = int(np.clip(_TOTAL / len(names), _FEWEST, _MOST))
+    each = int(np.clip(_POOL_SIZE / len(names), _FEWEST_ON_ONE, _MOST_ON_ONE))
     found = [access.spread(name, each) for name in names]
     if not sum(len(points) for points, _ in found):
         raise UsageError(

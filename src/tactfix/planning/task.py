@@ -28,15 +28,15 @@ from tactfix.values import frozen_value
 
 # Plans of as many contacts or fewer are tried before a fixture is said to have no unique plan: seven to nine are enough
 # wherever approach and touch boxes can tell at all.
-_MOST = 14
+_LARGEST_PLAN = 14
 # How near to the best sigma a start must lead to agree with it.
-_AGREES = 1.01
+_AGREEING_START = 1.01
 # Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
-_STARTS, _STARTS_IN_TABLE = 8, 2
+_PLAN_STARTS, _STARTS_IN_TABLE = 8, 2
 # The best of them are polished; the others are only asked where none of these is unique.
 _POLISHED, _POLISHED_IN_TABLE = 3, 1
 # Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free.
-_RANK = 1e-7
+_FREE_MOTION_RATIO = 1e-7
 MOST_PLANNED = 200
 """Time grows with the contacts, a sixth of a second of processor time for each: 34 s for so many on the plate with pin
 and ball. Their sigma shrinks with the root of their number alone; a fixture that needs more is the wrong fixture."""
@@ -129,7 +129,7 @@ class Task:
         first: Plan | None = None
         last: Choice | None = None
         fewest = self.fewest
-        count, end = fewest, _MOST
+        count, end = fewest, _LARGEST_PLAN
         while count <= end:
             share = (count - fewest) / (end - fewest + 1), 1 / (end - fewest + 1)
             last, found = self._found(count, last, share)
@@ -169,7 +169,7 @@ class Task:
 
     def _starts(self, count: int, smaller: Choice | None) -> list[Touches]:
         """Sets of count touches to begin with: random ones, but for the first that which has one more than smaller."""
-        usual = _STARTS if smaller is None else _STARTS_IN_TABLE
+        usual = _PLAN_STARTS if smaller is None else _STARTS_IN_TABLE
         rng = np.random.Generator(np.random.PCG64([self.seed, count]))
         begun = [started(self.search, count, rng) for _ in range(self.starts or usual)]
         return begun if smaller is None else [extended(self.search, smaller), *begun[1:]]
@@ -177,7 +177,7 @@ class Task:
     def _agreeing(self, ended: Sequence[Choice]) -> int:
         """How many of the ends of the search are about as good as the best of them."""
         sigmas = np.array([self.search.objective.sigma_of(choice.score) for choice in ended])
-        return int((sigmas <= _AGREES * sigmas.min()).sum())
+        return int((sigmas <= _AGREEING_START * sigmas.min()).sum())
 
     def _plan(self, touches: Touches, ended: Sequence[Choice]) -> Plan:
         """The plan that these touches make, with approaches turned where that makes it unique.
@@ -229,7 +229,7 @@ class Task:
 def _rank(rows: Floats) -> int:
     """How many degrees of freedom the rows (k, u) hold."""
     singular = np.linalg.svd(rows, compute_uv=False)
-    return int((singular >= _RANK * singular.max(initial=0.0)).sum())
+    return int((singular >= _FREE_MOTION_RATIO * singular.max(initial=0.0)).sum())
 
 
 def _refuse_free_motion(fixture: Fixture, touches: Touches, known: Known) -> None:

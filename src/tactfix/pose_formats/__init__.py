@@ -7,9 +7,11 @@ from typing import Final
 from tactfix.formats import POSE_FORMATS
 from tactfix.pose_formats.controllers import MACHINES, ROBOTS, ROS_LINES
 from tactfix.pose_formats.dialect import Dialect
-from tactfix.pose_formats.plain import PLAIN, ROS_MESSAGE
+from tactfix.pose_formats.plain import PLAIN_DIALECTS, ROS_MESSAGE
 
-_MADE: Final = {dialect.name: dialect for dialect in (*PLAIN, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)}
+_DIALECTS_MADE: Final = {
+    dialect.name: dialect for dialect in (*PLAIN_DIALECTS, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)
+}
 """In the order in which they are made."""
-DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType({name: _MADE[name] for name in POSE_FORMATS})
+DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType({name: _DIALECTS_MADE[name] for name in POSE_FORMATS})
 """The dialect of each name, in the order in which they are listed."""

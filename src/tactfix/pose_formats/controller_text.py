@@ -11,7 +11,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer
-from tactfix.pose_formats.literals import ABB, KUKA_LABELS, abb_pose, fanuc_pose, group, kuka_position, ur_pose
+from tactfix.pose_formats.literals import ABB_EXAMPLE, KUKA_LABELS, abb_pose, fanuc_pose, group, kuka_position, ur_pose
 from tactfix.pose_formats.one_pose import the_one, without_comments
 from tactfix.pose_formats.orientation import Quaternion
 from tactfix.pose_formats.pose import syntax_error
@@ -55,25 +55,25 @@ def read_wobjdata(text: str) -> tuple[Floats, None]:
 
 def _wobjdata(lexer: Lexer) -> Floats:
     """[robhold, ufprog, "ufmec", uframe, oframe]: held by no robot and moved by no unit."""
-    lexer.mark("[", ABB)
+    lexer.mark("[", ABB_EXAMPLE)
     if lexer.take("TRUE"):
         lexer.refuse("the robot holds this work object (robhold is TRUE)", "give one that stands in the cell")
-    lexer.mark("FALSE", ABB)
-    lexer.mark(",", ABB)
+    lexer.mark("FALSE", ABB_EXAMPLE)
+    lexer.mark(",", ABB_EXAMPLE)
     if not lexer.take("TRUE"):
         lexer.refuse("a mechanical unit moves this user frame (ufprog is not TRUE)", "give one that stands still")
-    lexer.mark(",", ABB)
-    if lexer.quoted('"', ABB).strip():
+    lexer.mark(",", ABB_EXAMPLE)
+    if lexer.quoted('"', ABB_EXAMPLE).strip():
         lexer.refuse("a mechanical unit moves this user frame", "give one that stands still")
-    lexer.mark(",", ABB)
+    lexer.mark(",", ABB_EXAMPLE)
     frames = []
     for separator in (",", "]"):
-        lexer.mark("[", ABB)
+        lexer.mark("[", ABB_EXAMPLE)
         point = group(lexer, 3)
-        lexer.mark(",", ABB)
+        lexer.mark(",", ABB_EXAMPLE)
         frames.append((np.array(point), _QUATERNION.rotation(np.array(group(lexer, 4)))))
-        lexer.mark("]", ABB)
-        lexer.mark(separator, ABB)
+        lexer.mark("]", ABB_EXAMPLE)
+        lexer.mark(separator, ABB_EXAMPLE)
     (user, user_turn), (inner, inner_turn) = frames
     return np.array([*(user + user_turn @ inner), *_QUATERNION.numbers(user_turn @ inner_turn)])
 

@@ -21,9 +21,9 @@ _MOST_OF_SIGMA: Final = 0.1
 # Chi-square of two degrees of freedom that noise exceeds once in 100 times.
 _MOST_TILT: Final = 9.21
 # What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
-_NOTHING: Final = 1e-12
+_ROUND_TRIP: Final = 1e-12
 # Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10.
-_STEP: Final = 1e-6
+_ANGLE_STEP: Final = 1e-6
 # Nearer than this (rad) to gimbal lock, or than a few sigma, single angles say nothing; their sum or difference does.
 _LOCK: Final = 1e-5
 _LOCK_SIGMAS: Final = 5.0
@@ -131,10 +131,12 @@ def measured(pose: Pose, back: Pose, lever_arm_mm: float) -> Rounding:
     """How far back is from pose; both in the same units."""
     d_rot = RotationVector().numbers(back.rotation @ pose.rotation.T)
     d_t = back.translation - pose.translation
-    if np.linalg.norm(d_rot) < _NOTHING:
+    if np.linalg.norm(d_rot) < _ROUND_TRIP:
         d_rot = np.zeros(3)
     arm = lever_arm_mm * factor("mm", pose.units) if pose.units else lever_arm_mm
-    return Rounding(d_rot, np.where(np.abs(d_t) < _NOTHING * np.abs(pose.translation), 0.0, d_t), pose.units or "", arm)
+    return Rounding(
+        d_rot, np.where(np.abs(d_t) < _ROUND_TRIP * np.abs(pose.translation), 0.0, d_t), pose.units or "", arm
+    )
 
 
 def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tuple[str, ...]:
@@ -142,7 +144,7 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
     most_t, most_rot = dialect.most_rounding
     turn = float(np.linalg.norm(rounding.d_rot))
     far = float(np.abs(rounding.d_t).max())
-    if far > most_t * (1 + 1e-6) + _NOTHING * (1 + np.abs(pose.translation).max()) or turn > most_rot + _NOTHING:
+    if far > most_t * (1 + 1e-6) + _ROUND_TRIP * (1 + np.abs(pose.translation).max()) or turn > most_rot + _ROUND_TRIP:
         if pose.covariance is not None and _is_level(dialect, pose, rounding):
             level = replace(rounding, d_rot=rounding.d_rot * [0.0, 0.0, 1.0])
             tilt = np.rad2deg(np.linalg.norm(rounding.d_rot[:2]))
@@ -187,11 +189,11 @@ def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
     orientation, rotation = numbers.orientation, pose.rotation
     here = orientation.numbers(rotation)
     columns = []
-    for step in _STEP * np.eye(3):
+    for step in _ANGLE_STEP * np.eye(3):
         ahead, behind = (
             orientation.nearest(orientation.numbers(rotation_from_vector(s) @ rotation), here) for s in (step, -step)
         )
-        columns.append((ahead - behind) / (2 * _STEP))
+        columns.append((ahead - behind) / (2 * _ANGLE_STEP))
     jacobian = np.column_stack(columns)
     sigmas = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, pose.covariance[:3, :3], jacobian))
     if isinstance(orientation, EulerAngles) and _locked(orientation, pose):

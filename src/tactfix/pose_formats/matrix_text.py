@@ -6,23 +6,23 @@ from typing import Final
 from tactfix.lexer import Lexer, TextError
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 
-_REMEDY: Final = "write the 4 x 4 matrix, or name the format with --from"
-_BEFORE: Final = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=\s*)?(?:(?:np\.|numpy\.)?(?:array|matrix)\s*\()?", re.ASCII)
+_MATRIX_REMEDY: Final = "write the 4 x 4 matrix, or name the format with --from"
+_ARRAY_OPENS: Final = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=\s*)?(?:(?:np\.|numpy\.)?(?:array|matrix)\s*\()?", re.ASCII)
 _AFTER: Final = re.compile(r"\s*(?:,\s*dtype\s*=\s*[\w.]+\s*)?\)?\s*;?", re.ASCII)
-_GAP: Final = re.compile(r"[ \t]+")
+_SPACES: Final = re.compile(r"[ \t]+")
 _NEW_LINE: Final = re.compile(r"[\r\n]+")
-_DIGIT: Final = re.compile(r"[-+.0-9]")
+_NUMBER_BEGINS: Final = re.compile(r"[-+.0-9]")
 _LAST: Final = [0.0, 0.0, 0.0, 1.0]
 
 
 def read_matrix(text: str, first_line: int = 1) -> list[list[float]]:
     """The rows (4 x 4) that a text says; the last one where only three are there."""
     lexer = Lexer(text, first_line)
-    lexer.match(_BEFORE)
+    lexer.match(_ARRAY_OPENS)
     try:
         rows = _rows(lexer)
         lexer.match(_AFTER)
-        lexer.end(_REMEDY)
+        lexer.end(_MATRIX_REMEDY)
     except TextError as error:
         raise PoseSyntaxError([error.problem]) from error
     if len(rows) == 1 and len(rows[0]) in (12, 16):
@@ -30,7 +30,7 @@ def read_matrix(text: str, first_line: int = 1) -> list[list[float]]:
     if [len(row) for row in rows] == [4, 4, 4]:
         rows = [*rows, _LAST]
     if [len(row) for row in rows] != [4, 4, 4, 4]:
-        raise syntax_error("is not four rows of four numbers", _REMEDY)
+        raise syntax_error("is not four rows of four numbers", _MATRIX_REMEDY)
     return rows
 
 
@@ -41,7 +41,7 @@ def _rows(lexer: Lexer) -> list[list[float]]:
     rows: list[list[float]] = [[]]
     depth, apart = 0, True
     while True:
-        if lexer.match(_GAP):
+        if lexer.match(_SPACES):
             apart = True
         elif lexer.match(_NEW_LINE):
             apart, ends = True, depth < 2
@@ -54,11 +54,11 @@ def _rows(lexer: Lexer) -> list[list[float]]:
             lexer.position += 1
             apart = True
             rows.append([])
-        elif apart and _DIGIT.match(lexer.rest):
-            rows[-1].append(lexer.number(_REMEDY))
+        elif apart and _NUMBER_BEGINS.match(lexer.rest):
+            rows[-1].append(lexer.number(_MATRIX_REMEDY))
             apart = False
         else:
             break
     if depth:
-        lexer.refuse("a bracket is left open", _REMEDY)
+        lexer.refuse("a bracket is left open", _MATRIX_REMEDY)
     return [row for row in rows if row]

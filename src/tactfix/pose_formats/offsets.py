@@ -8,13 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.gcode import Block, missing, read_block
+from tactfix.gcode import GCODE_COMMENT, Block, missing, read_block
 from tactfix.geometry.arrays import Floats
-from tactfix.lexer import Lexer, TextError
+from tactfix.lexer import Lexer, TextError, text_lines
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 
-_LINE_END: Final = re.compile(r"\r*\n|\r")
-_COMMENTS: Final = re.compile(r"\([^()]*\)|;.*")
 _SPEAKS: Final = re.compile(r"G\s*0*(?:10|68\.2|20|21|70|71)(?![0-9])", re.IGNORECASE)
 """Blocks of a program that are read: the others say nothing of offsets and units, and may hold any syntax."""
 
@@ -38,8 +36,8 @@ def read_tilted_plane(text: str) -> tuple[Floats, str]:
 def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tuple[dict[str, float], str]:
     """The words of the one block with the code name, and the unit that holds there."""
     code, units, found = float(name[1:]), "mm", []
-    for number, line in enumerate(_LINE_END.split(text), 1):
-        if not _SPEAKS.search(_COMMENTS.sub(" ", line)):
+    for number, line in enumerate(text_lines(text), 1):
+        if not _SPEAKS.search(GCODE_COMMENT.sub(" ", line)):
             continue
         lexer = Lexer(line, number)
         try:

@@ -18,7 +18,7 @@ from tactfix.values import frozen_value
 # Numbers this small are what rounding leaves of a zero; they do not settle a sign.
 _ZERO = 1e-12
 # A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion.
-_MOST_OFF_UNIT = 1e-3
+MOST_OFF_UNIT = 1e-3
 # scipy calls it a lock when the middle angle is within 1e-7 rad of one, and then drops a rotation up to that size.
 LOCK_SLACK = 2e-7
 
@@ -121,7 +121,7 @@ class Quaternion:
         from scipy.spatial.transform import Rotation
 
         length = float(np.linalg.norm(numbers))
-        if abs(length - 1) > _MOST_OFF_UNIT:
+        if abs(length - 1) > MOST_OFF_UNIT:
             raise syntax_error(f"the quaternion has length {length:.6g}, not 1", "check the order of its values")
         return np.asarray(Rotation.from_quat(np.roll(numbers, -1) if self.scalar_first else numbers).as_matrix())
 

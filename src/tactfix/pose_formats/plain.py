@@ -21,8 +21,8 @@ from tactfix.units import UNITS
 from tactfix.wording import printable
 from tactfix.yaml_tree import read_tree
 
-SCHEMA: Final = "tactfix/pose/1"
-_LOCATE_SCHEMA: Final = "tactfix/locate/1"
+POSE_SCHEMA: Final = "tactfix/pose/1"
+LOCATE_SCHEMA: Final = "tactfix/locate/1"
 _MOST_BYTES: Final = 1 << 16
 """Of a file that may hold a pose: a larger one is something else."""
 # Glued to a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damage.
@@ -64,7 +64,7 @@ def _fields(pose: Pose) -> dict[str, object]:
     """What JSON and YAML say; the keys are those of the JSON of locate."""
     covariance = None if pose.covariance is None else pose.covariance.tolist()
     return {
-        "schema": SCHEMA,
+        "schema": POSE_SCHEMA,
         "fixture": pose.fixture,
         "units": pose.units,
         "status": "located",
@@ -148,9 +148,9 @@ def _from_tree(tree: object) -> Pose:
         return _from_ros(*parts)
     if "transform" not in tree:
         raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
-    schema, status = tree.get("schema", SCHEMA), tree.get("status", "located")
-    if schema not in (SCHEMA, _LOCATE_SCHEMA):
-        raise syntax_error(f"schema is {schema!r}", f"give {_LOCATE_SCHEMA} or {SCHEMA}")
+    schema, status = tree.get("schema", POSE_SCHEMA), tree.get("status", "located")
+    if schema not in (POSE_SCHEMA, LOCATE_SCHEMA):
+        raise syntax_error(f"schema is {schema!r}", f"give {LOCATE_SCHEMA} or {POSE_SCHEMA}")
     if status != "located" or tree["transform"] is None:
         raise syntax_error(f"status is {status!r}: there is no pose in it", "locate the fixture first")
     covariance = tree.get("covariance")
@@ -255,7 +255,7 @@ def _write_ros(pose: Pose, remarks: tuple[str, ...]) -> str:
     return _commented(remarks) + yaml.safe_dump(message, sort_keys=False)
 
 
-PLAIN: Final = (
+PLAIN_DIALECTS: Final = (
     Dialect("matrix", "4 x 4 matrix, four lines for numpy.loadtxt", _write_rows(" "), _read_rows, has_units=False),
     Dialect("json", "JSON with units and covariance", _write_json, _read_json),
     Dialect("yaml", "YAML with units and covariance", _write_yaml, _read_yaml, comments=True),

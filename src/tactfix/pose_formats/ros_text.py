@@ -30,7 +30,7 @@ _STATIC_EXAMPLE: Final = (
     "--x 0.0 --y 0.0 --z 0.0 --qx 0.0 --qy 0.0 --qz 0.0 --qw 1.0, or x y z yaw pitch roll frame child"
 )
 _STATIC: Final = f"write {_STATIC_EXAMPLE}"
-_NAMED: Final = ("frame-id", "child-frame-id")
+_FRAME_NAMES: Final = ("frame-id", "child-frame-id")
 
 _ECHO: Final = re.compile(r"-\s*Translation\s*:", re.IGNORECASE)
 _ECHO_EXAMPLE: Final = "- Translation: [x, y, z] and - Rotation: in Quaternion [x, y, z, w], as tf2_echo prints them"
@@ -84,10 +84,10 @@ def _by_options(words: list[str]) -> Floats:
     position = 0
     while position < len(words) and words[position] != "--ros-args":
         name = words[position].removeprefix("--")
-        known = name in (*_NAMED, "x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
+        known = name in (*_FRAME_NAMES, "x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
         if not words[position].startswith("--") or not known or name in said or position + 1 == len(words):
             raise syntax_error(f"{words[position][:40]!r} is not known, stands twice or has no value", _STATIC)
-        said[name] = 0.0 if name in _NAMED else _number(words[position + 1])
+        said[name] = 0.0 if name in _FRAME_NAMES else _number(words[position + 1])
         position += 2
     turn = [name for name in said if name in ("qx", "qy", "qz", "qw")]
     angles = [name for name in said if name in ("roll", "pitch", "yaw")]

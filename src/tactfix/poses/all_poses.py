@@ -26,14 +26,14 @@ from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.starts import BEYOND_SHARE, domain_rotations, start_count
-from tactfix.poses.subsets import PART, agreed_poses
+from tactfix.poses.subsets import PART_CONTACTS, agreed_poses
 from tactfix.poses.zeros import Zeros, together
 from tactfix.values import frozen_value
 
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
 
-PLENTY = 9
+RELY_ON_FEATURES = 9
 """Contacts from which on the features located alone are relied on for where to start."""
 
 FAR_OFF = 100.0
@@ -100,7 +100,7 @@ def all_poses(
     elif least > FAR_OFF and not with_misses:
         return PoseSearch((), dof, limit, zeros.complete, continuum=False)
     elif least > 1 and len(contacts) > SEARCHED and thorough:
-        part_dof = dof - len(contacts) + PART
+        part_dof = dof - len(contacts) + PART_CONTACTS
         starts, part_limit = _starts(surfaces, contacts, part_dof), zero_limit(part_dof, unit)
         zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
     zeros = best_poses(equations, contacts, zeros, unit)
@@ -129,7 +129,7 @@ def _zeros(
     thorough: bool,
 ) -> Zeros:
     """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
-    if len(searched) >= PLENTY:
+    if len(searched) >= RELY_ON_FEATURES:
         rotations = rotations_in(searched.domain, surfaces, contacts, sigmas)
         if rotations is not None:
             # So many are samples of a turn that one direction leaves, not the only rotations there are.

@@ -29,19 +29,19 @@ MOST_DESCENT_STEPS = 300
 """For minima that are no zeros, but within the limit; they may be flat."""
 EXACT_ZERO = 1e-26
 """Cost of exact contacts at a zero, by rounding."""
-LAST_STEP = 1e-8
+SMALLEST_STEP = 1e-8
 """Length of a step (rad, fixture sizes) below which a descent within the limit has ended."""
-SETTLED = 1e-14
+LAST_GAIN = 1e-14
 """Share of the cost that the last step to a minimum which is no zero gains: it is within about 1e-6 then."""
 STRAIGHT_STEPS = 5
 """Steps of Gauss and Newton within the limit, in which most descents end, before bent ones, longer to work out."""
 MOST_BENT = 2000
 """Contacts up to which bent steps are taken: the curvature of each fills nine numbers."""
-AHEAD = 0.1
+BEND_PROBE = 0.1
 """Share of a step after which the residuals are looked at for how they bend along it."""
 MOST_BEND = 0.7
 """Of the length of a step what its bend may add: beyond, second derivatives do not tell where the way goes."""
-FEW = 200
+FEW_SYSTEMS = 200
 """Fewer systems than this LAPACK solves faster one by one than numpy all at once."""
 
 
@@ -107,7 +107,7 @@ class _State:
             (self.cost, cost),
         ):
             np.copyto(old, new, where=better)
-        small = np.abs(step).max(axis=0) < LAST_STEP
+        small = np.abs(step).max(axis=0) < SMALLEST_STEP
         return self._ends(gain, small, cost_limit)
 
     def _step(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> Floats:
@@ -128,8 +128,8 @@ class _State:
         hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)
         bend = np.where(np.linalg.eigvalsh(hessian)[:, 0] > 0, bend, 0.0)
         step = damped_step(residual, jacobian, damping, bend, equations.turns)
-        ahead, _ = evaluate(equations, *stepped(equations, AHEAD * step, rotations, offsets), geometric)
-        second = ((ahead - residual) / AHEAD - np.einsum("inN,iN->nN", jacobian, step)) / AHEAD
+        ahead, _ = evaluate(equations, *stepped(equations, BEND_PROBE * step, rotations, offsets), geometric)
+        second = ((ahead - residual) / BEND_PROBE - np.einsum("inN,iN->nN", jacobian, step)) / BEND_PROBE
         more = damped_step(second, jacobian, damping, bend, equations.turns)
         is_short = np.einsum("iN,iN->N", more, more) < MOST_BEND**2 * np.einsum("iN,iN->N", step, step)
         return step + np.where(is_short, more, 0.0)
@@ -137,7 +137,7 @@ class _State:
     def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:
         # A zero of exact contacts ends at rounding level, one of noisy contacts where the steps or their gains vanish.
         below = self.cost < cost_limit
-        ended = (self.cost < EXACT_ZERO) | (below & (small | (self.damping > 1e4) | (gain < SETTLED * self.cost)))
+        ended = (self.cost < EXACT_ZERO) | (below & (small | (self.damping > 1e4) | (gain < LAST_GAIN * self.cost)))
         stuck = ~below & ((self.damping > 1e4) | (gain < 1e-4 * self.cost))
         return ended, stuck
 
@@ -210,7 +210,7 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
     The matrices are overwritten. The loops run over the m rows, for many systems faster than LAPACK one by one.
     """
     m, count = rhs.shape
-    if count < FEW:
+    if count < FEW_SYSTEMS:
         with suppress(np.linalg.LinAlgError):
             return np.asarray(np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0].T)
     x = rhs.copy()

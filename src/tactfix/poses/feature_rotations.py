@@ -24,12 +24,12 @@ from tactfix.poses.upright_cylinders import upright_cylinders
 
 WELL_LOCATED = 0.02
 """Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation."""
-NEAR = 0.25
+ANGLES_AGREE = 0.25
 """Rad by which angles between directions of features may be off, a dozen times WELL_LOCATED; others are passed over."""
 TURNS = 12
 """Turns about a single direction: one every thirty degrees. Of 11,400 problems three kept a pose from these starts, and
 no more from new ones around what those led to."""
-PARALLEL = 0.2
+ONE_DIRECTION = 0.2
 """Sine of the angle below which a second direction is not used."""
 MOST_ROTATION_COMBINATIONS = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
@@ -45,7 +45,7 @@ def rotations_in(
     rotations = feature_rotations(surfaces, contacts, sigmas) if domain.is_free else None
     if rotations is None or domain.reach >= np.pi or domain.looks_beyond:
         return rotations
-    near = rotations[..., domain.angles(rotations) <= domain.reach + NEAR]
+    near = rotations[..., domain.angles(rotations) <= domain.reach + ANGLES_AGREE]
     return near if near.shape[2] else None
 
 
@@ -144,7 +144,7 @@ def _directions(places: Sequence[SidedSurface], pairs: Sequence[tuple[int, int]]
 def _agree(fixture: Floats, base: Floats) -> Bools:
     """Whether directions base (c, d, 3) make the same angles as those of the fixture (d, 3)."""
     off = np.arccos(_cosines(fixture)) - np.arccos(_cosines(base))
-    return np.asarray(np.abs(off).max(axis=(1, 2)) < NEAR)
+    return np.asarray(np.abs(off).max(axis=(1, 2)) < ANGLES_AGREE)
 
 
 def _cosines(vectors: Floats) -> Floats:
@@ -160,8 +160,8 @@ def _rotations(fixture: Floats, base: Floats) -> Floats:
     turns = u @ vt
     hand = np.linalg.det(turns)
     turns += (hand - 1)[:, None, None] * u[:, :, 2:] @ vt[:, 2:]
-    fixed = values[:, 1] > PARALLEL**2
-    mirrored = (hand < 0) & (values[:, 2] > PARALLEL**2)
+    fixed = values[:, 1] > ONE_DIRECTION**2
+    mirrored = (hand < 0) & (values[:, 2] > ONE_DIRECTION**2)
     about = [_turns_about(fixture[0], single[0]) for single in base[~fixed]]
     return np.concatenate([turns[fixed & ~mirrored], *about])
 

@@ -50,11 +50,11 @@ def turn_vectors(turns: Floats) -> Floats:
 def inverse_left_jacobian(vectors: Floats) -> Floats:
     """J(d)^-1 (N, 3, 3) = I - [d] / 2 + (1 - (a / 2) cot(a / 2)) / a^2 [d]^2 for rotation vectors d (N, 3), a = |d|."""
     angle = lengths(vectors)
-    half = np.where(angle > SMALL, angle, 1.0) / 2
-    bend = np.where(angle > SMALL, (1 - half / np.tan(half)) / (4 * half**2), 1 / 12)
+    half = np.where(angle > SERIES_ENDS, angle, 1.0) / 2
+    bend = np.where(angle > SERIES_ENDS, (1 - half / np.tan(half)) / (4 * half**2), 1 / 12)
     turned = skew(vectors)
     return np.asarray(np.eye(3) - turned / 2 + bend[:, None, None] * (turned @ turned))
 
 
-SMALL = 1e-4
+SERIES_ENDS = 1e-4
 """Rad below which the next term of the series, a^2 / 720, is less than rounding."""

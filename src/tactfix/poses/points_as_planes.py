@@ -10,11 +10,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import UNIT_AXES, Floats, Ints
 from tactfix.geometry.surfaces import Plane, Point, SidedSurface, Surface
 from tactfix.values import frozen_value
-
-AXES = np.eye(3)
 
 
 @frozen_value
@@ -43,7 +41,7 @@ def one_equation_each(surfaces: Mapping[str, Surface], contacts: Contacts, sigma
         names.append(_plane_name(name, axis[contact]) if name in points else name)
         axis[contact] += 1
     planes: dict[str, SidedSurface] = {
-        _plane_name(name, k): Plane(point.point - contacts.tip_radius * AXES[k], AXES[k])
+        _plane_name(name, k): Plane(point.point - contacts.tip_radius * UNIT_AXES[k], UNIT_AXES[k])
         for name, point in points.items()
         for k in range(3)
     }

@@ -26,9 +26,9 @@ from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross
 from tactfix.geometry.rigid import axial, rotation_from_quaternion
 from tactfix.values import frozen_value
 
-BEYOND = 0.3
+ROTATION_MARGIN = 0.3
 """Rad beyond the limit of rotation that is searched too: five sigma of most poses, and the spacing of the covering."""
-ASIDE = 0.5
+TRANSLATION_MARGIN = 0.5
 """The same for translations, in sizes of the search."""
 
 
@@ -63,7 +63,7 @@ class PoseDomain:
     @property
     def reach(self) -> float:
         """The angle (rad) from near up to which rotations are searched."""
-        return float(min(self.angle + BEYOND, np.pi))
+        return float(min(self.angle + ROTATION_MARGIN, np.pi))
 
     def basis(self, rotations: Floats, offsets: Floats) -> Floats:
         """Steps (6, k, N) that stay in the domain at rotations (3, 3, N), offsets (3, N), to first order.
@@ -98,7 +98,7 @@ class PoseDomain:
             return np.ones(rotations.shape[2], dtype=bool)
         places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
         gaps = np.sqrt(((places - self.place[:, None]) ** 2).sum(axis=0))
-        return np.asarray((self.angles(rotations) <= self.reach) & (gaps <= self.distance + ASIDE))
+        return np.asarray((self.angles(rotations) <= self.reach) & (gaps <= self.distance + TRANSLATION_MARGIN))
 
     def angles(self, rotations: Floats) -> Floats:
         """The angles (N,) in rad by which rotations (3, 3, N) are turned from near."""

@@ -11,7 +11,7 @@ from tactfix.poses.descent import damped_step, stepped
 from tactfix.poses.equations import PoseEquations, evaluate, pose_equations
 from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.pose_fit import PoseFit
-from tactfix.poses.sigma_points import FLAT, Spread, curved_spread, most_bend
+from tactfix.poses.sigma_points import NEARLY_LINEAR, Spread, curved_spread, most_bend
 from tactfix.values import frozen_value
 
 MOST_SIGMA_POINT_STEPS = 60
@@ -29,7 +29,7 @@ def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats, placement: Pl
     if not known.all():
         return Spread(linear, fit.sensitivity.twists(motions[~known], origin).T, trusted=True)
     # The weakest motion, rotation and translation together, moves contacts by about twice its length.
-    if most_bend(2 / values[-1], contacts, sigmas, fit.surfaces.values(), origin) < FLAT:
+    if most_bend(2 / values[-1], contacts, sigmas, fit.surfaces.values(), origin) < NEARLY_LINEAR:
         return Spread(linear, np.zeros((6, 0)), trusted=True)
     return _NearPose.of(fit, contacts, sigmas, placement).spread(linear)
 

@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 
 ONE_PLACE = 1e-3
 """Share of a radius below which contacts are all at one place, as far as a search can tell."""
-ROUNDING = 1e-12
+SEARCH_ROUNDING = 1e-12
 """Share of the coordinates that rounding may make of nothing, with some to spare."""
 
 EXACT_SYMMETRY = 1e-9
@@ -107,5 +107,5 @@ class SearchFrame:
 def _length(size: float, touched: Sequence[SidedSurface], contacts: Contacts) -> float:
     """What scales the search: size, but where all touches are one place a radius, or one, instead of its rounding."""
     largest = max((surface.radius for surface in touched if not isinstance(surface, Plane)), default=0.0)
-    rounding = ROUNDING * float(np.abs(contacts.points).max())
+    rounding = SEARCH_ROUNDING * float(np.abs(contacts.points).max())
     return size if size > max(ONE_PLACE * largest, rounding) else largest or max(rounding, 1.0)

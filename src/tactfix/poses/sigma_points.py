@@ -3,10 +3,10 @@
 At the true pose the residuals are the noise. So the true pose is where the residuals differ from those of the best pose
 by what the noise may be, and the linear covariance is what that gives where the residuals are linear in the pose. Where
 they are not, a weakly held motion runs along a curve, and leaves the linear ellipsoid by many of its sigmas in
-directions that are held well. Then the poses are solved for at which the residuals have changed by STEP sigma along
-each principal axis of the linear model, both ways (sigma points): the second moment of their motions about the best
-pose is the covariance, exact to second order along each axis. Where no pose has those residuals, or the covariance is
-many times what the linear one says, there is a fold close by and no covariance is true.
+directions that are held well. Then the poses are solved for at which the residuals have changed by as many sigma as
+SIGMA_POINT_DISTANCE says along each principal axis of the linear model, both ways (sigma points): the second moment of
+their motions about the best pose is the covariance, exact to second order along each axis. Where no pose has those
+residuals, or the covariance is many times what the linear one says, there is a fold close by and no covariance is true.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,10 +20,10 @@ from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, radius_of
 from tactfix.values import frozen_value
 
-STEP = 6**0.5
+SIGMA_POINT_DISTANCE = 6**0.5
 """Sigmas to each sigma point: the distance of a pose from the best one, root mean square, in the six of a pose."""
 
-FLAT = 0.3
+NEARLY_LINEAR = 0.3
 """Sigmas by which the residuals at the sigma points may differ from linear ones: standard deviations grow by less than
 4 per cent there."""
 
@@ -34,7 +34,7 @@ layouts of six kinds covered 93 to 95 per cent below, and 40 to 75 beyond ten.""
 MOST_ROTATION_SIGMA = 1.0
 """Rad: one linear sigma of rotation beyond which the sigma points are more than half a turn away, and mean nothing."""
 
-REACHED = 1.0
+MOST_MISSING = 1.0
 """Chi-square by which a pose may miss the residuals it is asked for."""
 
 Reach: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
@@ -68,26 +68,26 @@ def curved_spread(
     as steps of the unknowns, a column each. bend tells by how many sigma (m,) the residuals after steps (u, m) differ
     from linear ones; reach solves for the poses, and gives an infinite chi-square for those that it does not.
     """
-    both = STEP * np.concatenate([steps, -steps], axis=1)
+    both = SIGMA_POINT_DISTANCE * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
     if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:
         return Spread(linear, nothing_free, trusted=False)
     arm = centre - base_from_fixture[:3, 3]
     # Far from the contacts the fixture's origin itself runs along an arc when the fixture turns.
-    sag = float(np.linalg.norm(arm)) * (STEP * np.linalg.norm(linear[:3])) ** 2 / 2
-    is_straight = sag < FLAT * np.linalg.svd(linear[3:], compute_uv=False)[-1]
-    if is_straight and bend(both).max(initial=0.0) < FLAT:
+    sag = float(np.linalg.norm(arm)) * (SIGMA_POINT_DISTANCE * np.linalg.norm(linear[:3])) ** 2 / 2
+    is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
+    if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:
         return Spread(linear, nothing_free, trusted=True)
     poses, missing = reach(both)
     if not np.isfinite(missing).all():
         return Spread(linear, nothing_free, trusted=False)
-    share = 1 / np.sqrt(2 * STEP**2)
+    share = 1 / np.sqrt(2 * SIGMA_POINT_DISTANCE**2)
     factor = share * motions_between(base_from_fixture, poses)
     # Whether there is a fold is asked at the contacts, where it does not matter how far away the origin is.
     middle = base_from_fixture[:3, :3].T @ arm
     here = share * motions_between(_at(base_from_fixture[None], middle)[0], _at(poses, middle))
     linear_here = np.concatenate([linear[:3], linear[3:] + np.cross(linear[:3].T, arm).T])
-    trusted = bool(missing.max() <= REACHED) and _inflation(linear_here, here) <= FOLDED
+    trusted = bool(missing.max() <= MOST_MISSING) and _inflation(linear_here, here) <= FOLDED
     return Spread(factor, nothing_free, trusted)
 
 
@@ -109,7 +109,7 @@ def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterabl
     smallest = min([radius_of(surface, spread) for surface in surfaces], default=spread)
     far = float(np.linalg.norm(origin - contacts.centre))
     sharpest = max(1 / smallest, 1 / spread, far / spread**2)
-    return float(np.sqrt(len(contacts)) * (STEP * move) ** 2 * sharpest / sigmas.min())
+    return float(np.sqrt(len(contacts)) * (SIGMA_POINT_DISTANCE * move) ** 2 * sharpest / sigmas.min())
 
 
 def _inflation(linear: Floats, factor: Floats) -> float:

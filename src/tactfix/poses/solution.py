@@ -59,7 +59,7 @@ class Solutions:
     fallen: tuple[Candidate, ...] = ()
 
 
-_EQUAL = 1e-6
+_EQUAL_CHI2 = 1e-6
 """Chi-squares closer than this, or than this share of them, do not say which pose is the better one."""
 
 
@@ -71,7 +71,7 @@ def in_order(found: Sequence[Solution]) -> tuple[Solution, ...]:
     ordered = sorted(found, key=lambda solution: solution.chi2)
     ranks: list[int] = []
     for number, solution in enumerate(ordered):
-        tied = number and solution.chi2 - ordered[ranks[-1]].chi2 <= _EQUAL * max(1.0, solution.chi2)
+        tied = number and solution.chi2 - ordered[ranks[-1]].chi2 <= _EQUAL_CHI2 * max(1.0, solution.chi2)
         ranks.append(ranks[-1] if tied else number)
     entries = [tuple(np.round(solution.base_from_fixture[:3].T.ravel(), 6)) for solution in ordered]
     return tuple(ordered[i] for i in sorted(range(len(ordered)), key=lambda i: (ranks[i], entries[i])))

@@ -18,9 +18,9 @@ from tactfix.poses.feature_rotations import rotations_in
 from tactfix.poses.search import find_zeros, find_zeros_near
 from tactfix.poses.zeros import Zeros
 
-PART = 12
+PART_CONTACTS = 12
 """Contacts in a part: with two wrong ones among forty every other part is free of them."""
-PARTS = 6
+PARTS_SEARCHED = 6
 """Parts that are searched: with every other one free of wrong contacts, one of six is, but for once in 64 times."""
 
 
@@ -37,8 +37,8 @@ def agreed_poses(
 
     surfaces in the fixture frame, sigmas (n,) of the residuals, equations: scaled, of all contacts.
     """
-    for number in range(PARTS):
-        index = blind_part(contacts, PART, number)
+    for number in range(PARTS_SEARCHED):
+        index = blind_part(contacts, PART_CONTACTS, number)
         part, searched = contacts.subset(index), equations.subset(index.tolist())
         rotations = rotations_in(equations.domain, surfaces, part, sigmas[index])
         if rotations is None:

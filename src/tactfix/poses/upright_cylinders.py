@@ -14,7 +14,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface
 
 CIRCLE_CONTACTS = 3
 """Contacts that a circle needs."""
-SQUARE = 1e-3
+UPRIGHT = 1e-3
 """Sine of the angle between an axis and the normal up to which the cylinder stands on the plane."""
 
 
@@ -37,7 +37,7 @@ def upright_cylinders(
 
 
 def _stands_on(cylinder: Cylinder, plane: Plane) -> bool:
-    return bool(lengths(cross(cylinder.direction, plane.normal)) < SQUARE)
+    return bool(lengths(cross(cylinder.direction, plane.normal)) < UPRIGHT)
 
 
 def _circle(points: Floats, normal: Floats, sigma: float, tilt: float) -> tuple[Floats, float, float]:

@@ -27,13 +27,13 @@ FEWEST_FOR_MAP = 25
 _ACROSS = 20.0
 """Times their spread along the approach, which touches of one place do not exceed across it: a machine returns to a
 place about as well as its probe triggers there."""
-_TURNED = 0.2
+_ONE_APPROACH = 0.2
 """rad between the approaches of touches of one place: a program repeats them, a hand keeps them
 within some ten degrees."""
 _APART_MM = 5.0
 """mm between touches of one place; the worst machine, and a hand-guided robot, returns closer than this."""
 _CUBE = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
-DIRECTIONS = unit(_CUBE[np.isin(np.abs(_CUBE).sum(axis=1), (1, 3))])
+BALL_DIRECTIONS = unit(_CUBE[np.isin(np.abs(_CUBE).sum(axis=1), (1, 3))])
 """Along the axes and between them (14, 3): where the mean of a ball's touches is told."""
 
 
@@ -183,7 +183,7 @@ def _are_elsewhere(contacts: Contacts, place: Ints) -> bool:
     direction = _common_approach(contacts, place)
     along = arms @ direction
     across = arms - np.outer(along, direction)
-    turned = np.arccos(np.clip(contacts.approaches[place] @ direction, -1.0, 1.0)).max() > _TURNED
+    turned = np.arccos(np.clip(contacts.approaches[place] @ direction, -1.0, 1.0)).max() > _ONE_APPROACH
     return bool(turned or np.sqrt((across**2).sum()) > _ACROSS * np.sqrt((along**2).sum()) > 0)
 
 
@@ -231,9 +231,11 @@ def _of_ball(contacts: Contacts, radius: float, side: Side, units: str) -> Quali
 
 def _map(readings: Floats, normals: Floats, sigma: float) -> tuple[DirectionMean, ...]:
     """The mean of the readings (n,) by the direction that their normal is nearest to."""
-    nearest = np.argmax(normals @ DIRECTIONS.T, axis=1)
+    nearest = np.argmax(normals @ BALL_DIRECTIONS.T, axis=1)
     return tuple(
-        DirectionMean(DIRECTIONS[k], int(count), float(readings[nearest == k].mean()), float(sigma / np.sqrt(count)))
-        for k, count in enumerate(np.bincount(nearest, minlength=len(DIRECTIONS)))
+        DirectionMean(
+            BALL_DIRECTIONS[k], int(count), float(readings[nearest == k].mean()), float(sigma / np.sqrt(count))
+        )
+        for k, count in enumerate(np.bincount(nearest, minlength=len(BALL_DIRECTIONS)))
         if count
     )

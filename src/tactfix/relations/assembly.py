@@ -27,7 +27,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import MOST_FITS, Start, branch_fit, starts_from
+from tactfix.relations.branch_fits import BRANCH_FITS, Start, branch_fit, starts_from
 from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import combinations
 from tactfix.relations.joint_problem import JointFit, JointProblem
@@ -39,17 +39,17 @@ from tactfix.results import Candidate
 
 FEW_SHAPES = 2
 """Of more shapes, features that are located alone say which to search: it takes a tenth of a second for each."""
-NEAR = 10.0
+SHAPE_LIMIT = 10.0
 """Times the limit of chi-square that a fit may have for its shape to be searched."""
 FEW_COMBINATIONS = 64
 """Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
-MOST_COMBINATIONS = 4096
+SHAPE_COMBINATIONS = 4096
 """Combinations of surfaces and signs that start a fit each; beyond, the result is said not to be complete."""
 FEW_FITS = 12
 """Starts that are followed where contacts are as good as flat, and whatever is found says next to nothing."""
 MOST_FALLEN = 32
 """Combinations that fell because of a relation and are listed."""
-LOOSE = 3.0
+SLACK_FACTOR = 3.0
 """Times the slack of the relations, added to the contacts' sigma while a fixture is searched as if it were rigid."""
 
 
@@ -64,15 +64,15 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
     if is_exact and len(shapes) <= FEW_SHAPES:
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
-    located = combinations(fixture, contacts, sigmas, MOST_COMBINATIONS + 1)
+    located = combinations(fixture, contacts, sigmas, SHAPE_COMBINATIONS + 1)
     if located is None and not shapes:
         return sampled_solutions(fixture, problem, with_misses)
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
         if is_exact:
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
         return _loosened(fixture, problem, with_misses)
-    most = FEW_FITS if located.thinned else MOST_FITS
-    starts, fits = _fits(problem, located.surfaces[:MOST_COMBINATIONS], with_misses, most)
+    most = FEW_FITS if located.thinned else BRANCH_FITS
+    starts, fits = _fits(problem, located.surfaces[:SHAPE_COMBINATIONS], with_misses, most)
     if is_exact:
         searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
         if searched:
@@ -80,12 +80,12 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
             return body_solutions(fixture, chosen, contacts, sigmas, with_misses)
     solutions = joint_solutions(fixture, problem, fits)
     fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
-    complete = len(located.surfaces) <= MOST_COMBINATIONS and not located.thinned
+    complete = len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned
     return replace(solutions, complete=complete, fallen=tuple(fallen))
 
 
 def _fits(
-    problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool, most: int = MOST_FITS
+    problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool, most: int = BRANCH_FITS
 ) -> tuple[list[Start], list[JointFit]]:
     """The joint fits next to combinations of features in base, one for each branch, and where each started."""
     starts = starts_from(problem, found, with_misses)[:most]
@@ -93,7 +93,7 @@ def _fits(
 
 
 def _is_near(fit: JointFit) -> bool:
-    return fit.chi2 <= NEAR * chi_square_limit(fit.dof)
+    return fit.chi2 <= SHAPE_LIMIT * chi_square_limit(fit.dof)
 
 
 def _fallen(
@@ -112,7 +112,7 @@ def _fallen(
 
 def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
     """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes."""
-    loose = np.hypot(problem.sigmas, LOOSE * _slack(fixture, problem.scale))
+    loose = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
     if rigid.continuum or rigid.dof < 0:
         return rigid

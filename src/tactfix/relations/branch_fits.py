@@ -19,9 +19,9 @@ from tactfix.relations.joint import MOST_JOINT_STEPS, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
 from tactfix.values import frozen_value
 
-MOST_FITS = 96
+BRANCH_FITS = 96
 """Starts that are followed, those of the least cost."""
-MISSES = 2
+MISS_FITS = 2
 """The same where none promises to explain the contacts: one of them is the nearest miss."""
 RESOLVED = 10.0
 """Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
@@ -58,8 +58,8 @@ def starts_from(
         if with_misses and not open_ones and not found:
             missed.append(nearest_start(problem, surfaces, number, own + least_cost(problem, surfaces)))
     if found:
-        return sorted(found, key=lambda start: start.cost)[:MOST_FITS]
-    return sorted(missed, key=lambda start: start.cost)[:MISSES]
+        return sorted(found, key=lambda start: start.cost)[:BRANCH_FITS]
+    return sorted(missed, key=lambda start: start.cost)[:MISS_FITS]
 
 
 def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:

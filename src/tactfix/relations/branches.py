@@ -23,13 +23,13 @@ from tactfix.relations.equations import Equation, chart_lengths, equation, form_
 from tactfix.relations.joint_problem import JointProblem, contact_observations
 from tactfix.relations.parallels import parallel_pairs
 
-NEAR = ALMOST_PARALLEL
+NEAR_COINCIDENCE = ALMOST_PARALLEL
 """Rad, or share of the fixture's size, from coincidence up to which a relation is widened at first."""
 COSTLY = 10.0
 """Times the limit of chi-square, beyond which a branch is not followed."""
 CURVED = 0.02
 """Share of a residual by which the linear model is taken to be off at most; near zero it is off by its square."""
-ROUNDING = 1e-12
+KEPT_SIGMA = 1e-12
 """Sigma of a relation that surfaces known exactly keep but for rounding."""
 MOST_BRANCHES = 64
 """Branches of one combination of features, those that cost least."""
@@ -80,8 +80,8 @@ def _choices(
 def _may_widen(relation: Relation, scale: float) -> bool:
     """Whether a relation is so near coincidence that contacts may not see the difference; scale: a length."""
     if relation.kind == "angle":
-        return 0 < off(relation) < NEAR
-    return 0 < relation.value < NEAR * scale
+        return 0 < off(relation) < NEAR_COINCIDENCE
+    return 0 < relation.value < NEAR_COINCIDENCE * scale
 
 
 def _signs(relation: Relation, surfaces: Mapping[str, Surface], parallel: bool, widened: bool) -> tuple[float, ...]:
@@ -126,7 +126,7 @@ def _cost(equations: Sequence[Equation], surfaces: Mapping[str, Surface], covari
         return 0.0
     own = np.concatenate([np.full(e.components, e.spread / e.unit(scale)) for e in equations])
     curved = np.minimum(missing**2, CURVED * np.abs(missing))
-    covariance = gradient @ covariance @ gradient.T + np.diag(own**2 + curved**2 + ROUNDING**2)
+    covariance = gradient @ covariance @ gradient.T + np.diag(own**2 + curved**2 + KEPT_SIGMA**2)
     size = np.sqrt(np.diag(covariance))
     reduced = missing / size
     return float(reduced @ np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True) @ reduced)

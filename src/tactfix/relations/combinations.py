@@ -21,7 +21,7 @@ from tactfix.relations.features_alone import (
 )
 from tactfix.values import frozen_value
 
-FEW = 4
+FLAT_CANDIDATES = 4
 """Surfaces of a round feature that are followed where its contacts lie in a plane but for noise: what explains them is
 then anything, in a hundred local minima, and a joint fit finds from any where the other features and relations put it.
 """
@@ -52,9 +52,11 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
             continue
         try:
             candidates = candidates_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
-            flat = len(candidates) > FEW and is_flat(feature, contacts.on(name))
+            flat = len(candidates) > FLAT_CANDIDATES and is_flat(feature, contacts.on(name))
             thinned |= flat
-            alone[name] = sorted(candidates, key=lambda candidate: candidate.chi2)[:FEW] if flat else candidates
+            alone[name] = (
+                sorted(candidates, key=lambda candidate: candidate.chi2)[:FLAT_CANDIDATES] if flat else candidates
+            )
         except DegenerateContactsError:
             continue
     found = combinations_of(fixture, contacts, alone, most)

@@ -27,10 +27,10 @@ from tactfix.noise import SURE
 
 FeatureCandidate: TypeAlias = SurfaceCandidate | PointCandidate
 
-LOOSE = 100.0
+NEIGHBOUR_SIGMAS = 100.0
 """Sigmas by which a located neighbour may be off before the joint least squares sets everything right."""
-WEAK = LOOSE / 5
-"""Sigmas by which noise may move a located feature in multiples of its own: a fifth of LOOSE, to be safe."""
+WEAKLY_LOCATED = NEIGHBOUR_SIGMAS / 5
+"""Sigmas by which noise may move a located feature in multiples of its own: a fifth of NEIGHBOUR_SIGMAS, to be safe."""
 
 
 def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> Sequence[FeatureCandidate]:
@@ -86,7 +86,7 @@ def thickness(points: Floats) -> float:
 
 def is_weak(candidate: FeatureCandidate) -> bool:
     """Whether noise may have moved a surface farther than its neighbours allow for, or merged it with another."""
-    return candidate.poorly_determined or candidate.condition > WEAK
+    return candidate.poorly_determined or candidate.condition > WEAKLY_LOCATED
 
 
 def _true(feature: Feature, candidate: SurfaceCandidate) -> SurfaceCandidate:
@@ -99,7 +99,7 @@ def _true(feature: Feature, candidate: SurfaceCandidate) -> SurfaceCandidate:
 
 def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
     """The relation as the localizer wants it. A located neighbour is itself only as sure as its contacts."""
-    loose = float(np.hypot(relation.sigma, LOOSE * sigma))
+    loose = float(np.hypot(relation.sigma, NEIGHBOUR_SIGMAS * sigma))
     match surface:
         case Sphere() | Point():
             return CenterDistance(other_point(surface), relation.value, loose)

@@ -24,7 +24,7 @@ MOST_JOINT_STEPS = 200
 """Steps of one fit at most; see JOINT_PATIENCE for those that creep."""
 MOST_DAMPINGS = 20
 """Dampings tried for one step, each ten times the one before: then no step leads down."""
-LEAST_DAMPING = 1e-12
+JOINT_DAMPING = 1e-12
 """The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
 WELL_KEPT = 0.25
 """Share of the gain that the linear model promises, below which the damping is kept or raised."""
@@ -89,7 +89,7 @@ def _is_hopeless(fit: JointFit, new: JointFit, late: bool) -> bool:
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:
     """The fit after the first step that improves it, more and more damped, and the damping to go on with."""
     stiffness = float(np.linalg.norm(fit.jacobian))
-    least = LEAST_DAMPING * stiffness**2
+    least = JOINT_DAMPING * stiffness**2
     for _ in range(MOST_DAMPINGS):
         step = undamped if damping == 0 else _step(fit, damping)
         displacement = step.displacement * min(1.0, 0.5 / max(step.size, TINY))

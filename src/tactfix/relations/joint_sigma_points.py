@@ -8,15 +8,15 @@ import numpy as np
 from tactfix.fixture import FrameRecipe
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import Floats
-from tactfix.poses.sigma_points import FLAT, REACHED, Spread, curved_spread, most_bend
+from tactfix.poses.sigma_points import MOST_MISSING, NEARLY_LINEAR, Spread, curved_spread, most_bend
 from tactfix.relations.joint import fit_at, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.values import frozen_value
 
-FEW_STEPS = 20
+JOINT_SIGMA_POINT_STEPS = 20
 """Steps to a sigma point: where more would be needed it is too far off for a covariance to mean anything, and so are
 those after it, which are not asked for."""
-STILL = 1e-9
+FRAME_AT_REST = 1e-9
 """Share of the largest free motion below which a free displacement does not move the frame."""
 
 
@@ -36,8 +36,8 @@ class JointSpread:
         """The spread of one of the frames (4, 4); without curved that of the linear model, which is trusted."""
         factor, free = self.fit.spread()
         linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T
-        is_free = np.abs(moving).max(initial=0.0) > STILL * np.abs(self.frame_jacobian).max()
-        if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < FLAT:
+        is_free = np.abs(moving).max(initial=0.0) > FRAME_AT_REST * np.abs(self.frame_jacobian).max()
+        if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < NEARLY_LINEAR:
             return Spread(linear, moving, trusted=True)
         centre = self.problem.contacts.centre
         return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))
@@ -65,8 +65,8 @@ class JointSpread:
             for number, step in enumerate(steps.T):
                 wanted = self.fit.observed + self.fit.jacobian @ step
                 problem = replace(self.problem, wanted=wanted)
-                there = joint_fit(problem, self.fit.surfaces, self.fit.equations, FEW_STEPS)
-                if there.chi2 > REACHED:
+                there = joint_fit(problem, self.fit.surfaces, self.fit.equations, JOINT_SIGMA_POINT_STEPS)
+                if there.chi2 > MOST_MISSING:
                     break
                 try:
                     poses = np.array(frames(self.recipe, there.surfaces))

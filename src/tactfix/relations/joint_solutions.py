@@ -18,9 +18,9 @@ from tactfix.relations.joint_sigma_points import JointSpread
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
 from tactfix.values import frozen_value
 
-HELD = 1e-9
+RELATIONS_HOLD = 1e-9
 """Share of the fixture's size to which exact relations must hold in the end."""
-DIFFERENCE = 1e-7
+FRAME_STEP = 1e-7
 """Step of the differences of the frame (rad, and fixture sizes): their error is of this size, rounding far below."""
 
 
@@ -60,7 +60,7 @@ def joint_solutions(
 def _grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[_Group]:
     """Best first, those that contacts do not tell apart together."""
     groups: list[_Group] = []
-    for fit in sorted((fit for fit in fits if fit.missing < HELD), key=lambda fit: fit.chi2):
+    for fit in sorted((fit for fit in fits if fit.missing < RELATIONS_HOLD), key=lambda fit: fit.chi2):
         group = next((group for group in groups if _are_one(group.best, fit, problem)), None)
         if group is None:
             groups.append(_Group(fit, []))
@@ -96,8 +96,8 @@ def _motion_to(recipe: FrameRecipe, pose: Floats, other: JointFit) -> Floats:
 
 def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
     """How the frame moves (6, width), rotation and origin, with each displacement, by differences."""
-    steps = DIFFERENCE * np.diag(fit.lengths)
+    steps = FRAME_STEP * np.diag(fit.lengths)
     steps = np.vstack([np.zeros(len(steps)), steps])
     moved = {name: displaced(surface, steps[:, fit.columns[name]]) for name, surface in fit.surfaces.items()}
     still, *others = frame(recipe, moved, sign_choices(recipe, fit.surfaces)[0])
-    return motions_between(still, np.array(others)) / DIFFERENCE
+    return motions_between(still, np.array(others)) / FRAME_STEP

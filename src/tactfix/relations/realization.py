@@ -25,14 +25,14 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, m
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.equations import carried, chart_lengths, columns_of, stacked
 
-TRIALS = 240
+SHAPE_STARTS = 240
 """Random starts at most for all shapes of one fixture."""
-SETTLED, PER_SHAPE = 8, 4
+NOTHING_NEW, PER_SHAPE = 8, 4
 """Trials in a row that bring nothing new, so many and for each pair of mirror images more, after which the list of
 shapes is complete: one of n pairs that turn up alike often is overlooked once in e^(8 / n + 4) times."""
 CONTRADICTORY = 40
 """Trials from the first one on that do not arrive, after which the relations are taken to contradict each other."""
-NEWTON_STEPS = 40
+SHAPE_STEPS = 40
 """Newton steps of one trial; what has not converged then is given up."""
 SHAPE_RANK = 1e-7
 """Singular value below which relations leave a motion free, in units of the fixture's size."""
@@ -60,8 +60,8 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
         return ()
     found: list[tuple[Mapping[str, Surface], ...]] = []
     idle = failed = 0
-    for _ in range(TRIALS):
-        if idle >= SETTLED + PER_SHAPE * len(found) / 2 or failed >= CONTRADICTORY:
+    for _ in range(SHAPE_STARTS):
+        if idle >= NOTHING_NEW + PER_SHAPE * len(found) / 2 or failed >= CONTRADICTORY:
             break
         surfaces = _relaxed(fixture, _random_surfaces(fixture, scale, rng), scale)
         if surfaces is None:
@@ -139,7 +139,7 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
     equations = nearest_branch(fixture.relations, surfaces)
     lengths = chart_lengths(surfaces, scale)
     columns, _ = columns_of(surfaces)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(SHAPE_STEPS):
         equations = tuple(carried(equation, surfaces) for equation in equations)
         missing, jacobian = stacked(equations, surfaces, scale)
         if np.abs(missing).max(initial=0.0) < HOLDS:

@@ -17,7 +17,7 @@ from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import branch_fit, nearest_start
 from tactfix.relations.joint_problem import JointFit, JointProblem
-from tactfix.relations.joint_solutions import HELD, joint_solutions
+from tactfix.relations.joint_solutions import RELATIONS_HOLD, joint_solutions
 from tactfix.relations.realization import random_surface
 
 SAMPLE_STARTS = 16
@@ -46,7 +46,7 @@ def sampled_solutions(fixture: Fixture, problem: JointProblem, with_misses: bool
 
 
 def _explains(fit: JointFit) -> bool:
-    return fit.missing < HELD and fit.dof >= 0 and fit.chi2 <= chi_square_limit(fit.dof)
+    return fit.missing < RELATIONS_HOLD and fit.dof >= 0 and fit.chi2 <= chi_square_limit(fit.dof)
 
 
 def _middle(name: str, contacts: Contacts) -> Floats:

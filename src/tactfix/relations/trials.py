@@ -27,13 +27,13 @@ from tactfix.relations.joint_solutions import joint_solutions
 from tactfix.relations.realization import fixture_scale
 from tactfix.values import frozen_value
 
-MOST_COMBINATIONS = 12
+COMBINATIONS_PER_CORRECTION = 12
 """Combinations of surfaces of one correction that are looked at."""
 MOST_FOLLOWED = 3
 """Starts of one correction that are fitted, those of the least cost."""
-FEW_STEPS = 20
+TRIAL_FIT_STEPS = 20
 """Of each fit: what explains contacts is near by then, and what creeps is not told apart by its last digits."""
-MOST_FITS = 40
+MOST_TRIAL_FITS = 40
 """The same of all corrections together."""
 
 
@@ -96,11 +96,11 @@ class Trials:
         begun = self._begun.get(id(contacts)) or self._begin(contacts, with_misses)
         fits = []
         for start in begun.starts:
-            if self._fits >= MOST_FITS:
+            if self._fits >= MOST_TRIAL_FITS:
                 self.is_cut = True
                 break
             self._fits += 1
-            fits.append(branch_fit(begun.problem, start, FEW_STEPS))
+            fits.append(branch_fit(begun.problem, start, TRIAL_FIT_STEPS))
         return joint_solutions(self.fixture, begun.problem, fits, curved=False)
 
     def _begin(self, contacts: Contacts, with_misses: bool) -> Begun:
@@ -111,7 +111,7 @@ class Trials:
             found = self._alone(contacts.on(name)) if name in contacts.by_feature else None
             if found is not None:
                 located[name] = sorted(_approached(found, contacts.on(name)), key=lambda candidate: candidate.chi2)
-        combinations = combinations_of(self.fixture, contacts, located, MOST_COMBINATIONS)
+        combinations = combinations_of(self.fixture, contacts, located, COMBINATIONS_PER_CORRECTION)
         if combinations is None:
             return Begun(contacts, problem, ())
         starts = starts_from(problem, combinations.surfaces, with_misses)

@@ -13,7 +13,7 @@ FOLD = 0.5
 """Sigmas, in all, below which two fits of one branch are one: they have met, or stand on either side of a fold."""
 BRANCHES = 2.0
 """The same for fits of two branches, or shapes: chi-square differs by four at most, and either may be true."""
-CLOSE = 0.15
+DISTINCT_PLACES = 0.15
 """Rad, and share of the fixture's size, beyond which two places of a feature are two, whatever contacts see of them."""
 
 
@@ -30,7 +30,7 @@ def seen_difference(
         if step is None:
             return np.inf
         tilts = 2 if isinstance(surface, Plane | Cylinder) else 0
-        if max(np.abs(step[:tilts]).max(initial=0.0), np.abs(step[tilts:]).max() / scale) > CLOSE:
+        if max(np.abs(step[:tilts]).max(initial=0.0), np.abs(step[tilts:]).max() / scale) > DISTINCT_PLACES:
             return np.inf
         if name in contacts.by_feature:
             index = contacts.by_feature[name]

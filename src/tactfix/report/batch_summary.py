@@ -11,7 +11,7 @@ from tactfix.report.json_report import text_of
 
 BATCH_SCHEMA: Final = "tactfix/batch/1"
 STATUSES: Final = ("located", "underdetermined", "ambiguous", "inconsistent", "error")
-_MOST_TOLD: Final = 5
+_MESSAGES_SHOWN: Final = 5
 """Sets without a pose whose message is shown."""
 
 
@@ -29,7 +29,7 @@ class BatchCount:
             self.by_status[row.status] += 1
             if not row.acceptable:
                 self.refused += 1
-                if len(self.first_failures) < _MOST_TOLD:
+                if len(self.first_failures) < _MESSAGES_SHOWN:
                     self.first_failures.append(f"{row.name}: {row.message.partition(chr(10))[0]}")
             yield row
 

@@ -6,13 +6,13 @@ from tactfix.calibration.result import Calibration
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
 
-SCHEMA: Final = "tactfix/calibrate/1"
+CALIBRATE_SCHEMA: Final = "tactfix/calibrate/1"
 
 
 def calibration_json(result: Calibration) -> Json:
     """Everything that a calibration says, in base and the cell's units; angles of parameters in degrees."""
     return {
-        "schema": SCHEMA,
+        "schema": CALIBRATE_SCHEMA,
         "tactfix_version": VERSION,
         "units": result.units,
         "status": result.status,

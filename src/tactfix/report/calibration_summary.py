@@ -11,7 +11,7 @@ from tactfix.calibration.result import Calibration, ParameterResult
 
 _BAR: Final = 24
 """Characters of the longest bar."""
-_COLORS: Final = {"calibrated": "green", "underdetermined": "yellow", "inconsistent": "red"}
+_CALIBRATION_COLORS: Final = {"calibrated": "green", "underdetermined": "yellow", "inconsistent": "red"}
 
 
 def print_calibration(result: Calibration, file: IO[str]) -> None:
@@ -21,7 +21,7 @@ def print_calibration(result: Calibration, file: IO[str]) -> None:
 
 
 def _summary(result: Calibration, *, ascii_only: bool) -> RenderableType:
-    head = Text.assemble("calibrate  ", (result.status, f"bold {_COLORS[result.status]}"))
+    head = Text.assemble("calibrate  ", (result.status, f"bold {_CALIBRATION_COLORS[result.status]}"))
     head.append(f"  shrinkage {result.shrinkage:g}, tip's place over the joint ranges: rms sigma ")
     head.append(f"{result.prediction[0]:.3g} before, {result.prediction[1]:.3g} {result.units} after")
     parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]

@@ -15,7 +15,7 @@ from tactfix.version import VERSION
 
 DESIGN_SCHEMA: Final = "tactfix/design-check/1"
 # Values below this against 1 or the fixture's size are rounding of exact zeros: not worth their digits.
-_ROUNDING: Final = 1e-14
+_NOT_WORTH_DIGITS: Final = 1e-14
 
 
 def design_json(report: DesignReport) -> Json:
@@ -65,7 +65,7 @@ def design_json(report: DesignReport) -> Json:
 
 
 def _clean(matrix: Floats) -> Floats:
-    return np.where(np.abs(matrix) < _ROUNDING * max(1.0, float(np.abs(matrix).max())), 0.0, matrix)
+    return np.where(np.abs(matrix) < _NOT_WORTH_DIGITS * max(1.0, float(np.abs(matrix).max())), 0.0, matrix)
 
 
 def _motion(motion: FreeMotion) -> Json:

@@ -18,10 +18,10 @@ from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import LayoutStudy, RealPoses
 from tactfix.localization.motion_words import vector
 
-_COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
+_CHECK_COLORS: Final[dict[Severity, str]] = {"ok": "green", "warning": "yellow", "error": "red"}
 _MOST_SYMMETRIES: Final = 8
 """Rows of the table of symmetries."""
-_MOST_SETS: Final = 12
+_SETS_LISTED: Final = 12
 """Minimal sets that are listed."""
 
 
@@ -36,7 +36,7 @@ def design_text(report: DesignReport, width: int = 100, *, color: bool = False) 
 
 
 def _parts(report: DesignReport) -> Iterator[RenderableType]:
-    yield Text.assemble((report.fixture.name, "bold"), "  ", (report.status, f"bold {_COLORS[report.status]}"))
+    yield Text.assemble((report.fixture.name, "bold"), "  ", (report.status, f"bold {_CHECK_COLORS[report.status]}"))
     yield _findings(report)
     if report.symmetries:
         yield _symmetries(report)
@@ -63,7 +63,7 @@ def _findings(report: DesignReport) -> Table:
         text = Text(finding.message)
         if finding.hint:
             text.append(f"\n> {finding.hint}", "cyan")
-        table.add_row(Text(finding.status, _COLORS[finding.status]), finding.code, text)
+        table.add_row(Text(finding.status, _CHECK_COLORS[finding.status]), finding.code, text)
     return table
 
 
@@ -97,11 +97,11 @@ def _sets(report: DesignReport) -> Table:
         title="Minimal sets, and poses they leave",
     )
     chosen = list(zip(report.counts.minimal_sets, report.pose_counts, report.real_poses, strict=True))
-    for counts, poses, seen in chosen[:_MOST_SETS]:
+    for counts, poses, seen in chosen[:_SETS_LISTED]:
         names = " + ".join(f"{count} {name}" for name, count in counts.items() if count)
         table.add_row(Text(names), "" if poses is None else str(poses.complex_poses), _seen(seen))
-    if len(chosen) > _MOST_SETS:
-        table.add_row(f"and {len(chosen) - _MOST_SETS} more", "", "")
+    if len(chosen) > _SETS_LISTED:
+        table.add_row(f"and {len(chosen) - _SETS_LISTED} more", "", "")
     return table
 
 

@@ -16,7 +16,7 @@ from tactfix.report.text_report import surface_rows
 from tactfix.results import ContactResidual
 from tactfix.wording import decimals
 
-_DIRECTIONS: Final = ("normal", "direction")
+_UNITLESS: Final = ("normal", "direction")
 """Names of numbers that have no unit."""
 
 
@@ -45,7 +45,7 @@ def _place(result: FitResult, surface: Surface, units: str) -> Table:
             continue
         sigmas = result.sigma.get(name)
         spread = [0.0] * len(values) if sigmas is None else sigmas.tolist()
-        title = name if name in _DIRECTIONS else f"{name} {units}"
+        title = name if name in _UNITLESS else f"{name} {units}"
         columns[title] = [f"{value + 0.0:.{decimals(sigma)}f}" for value, sigma in zip(values, spread, strict=True)]
         # One column may have the name of another only with more blanks behind it.
         columns["sigma" + " " * place] = [f"{sigma:.2g}" for sigma in spread]

@@ -8,7 +8,7 @@ from tactfix.calibration.result import Calibration
 from tactfix.report.html_page import Provenance, render
 from tactfix.report.html_scene import frame_traces, layout
 
-CONVENTIONS: Final = (
+CALIBRATION_CONVENTIONS: Final = (
     "base is the base of the robot; base_from_fixture takes the fixture's coordinates at a place to it: "
     "x_base = R x_fixture + t, column vectors, right-handed.",
     "Before is the nominal robot with its tip and its places fitted, after the calibrated one.",
@@ -30,7 +30,7 @@ def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
         record,
         title=f"{name}: robot calibration",
         figure=_figure(result),
-        conventions=CONVENTIONS,
+        conventions=CALIBRATION_CONVENTIONS,
         result=result,
         places=places,
         most_of_places=max((max(before, after) for _, before, after in places), default=0.0) or 1.0,

@@ -21,7 +21,7 @@ from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
-CONVENTIONS: Final = (
+POSE_CONVENTIONS: Final = (
     "base is the frame in which the probe reports contacts (robot base, machine or work frame); fixture is the frame "
     "of the fixture file.",
     "base_from_fixture takes fixture coordinates to base coordinates: x_base = R x_fixture + t, column vectors, both "
@@ -131,7 +131,7 @@ def render(
     record: Record | Provenance,
     *,
     figure: Mapping[str, Any],
-    conventions: Sequence[str] = CONVENTIONS,
+    conventions: Sequence[str] = POSE_CONVENTIONS,
     **context: Any,
 ) -> str:
     """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""

@@ -21,9 +21,9 @@ Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]
 
 # Okabe and Ito's palette: told apart by colour-blind eyes too.
-_COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
-_AXES: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
-_MOST_CANDIDATES: Final = 12
+_SURFACE_COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+_AXIS_COLORS: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
+_CANDIDATES_DRAWN: Final = 12
 """Candidates that are drawn."""
 # Poses that are left, told apart from each other and from the features.
 _POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
@@ -51,7 +51,7 @@ def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) ->
         traces += frame_traces(pose, 0.3 * size, "fixture frame")
     if pose is not None and result.covariance is not None:
         traces.append(_ellipsoid_trace(pose, result.covariance, size, result.units))
-    for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
+    for number, candidate in enumerate(result.candidates[:_CANDIDATES_DRAWN], 1):
         if number in left:
             traces += _pose_traces(fixture, candidate, number, left[number], set(drawn), 0.2 * size)
         elif pose is None or not candidate.accepted:
@@ -71,7 +71,7 @@ def fixture_figure(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Figure:
 
 def feature_colors(fixture: Fixture) -> dict[str, str]:
     """A colour for each feature, in file order."""
-    return {name: _COLORS[i % len(_COLORS)] for i, name in enumerate(fixture.features)}
+    return {name: _SURFACE_COLORS[i % len(_SURFACE_COLORS)] for i, name in enumerate(fixture.features)}
 
 
 def pose_colors(result: LocateResult) -> dict[int, str]:
@@ -134,7 +134,7 @@ def frame_traces(base_from_fixture: Floats, length: float, name: str, **more: An
             **{"mode": "lines+text", "text": ["", axis], "name": name, "legendgroup": name, "showlegend": k == 0},
             **more,
         }
-        for k, (axis, color) in enumerate(_AXES)
+        for k, (axis, color) in enumerate(_AXIS_COLORS)
     ]
 
 

@@ -7,12 +7,12 @@ from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats, basis_across
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
-_AROUND = 48
+_CIRCLE_POINTS = 48
 """Points of a drawn circle."""
 _FROM_POLE_TO_POLE = 25
 """Points of a drawn meridian."""
 # A point is drawn as a ball of this share of the fixture, to be seen at all.
-_POINT = 0.01
+_POINT_SIZE = 0.01
 
 
 def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float, points: Floats) -> Floats | None:
@@ -23,7 +23,7 @@ def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float,
     closed = closed_box(surface, box, middle, radius)
     match surface:
         case Point():
-            return surface.point + ellipsoid_grid(np.full(3, _POINT * radius), np.eye(3))
+            return surface.point + ellipsoid_grid(np.full(3, _POINT_SIZE * radius), np.eye(3))
         case Sphere():
             return surface.center + ellipsoid_grid(np.full(3, surface.radius), np.eye(3))
         case Cylinder():
@@ -35,7 +35,7 @@ def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float,
 def ellipsoid_grid(half_axes: Floats, axes: Floats) -> Floats:
     """Points (n, m, 3) of an ellipsoid around zero; half_axes (3,) along the columns of axes (3, 3)."""
     polar = np.linspace(0, np.pi, _FROM_POLE_TO_POLE)[:, None]
-    around = np.linspace(0, 2 * np.pi, _AROUND)[None, :]
+    around = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS)[None, :]
     ball = np.stack(
         [np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar) + 0 * around], axis=-1
     )
@@ -46,7 +46,7 @@ def _tube(cylinder: Cylinder, closed: TouchBox, points: Floats) -> Floats:
     """The side of a cylinder, as far as its box goes or the points do."""
     ends = [*axial_interval(cylinder, closed), *((points - cylinder.point) @ cylinder.direction)]
     u, v = basis_across(cylinder.direction)
-    around = np.linspace(0, 2 * np.pi, _AROUND)[:, None]
+    around = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS)[:, None]
     ring = cylinder.radius * (np.cos(around) * u + np.sin(around) * v)
     axis = cylinder.point + np.array([[min(ends)], [max(ends)]]) * cylinder.direction
     return np.asarray(axis[:, None, :] + ring[None, :, :])

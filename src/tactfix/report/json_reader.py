@@ -8,7 +8,8 @@ import numpy as np
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.report.json_report import LOCATE_SCHEMA, Json
+from tactfix.pose_formats.plain import LOCATE_SCHEMA
+from tactfix.report.json_report import Json
 from tactfix.results import (
     POSE_UNKNOWNS,
     Candidate,
@@ -22,7 +23,7 @@ from tactfix.results import (
     WithoutPrior,
 )
 
-_LINE = "write it with result.to_json() or tactfix locate --json"
+_RESULT_REMEDY = "write it with result.to_json() or tactfix locate --json"
 
 
 def locate_result(text: str | bytes) -> LocateResult:
@@ -33,13 +34,13 @@ def locate_result(text: str | bytes) -> LocateResult:
     try:
         report = json.loads(text)
     except ValueError as error:
-        raise UsageError(f"this is no JSON ({error}); {_LINE}") from None
+        raise UsageError(f"this is no JSON ({error}); {_RESULT_REMEDY}") from None
     if not isinstance(report, dict) or report.get("schema") != LOCATE_SCHEMA:
-        raise UsageError(f"this is no JSON of the schema {LOCATE_SCHEMA}; {_LINE}")
+        raise UsageError(f"this is no JSON of the schema {LOCATE_SCHEMA}; {_RESULT_REMEDY}")
     try:
         return _result(report)
     except (KeyError, TypeError, ValueError) as error:
-        raise UsageError(f"this JSON is not whole: {error!r}; {_LINE}") from None
+        raise UsageError(f"this JSON is not whole: {error!r}; {_RESULT_REMEDY}") from None
 
 
 def _result(report: Json) -> LocateResult:

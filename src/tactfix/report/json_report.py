@@ -11,6 +11,7 @@ import numpy as np
 from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.pose_formats.plain import LOCATE_SCHEMA
 from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, NextContact, Reason, TipEstimate
 from tactfix.version import VERSION
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 Json: TypeAlias = dict[str, Any]
 
-LOCATE_SCHEMA: Final = "tactfix/locate/1"
 FIT_SCHEMA: Final = "tactfix/fit/1"
 
 

@@ -19,7 +19,7 @@ from typing import (
 from tactfix.errors import UsageError
 from tactfix.wording import did_you_mean
 
-_TYPES: Final = {
+_COMMAND_TYPES: Final = {
     "locate": "json_types:LocateJson",
     "fit": "json_types:FitJson",
     "guide": "json_types:GuideJson",
@@ -36,8 +36,8 @@ _TYPES: Final = {
 _MORE: Final = {"calibrate-plan": "json_types_of_tools:CalibratePlanJson"}
 """Of commands with an option that makes another thing of them."""
 
-JSON_COMMANDS: Final = tuple(_TYPES)
-_PLAIN: Final[dict[object, str]] = {
+JSON_COMMANDS: Final = tuple(_COMMAND_TYPES)
+_JSON_TYPES: Final[dict[object, str]] = {
     str: "string",
     bool: "boolean",
     int: "integer",
@@ -48,7 +48,7 @@ _PLAIN: Final[dict[object, str]] = {
 
 def schema_of(command: str) -> str:
     """JSON Schema (draft 2020-12) of the JSON of a command, as text. Raises UsageError for a command without JSON."""
-    known = {**_TYPES, **_MORE}
+    known = {**_COMMAND_TYPES, **_MORE}
     if command not in known:
         raise UsageError(f"no JSON of {command!r}; {did_you_mean(command, known)}")
     module, name = known[command].split(":")
@@ -65,8 +65,8 @@ def schema_of(command: str) -> str:
 
 def _schema(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
     """The schema of a type; objects are put into definitions once and referred to."""
-    if kind in _PLAIN:
-        return {"type": _PLAIN[kind]}
+    if kind in _JSON_TYPES:
+        return {"type": _JSON_TYPES[kind]}
     if is_typeddict(kind):
         if kind.__name__ not in definitions:
             definitions[kind.__name__] = {}  # a type may hold itself

@@ -18,13 +18,13 @@ from tactfix.report.text_report import reason_text, sentence, verdict_lines
 from tactfix.results import Candidate, ContactResidual, LocateResult, Status
 from tactfix.wording import decimals
 
-_MOST_CONTACTS: Final = 20
+_CONTACTS_LISTED: Final = 20
 """Contacts that are listed on a terminal."""
-_MOST_CANDIDATES: Final = 8
+_CANDIDATES_LISTED: Final = 8
 """Candidates that are listed."""
 _HALF_BAR: Final = 10
 """Characters of a bar to either side of zero."""
-_COLORS: Final[dict[Status, str]] = {
+_STATUS_COLORS: Final[dict[Status, str]] = {
     "located": "green",
     "underdetermined": "yellow",
     "ambiguous": "yellow",
@@ -34,7 +34,7 @@ _COLORS: Final[dict[Status, str]] = {
 
 def print_sentence(result: LocateResult, file: IO[str]) -> None:
     """Print the answer in one sentence on a file."""
-    Console(file=file, highlight=False).print(Text(sentence(result), f"bold {_COLORS[result.status]}"))
+    Console(file=file, highlight=False).print(Text(sentence(result), f"bold {_STATUS_COLORS[result.status]}"))
 
 
 def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None) -> None:
@@ -54,7 +54,7 @@ def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool 
     """The answer in a sentence, what to do, and all that speaks for it, as something that rich prints."""
     answer, *others = [sentence(result)] if result.status == "located" else verdict_lines(result)
     name = (f"{result.fixture} ", "bold")
-    lines = [Text.assemble(name, (answer, f"bold {_COLORS[result.status]}")), *map(Text, others)]
+    lines = [Text.assemble(name, (answer, f"bold {_STATUS_COLORS[result.status]}")), *map(Text, others)]
     return Group(Padding(Group(*lines), (0, 0, 1, 1)), _details(result, at, ascii_only=ascii_only))
 
 
@@ -165,9 +165,9 @@ def _rotation_vector(rotation: Floats) -> Floats:
 def residual_table(contacts: Sequence[ContactResidual], units: str, *, ascii_only: bool) -> Table:
     """The residual of each contact as a number and a bar; the largest where there are many."""
     shown, caption = contacts, None
-    if len(shown) > _MOST_CONTACTS:
-        shown = sorted(shown, key=lambda contact: -abs(contact.residual))[:_MOST_CONTACTS]
-        caption = f"the largest {_MOST_CONTACTS} of {len(contacts)}"
+    if len(shown) > _CONTACTS_LISTED:
+        shown = sorted(shown, key=lambda contact: -abs(contact.residual))[:_CONTACTS_LISTED]
+        caption = f"the largest {_CONTACTS_LISTED} of {len(contacts)}"
     largest = max(abs(contact.residual) for contact in shown) or 1.0
     names = ["row", "feature", f"residual {units}", " into the | out of it", "approach deg off"]
     table = Table(*names, box=None, pad_edge=False, header_style="dim", caption=caption, caption_justify="left")
@@ -195,11 +195,11 @@ def _candidates(result: LocateResult) -> Table:
     """Every pose that explains the contacts, and what became of it."""
     table = Table("pose", "origin in base", "chi2", "verdict", box=None, pad_edge=False, header_style="dim")
     table.columns[2].justify = "right"
-    for number, candidate in enumerate(result.candidates[:_MOST_CANDIDATES], 1):
+    for number, candidate in enumerate(result.candidates[:_CANDIDATES_LISTED], 1):
         origin = " ".join(f"{value:.4f}" for value in candidate.base_from_fixture[:3, 3] + 0.0)
         table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _verdict(candidate))
     _keep_whole(table)
-    more = len(result.candidates) - _MOST_CANDIDATES
+    more = len(result.candidates) - _CANDIDATES_LISTED
     if more > 0:
         table.add_row("", f"and {more} more", "", "")
     return table

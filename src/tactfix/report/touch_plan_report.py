@@ -14,7 +14,7 @@ from tactfix.report.json_report import Json, number
 from tactfix.version import VERSION
 from tactfix.wording import listed, spreadsheet_cell
 
-SCHEMA: Final = "tactfix/calibrate-plan/1"
+CALIBRATE_PLAN_SCHEMA: Final = "tactfix/calibrate-plan/1"
 _DIGITS: Final = 4
 """Of a degree: a ten thousandth is 2 um at a metre, less than any robot repeats."""
 
@@ -39,7 +39,7 @@ def touch_plan_json(plan: TouchPlan) -> Json:
     """The JSON of calibrate --plan, in the cell's units; angles in degrees."""
     stages = ("prior", "planned", "with_added")
     return {
-        "schema": SCHEMA,
+        "schema": CALIBRATE_PLAN_SCHEMA,
         "tactfix_version": VERSION,
         "units": plan.units,
         "planned": plan.planned,

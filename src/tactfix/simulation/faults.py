@@ -18,7 +18,7 @@ from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
 # Far enough outside the noise that a consistent set of contacts must notice it.
-SIGMAS_OFF = 20.0
+FAULT_SIGMAS = 20.0
 # Aluminium, 10 K warmer than when the fixture was measured.
 _GROWTH = 23e-6 * 10
 _INCH = 25.4
@@ -152,7 +152,7 @@ def _noisy(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Gen
 def _wrong_tip(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     if contacts.flange_rotations is None:
         raise UsageError("a wrong tip takes tool orientations; ask for some with --orientations 4")
-    off = SIGMAS_OFF * float(contacts.sigmas.max()) if fault.value is None else fault.value
+    off = FAULT_SIGMAS * float(contacts.sigmas.max()) if fault.value is None else fault.value
     angle = rng.uniform(0.0, 2 * np.pi)
     change = off * np.array([np.cos(angle), np.sin(angle), 0.0])
     # The file reports where the tip would be that it believes in.
@@ -169,7 +169,7 @@ def _rescaled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.
 
 
 def _late(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
-    late = SIGMAS_OFF * contacts.sigmas if fault.value is None else np.full(len(contacts), fault.value)
+    late = FAULT_SIGMAS * contacts.sigmas if fault.value is None else np.full(len(contacts), fault.value)
     if not contacts.has_approach.any():
         return contacts, "no contact has an approach along which it could be late"
     points = contacts.points + late[:, None] * np.where(contacts.has_approach[:, None], contacts.approaches, 0.0)
@@ -178,7 +178,7 @@ def _late(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Gene
 
 def _outlier(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     i = int(rng.integers(len(contacts)))
-    off = SIGMAS_OFF * contacts.sigmas[i] if fault.value is None else fault.value
+    off = FAULT_SIGMAS * contacts.sigmas[i] if fault.value is None else fault.value
     points = contacts.points.copy()
     points[i] += off * normals[i]
     return replace(contacts, points=points), f"{contacts.label(i)} is off by {off:g} along the normal"
@@ -189,7 +189,7 @@ def _outliers(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.
     if count != int(count) or not 1 < count < len(contacts):
         raise UsageError(f"{count:g} of {len(contacts)} contacts cannot be off; give a whole number: outliers:2")
     index = np.sort(rng.choice(len(contacts), int(count), replace=False))
-    off = SIGMAS_OFF * contacts.sigmas[index] * rng.choice([-1.0, 1.0], len(index))
+    off = FAULT_SIGMAS * contacts.sigmas[index] * rng.choice([-1.0, 1.0], len(index))
     points = contacts.points.copy()
     points[index] += off[:, None] * normals[index]
     told = listed([f"{contacts.label(int(i))} by {by:g}" for i, by in zip(index, off, strict=True)])

@@ -12,12 +12,12 @@ from typing import Final, TypeAlias, TypeVar
 import numpy as np
 
 from tactfix.diagnosis.corrections import place_directions
-from tactfix.diagnosis.fixture_mistakes import AXES, changed_by, exchange, turned_out
+from tactfix.diagnosis.fixture_mistakes import AXIS_LETTERS, changed_by, exchange, turned_out
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, unit
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.mistakes import FaultKind
-from tactfix.simulation.faults import SIGMAS_OFF, Fault
+from tactfix.simulation.faults import FAULT_SIGMAS, Fault
 from tactfix.values import frozen_value
 from tactfix.wording import decimals, fixed, listed
 
@@ -56,7 +56,7 @@ def _radius(
     fault: Fault, surfaces: Mapping[str, Surface], touches: Touches, sigma: float, rng: np.random.Generator
 ) -> tuple[Touches, str]:
     name, surface = _one_of(_round(surfaces).items(), rng, "has a radius")
-    off = SIGMAS_OFF * sigma if fault.value is None else fault.value
+    off = FAULT_SIGMAS * sigma if fault.value is None else fault.value
     if surface.radius + off <= 0:
         raise UsageError(f"{name} cannot have the radius {surface.radius + off:g}; give a smaller change")
     sides = {name: off if surface.side == "outer" else -off}
@@ -88,7 +88,7 @@ def _elsewhere(
 ) -> tuple[Touches, str]:
     name, surface = _one_of(surfaces.items() if len(surfaces) > 1 else (), rng, "stands beside another one")
     directions = place_directions(surface)
-    off = SIGMAS_OFF * sigma if fault.value is None else fault.value
+    off = FAULT_SIGMAS * sigma if fault.value is None else fault.value
     shift = off * directions @ unit(rng.standard_normal(directions.shape[1]))
     points = touches.points + np.where(touches.on([name])[:, None], shift, 0.0)
     by = ", ".join(fixed(value, decimals(sigma)) for value in shift)
@@ -101,7 +101,9 @@ def _axes(
     pairs = list(combinations(range(3), 2))
     able = [(n, a, b) for n, surface in surfaces.items() for a, b in pairs if changed_by(surface, exchange(a, b))]
     name, a, b = _one_of(able, rng, "has two coordinates that differ")
-    return _mapped(touches, exchange(a, b), touches.on([name])), f"{AXES[a]} and {AXES[b]} of {name} are exchanged"
+    return _mapped(
+        touches, exchange(a, b), touches.on([name])
+    ), f"{AXIS_LETTERS[a]} and {AXIS_LETTERS[b]} of {name} are exchanged"
 
 
 def _mirror(

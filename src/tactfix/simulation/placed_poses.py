@@ -11,7 +11,7 @@ from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_vector
 
-STEPS = 512
+TABLE_STEPS = 512
 """Of the table from which angles are drawn: their share is exact at each, linear between."""
 
 
@@ -44,7 +44,7 @@ def _turn(axes: int, most: float, rng: np.random.Generator) -> Floats:
     direction, share = rng.standard_normal(axes), rng.uniform()
     if axes == 0:
         return np.zeros(0)
-    angles = np.linspace(0.0, most, STEPS + 1)
+    angles = np.linspace(0.0, most, TABLE_STEPS + 1)
     density = np.sin(angles / 2) ** (axes - 1)
     risen = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
     return np.asarray(unit(direction) * np.interp(share * risen[-1], risen, angles))

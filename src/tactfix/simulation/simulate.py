@@ -31,13 +31,13 @@ from tactfix.values import frozen_value
 # Half angle of the cone around the inward normal in which a random touch comes.
 CONE_DEG = 20.0
 # Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
-_PLENTY: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
-_PLENTY_BALL = 4
+_ENOUGH_ALONE: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
+_ENOUGH_ON_A_BALL = 4
 """The same for a sphere, whose radius is known."""
-MOST_CONTACTS: Final = 100_000
+MOST_SIMULATED: Final = 100_000
 """Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
 # Points to choose from for each random touch.
-_CHOICE = 64
+_PLACES_PER_TOUCH = 64
 
 
 @frozen_value
@@ -255,11 +255,11 @@ def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]
 
     Raises UsageError for fewer contacts than one.
     """
-    wanted = {name: _PLENTY.get(type(surface), _PLENTY_BALL) for name, surface in surfaces.items()}
+    wanted = {name: _ENOUGH_ALONE.get(type(surface), _ENOUGH_ON_A_BALL) for name, surface in surfaces.items()}
     if count is None:
         return wanted
-    if not 1 <= count <= MOST_CONTACTS:
-        raise UsageError(f"{count} contacts cannot be simulated; ask for one or more, {MOST_CONTACTS} at most")
+    if not 1 <= count <= MOST_SIMULATED:
+        raise UsageError(f"{count} contacts cannot be simulated; ask for one or more, {MOST_SIMULATED} at most")
     share = dict.fromkeys(wanted, 0)
     for _ in range(count):
         share[min(wanted, key=lambda name: (share[name] + 0.5) / wanted[name])] += 1
@@ -271,7 +271,7 @@ def _random_touches(access: Access, count: int | None, rng: np.random.Generator)
     chosen: list[tuple[Floats, Floats, Floats]] = []
     for name, wanted in shares(access.surfaces, count).items():
         start = rng.uniform(size=2)
-        points, normals = access.spread(name, _CHOICE * max(wanted, 1), (float(start[0]), float(start[1])))
+        points, normals = access.spread(name, _PLACES_PER_TOUCH * max(wanted, 1), (float(start[0]), float(start[1])))
         tilted = _tilted(-normals, rng)
         # Where only the straight approach is clear, it is taken.
         clear = access.can_touch(name, points, normals, tilted)

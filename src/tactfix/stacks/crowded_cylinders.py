@@ -3,7 +3,7 @@
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.localizers.cylinder_directions import DIRECTIONS, direction_zeros
+from tactfix.localizers.cylinder_directions import MOST_DIRECTIONS, direction_zeros
 from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import real_directions
 
@@ -28,11 +28,11 @@ def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
     problem = CylinderProblem(contacts[index], np.ones(5), radius_known=False)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1)
     good = misses <= granted[owner]
-    found = np.full((len(points), DIRECTIONS, 7), np.nan)
+    found = np.full((len(points), MOST_DIRECTIONS, 7), np.nan)
     for k in np.unique(owner[good]):
         mine = np.flatnonzero(good & (owner == k))
         own = CylinderProblem(unit_points[k], np.ones(5), radius_known=False)
-        kept = states[mine[distinct_roots(own, states[mine], misses[mine], float(granted[k]))[:DIRECTIONS]]]
+        kept = states[mine[distinct_roots(own, states[mine], misses[mine], float(granted[k]))[:MOST_DIRECTIONS]]]
         found[k, : len(kept)] = kept
         found[k, : len(kept), :3] = kept[:, :3] * scale[k] + origin[k]
         found[k, : len(kept), 6] *= scale[k]

@@ -18,7 +18,7 @@ from tactfix.stacks.sphere_centers import stack_shape
 from tactfix.stacks.trigonometric_zeros import SLOTS
 from tactfix.values import frozen_value
 
-_CHUNK, _CROWDED_CHUNK = 4096, 512
+_PLAIN_CHUNK, _CROWDED_CHUNK = 4096, 512
 """Problems worked on at once, so that memory stays bounded: plain ones, and crowded ones, which take more each."""
 _LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
 """Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
@@ -99,8 +99,8 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     answers = np.empty((7, SLOTS, len(flat)))
     sure, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        for start in range(0, len(flat), _CHUNK):
-            part = slice(start, start + _CHUNK)
+        for start in range(0, len(flat), _PLAIN_CHUNK):
+            part = slice(start, start + _PLAIN_CHUNK)
             sure[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
     thin = np.flatnonzero(sure & (flatness < _THIN_VOLUME))
     answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])

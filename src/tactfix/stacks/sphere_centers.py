@@ -11,10 +11,10 @@ from tactfix.errors import UsageError
 from tactfix.geometry.arrays import EPS, Bools, Floats
 from tactfix.values import frozen_value
 
-_CHUNK = 8192
+_CACHED_CHUNK = 8192
 """Problems worked on at once: their components stay in the processor's cache."""
 
-_ROUNDING = 8 * EPS
+_RADIUS_ROUNDING = 8 * EPS
 """Relative rounding of the squared radius and circumradius."""
 
 
@@ -95,8 +95,8 @@ def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | f
     centers = np.empty((len(flat), 2, 3))
     valid, double = np.empty(len(flat), dtype=bool), np.empty(len(flat), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
-        for start in range(0, len(flat), _CHUNK):
-            part = slice(start, start + _CHUNK)
+        for start in range(0, len(flat), _CACHED_CHUNK):
+            part = slice(start, start + _CACHED_CHUNK)
             valid[part], double[part] = _solve_chunk(flat[part], radii[part], tolerances[part], centers[part])
     return SphereCenters(centers.reshape(*shape, 2, 3), valid.reshape(shape), double.reshape(shape))
 
@@ -115,7 +115,7 @@ def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Float
     rho_squared = _dot(m, m)
     height_squared = radius * radius - rho_squared
     # What rounding of the coordinates can do to the circumradius of a thin triangle is always granted.
-    granted = tolerance + _ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
+    granted = tolerance + _RADIUS_ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
     # circumradius - radius <= granted, squared: no square root of the circumradius is needed.
     double = (height_squared < 0) & (height_squared >= -granted * (2 * radius + granted))
     h = np.sqrt(np.where(double, 0.0, height_squared)) / np.sqrt(area)

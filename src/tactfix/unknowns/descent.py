@@ -9,7 +9,7 @@ MOST_TIP_STEPS = 80
 """Levenberg-Marquardt steps of one descent."""
 TIP_REACHED = 1e-10
 """Length of a step (rad, lengths of the problem) with which a trial has arrived."""
-SETTLED = 1e-13
+TIP_GAIN = 1e-13
 """Share of its cost that the last step of a trial gains."""
 
 
@@ -31,7 +31,7 @@ def descend(equations: TipEquations, trials: Trials) -> tuple[Trials, Floats]:
         jacobian = np.where(better[:, None, None], new_jacobian, jacobian)
         cost = np.where(better, new_cost, cost)
         damping = np.where(better, 0.1 * damping, 10 * damping)
-        if (small | (damping > 1e8) | (better & (gain <= SETTLED * cost))).all():
+        if (small | (damping > 1e8) | (better & (gain <= TIP_GAIN * cost))).all():
             break
     return trials, cost
 

@@ -11,7 +11,7 @@ in the second: a turn about p is then free to the last digit, whatever the noise
 length of the problem and places counted from c, so that all columns are alike in size. Trials come first: (S, ...).
 
 What is known of the pose beforehand is further residuals, W (log R R_near^T, t - t_near): W^T W is the inverse of the
-covariance of a measured pose, and directions that are held are measured HELD times as well as the contacts.
+covariance of a measured pose, and directions that are held are measured KNOWN_DIRECTION times as well as the contacts.
 """
 
 from collections.abc import Mapping
@@ -45,7 +45,7 @@ class Trials:
         return Trials(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
 
 
-HELD: Final = 1e-5
+KNOWN_DIRECTION: Final = 1e-5
 """Of a contact's sigma: a direction known so well moves no contact by what could be seen."""
 
 
@@ -64,7 +64,7 @@ class KnownPose:
             return KnownPose(np.eye(3), np.zeros(3), np.zeros((0, 6)))
         place = (placement.near[:3, 3] - contacts.centre) / length
         held = np.flatnonzero(~np.concatenate([placement.turns, placement.shifts]))
-        rows = np.eye(6)[held] * length / (HELD * sigma)
+        rows = np.eye(6)[held] * length / (KNOWN_DIRECTION * sigma)
         if (covariance := placement.covariance) is not None:
             units = np.array([1.0] * 3 + [length] * 3)
             measured = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(units, units)))
@@ -206,7 +206,7 @@ def length_of(contacts: Contacts) -> float:
     return max(contacts.spread, float(np.sqrt((arms * arms).sum() / len(contacts))))
 
 
-_FLAT = np.zeros((3, 3))
+_NO_QUADRIC = np.zeros((3, 3))
 _Form = tuple[Floats, Floats, Floats, float, float, float]
 """Anchor, projector, normal, radius, sign and whether the tip's radius counts."""
 
@@ -215,9 +215,9 @@ def _forms(surface: Surface, length: float) -> list[_Form]:
     """The equations of one contact on a surface."""
     match surface:
         case Plane():
-            return [(surface.point / length, _FLAT, surface.normal, 0.0, 0.0, 1.0)]
+            return [(surface.point / length, _NO_QUADRIC, surface.normal, 0.0, 0.0, 1.0)]
         case Point():
-            return [(surface.point / length, _FLAT, axis, 0.0, 0.0, 0.0) for axis in np.eye(3)]
+            return [(surface.point / length, _NO_QUADRIC, axis, 0.0, 0.0, 0.0) for axis in np.eye(3)]
         case Sphere():
             anchor, projector = surface.center, np.eye(3)
         case Cylinder():

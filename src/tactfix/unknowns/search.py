@@ -20,6 +20,7 @@ from tactfix.noise import chi_square_limit
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.rigid import UNRESOLVED
 from tactfix.poses.sigma_points import Spread
 from tactfix.poses.solution import solution_from
 from tactfix.unknowns.descent import descend
@@ -27,14 +28,12 @@ from tactfix.unknowns.equations import TipEquations, Trials
 from tactfix.unknowns.solution import Knowledge, TipSolution, about_origin
 from tactfix.values import frozen_value
 
-LOOSE = 10.0
+FIRST_TIP_SIGMAS = 10.0
 """Sigmas of a contact that the tip is first taken to be off, where nothing bounds it; then, as shares of the problem's
-length, LOOSER."""
-LOOSER = (0.02, 0.1, 0.4)
+length, FIRST_TIP_SHARES."""
+FIRST_TIP_SHARES = (0.02, 0.1, 0.4)
 """Shares of the contacts' spread by which the tip may be off in the first searches."""
-AROUND = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-UNRESOLVED = 0.5
-"""Two solutions whose residuals differ by less than this many sigma in all are one."""
+TIP_STARTS = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 SAMPLES = 8
 """Solutions of a continuum that are kept."""
 MOST_POSES = 24
@@ -95,8 +94,8 @@ def _levels(
     if within is not None and "tip" in unknown:
         yield within, "tip-radius" not in unknown
         return
-    yield LOOSE * float(sigmas.max()), False
-    yield from ((share * contacts.spread, False) for share in LOOSER)
+    yield FIRST_TIP_SIGMAS * float(sigmas.max()), False
+    yield from ((share * contacts.spread, False) for share in FIRST_TIP_SHARES)
 
 
 def _starts(
@@ -110,7 +109,7 @@ def _starts(
     """Every pose for contacts with these sigmas, with the tip as reported and at half of off to all sides; and near."""
     single = one_equation_each(surfaces, contacts, sigmas)
     fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).fits[:MOST_POSES]
-    tips = 0.5 * off * (AROUND if off else AROUND[:1])
+    tips = 0.5 * off * (TIP_STARTS if off else TIP_STARTS[:1])
     near = [] if placement is None else [placement.near]
     poses = np.array([fit.base_from_fixture for fit in fits] + near)
     return equations.trials(np.repeat(poses, len(tips), axis=0), np.tile(tips, (len(poses), 1)), contacts.tip_radius)
@@ -123,7 +122,7 @@ def _distinct(equations: TipEquations, trials: Trials, cost: Floats, ok: Bools) 
         [trials.rotations.reshape(-1, 9), trials.origins, trials.tips, trials.radii[:, None]], axis=1
     )
     for at in np.argsort(cost, kind="stable"):
-        if not ok[at] or len(kept) >= SAMPLES * len(AROUND):
+        if not ok[at] or len(kept) >= SAMPLES * len(TIP_STARTS):
             continue
         if not any(_are_one(equations, trials, scaled, int(at), other) for other in kept):
             kept.append(int(at))

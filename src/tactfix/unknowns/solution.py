@@ -7,13 +7,12 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Bools, Floats
 from tactfix.geometry.rigid import skew
+from tactfix.poses.pose_fit import SMALLEST_RATIO
 from tactfix.poses.solution import Solution
 from tactfix.unknowns.equations import TipEquations, Trials
 from tactfix.values import frozen_value
 
-SMALLEST_RATIO = 1e-9
-"""Singular values below this share of the largest are zero: nothing resists such a motion."""
-WEAK = 0.1
+TELLS_NOTHING = 0.1
 """A motion that is known only to this, in rad or lengths of the problem, one sigma, tells nothing: as good as free."""
 
 
@@ -79,7 +78,7 @@ class Knowledge:
     @property
     def is_weak(self) -> Bools:
         """Which motions (u,) are free, or as good as free."""
-        return np.asarray(self.is_free | (self.svd[0] * WEAK < 1))
+        return np.asarray(self.is_free | (self.svd[0] * TELLS_NOTHING < 1))
 
     def motions(self, which: Bools) -> Floats:
         """Those motions (k, 10) in rad and fixture units, about the contacts' centre, not known ones 0."""

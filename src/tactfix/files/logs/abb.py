@@ -15,19 +15,19 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import is_header
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, Standing, log_lines, passed_over, try_reading, vector
+from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading, vector
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
-from tactfix.lexer import Lexer
+from tactfix.lexer import Lexer, text_lines
 from tactfix.pose_formats import DIALECTS
-from tactfix.pose_formats.literals import ABB, abb_pose
+from tactfix.pose_formats.literals import ABB_EXAMPLE, abb_pose
 
-_COMMENT: Final = re.compile(r"!.*")
+_MOD_COMMENT: Final = re.compile(r"!.*")
 _DECLARED: Final = re.compile(
     r"\s*(?:(?:LOCAL|TASK)\s+)?(?:CONST|VAR|PERS)\s+(\w+)\s+(\w+)\s*(\{[0-9\s,]*\})?\s*(?=:=|;|$)",
     re.IGNORECASE | re.ASCII,
 )
-_NAMED: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(?::=|=|:)", re.ASCII)
-_MOTION: Final = re.compile(r"\s*Move(?:L|J)\w*\s*(?:\\\s*Conc\s*,)?\s*(?=\[)", re.IGNORECASE)
+_ASSIGNED: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(?::=|=|:)", re.ASCII)
+_MOVE_TO_PLACE: Final = re.compile(r"\s*Move(?:L|J)\w*\s*(?:\\\s*Conc\s*,)?\s*(?=\[)", re.IGNORECASE)
 _JOINTS: Final = re.compile(r"\s*MoveAbsJ\b", re.IGNORECASE)
 _NAMED_MOTION: Final = re.compile(
     r"\s*(?:Move|Search)[A-Za-z]+((?:\s*\\\s*\w+)*\s*,?[^\[\]]*?),\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?;?\s*",
@@ -36,9 +36,9 @@ _NAMED_MOTION: Final = re.compile(
 _AFTER_MOTION: Final = re.compile(
     r"\s*,[A-Za-z0-9_,\s\\:=.]*?,\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?(?=;|$)", re.IGNORECASE | re.ASCII
 )
-_POINTS: Final = ("ROBTARGET", "POSE", "POS")
-_ROW: Final = re.compile(r"\s*[-+.0-9]")
-_MOST_LINES: Final = 200
+_POSITION_TYPES: Final = ("ROBTARGET", "POSE", "POS")
+_NUMBER_LINE: Final = re.compile(r"\s*[-+.0-9]")
+_POSITION_LINES: Final = 200
 """Lines over which one position may be spread."""
 
 
@@ -52,7 +52,7 @@ class _Reader:
 
     def statement(self, lexer: Lexer) -> None:
         declared = _DECLARED.match(lexer.text)
-        if _JOINTS.match(lexer.text) or (declared is not None and declared.group(1).upper() not in _POINTS):
+        if _JOINTS.match(lexer.text) or (declared is not None and declared.group(1).upper() not in _POSITION_TYPES):
             self.other.append(lexer.line)
         elif declared is not None:
             lexer.position = declared.end()
@@ -61,10 +61,10 @@ class _Reader:
         elif "[[" in re.sub(r"\s", "", lexer.text):
             self._bare(lexer)
         elif "[" in lexer.text or "]" in lexer.text:
-            lexer.refuse("this is not a whole robtarget", ABB)
+            lexer.refuse("this is not a whole robtarget", ABB_EXAMPLE)
         elif motion := _NAMED_MOTION.fullmatch(lexer.text):
             self._motion(lexer, motion)
-        elif _ROW.match(lexer.text) or self.columns.columns or is_header(lexer.text):
+        elif _NUMBER_LINE.match(lexer.text) or self.columns.columns or is_header(lexer.text):
             contact = self.columns.line(lexer)
             self.contacts.extend([contact] if contact else [])
         else:
@@ -85,42 +85,42 @@ class _Reader:
 
     def _bare(self, lexer: Lexer) -> None:
         """A value with a name before it, in a motion, or alone."""
-        if lexer.match(_MOTION):
+        if lexer.match(_MOVE_TO_PLACE):
             self.contacts.append(self._target(lexer, None))
             after = lexer.match(_AFTER_MOTION)
             if after is None:
-                lexer.refuse("what follows the target is no motion", ABB)
+                lexer.refuse("what follows the target is no motion", ABB_EXAMPLE)
             self.standing.keep("the tool", after.group(1), lexer)
             self.standing.keep("the work object", after.group(2) or "wobj0", lexer)
             lexer.take(";")
-            lexer.end(ABB)
+            lexer.end(ABB_EXAMPLE)
             return
-        named = lexer.match(_NAMED)
+        named = lexer.match(_ASSIGNED)
         if named is None:
             read_opening(lexer)
-            named = lexer.match(_NAMED)
+            named = lexer.match(_ASSIGNED)
         self._values(lexer, named.group(1) if named else None, array=False)
 
     def _values(self, lexer: Lexer, name: str | None, *, array: bool) -> None:
         """One target, or as many as the array holds, up to the end of the statement."""
         if array:
-            lexer.mark("[", ABB)
+            lexer.mark("[", ABB_EXAMPLE)
         found = [self._target(lexer, name)]
         while array and lexer.take(","):
             found.append(self._target(lexer, name))
         if array:
-            lexer.mark("]", ABB)
+            lexer.mark("]", ABB_EXAMPLE)
         lexer.take(";")
-        lexer.end(ABB)
+        lexer.end(ABB_EXAMPLE)
         self.contacts.extend(found)
 
     def _target(self, lexer: Lexer, name: str | None) -> LogContact:
         """[[x,y,z],[quaternion]], with configuration and external axes for a robtarget; [x,y,z] for a pos."""
         here = lexer.position
-        lexer.mark("[", ABB)
+        lexer.mark("[", ABB_EXAMPLE)
         if not lexer.follows("["):
-            point = vector(lexer.numbers(3, ABB))
-            lexer.mark("]", ABB)
+            point = vector(lexer.numbers(3, ABB_EXAMPLE))
+            lexer.mark("]", ABB_EXAMPLE)
             return LogContact(lexer.line, point, id=name)
         lexer.position = here
         values, axes = abb_pose(lexer)
@@ -137,10 +137,10 @@ def _statements(text: str) -> list[Lexer]:
     """Lines without comments, joined as long as brackets are open, and divided where a statement ends within one."""
     found: list[Lexer] = []
     begun: list[str] = []
-    for number, line in enumerate(log_lines(text), 1):
-        begun.append(_COMMENT.sub("", line))
+    for number, line in enumerate(text_lines(text), 1):
+        begun.append(_MOD_COMMENT.sub("", line))
         joined = "\n".join(begun)
-        if joined.count("[") > joined.count("]") and len(begun) < _MOST_LINES:
+        if joined.count("[") > joined.count("]") and len(begun) < _POSITION_LINES:
             continue
         first = number - len(begun) + 1
         found.extend(

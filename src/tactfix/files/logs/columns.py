@@ -11,8 +11,8 @@ from tactfix.files.logs.log import Standing
 from tactfix.lexer import Lexer
 from tactfix.values import frozen_value
 
-_REMEDY: Final = "write numbers with a decimal point and one separator throughout"
-_NAMES: Final = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
+_COLUMNS_REMEDY: Final = "write numbers with a decimal point and one separator throughout"
+_SEPARATOR_NAMES: Final = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
 
 @frozen_value(eq=True)
@@ -47,7 +47,7 @@ def cells_of(lexer: Lexer, standing: Standing) -> tuple[Cell, ...]:
     """The cells of a line; refused where it is divided otherwise than the lines before."""
     separator = separator_of(lexer.rest)
     if len(lexer.rest.split()) > 1 or separator != " ":
-        standing.keep("what divides the numbers", _NAMES[separator], lexer, _REMEDY)
+        standing.keep("what divides the numbers", _SEPARATOR_NAMES[separator], lexer, _COLUMNS_REMEDY)
     cells, column = [], lexer.column
     for part in lexer.rest.split(separator) if separator != " " else _by_blanks(lexer.rest):
         inside = part.lstrip()
@@ -72,11 +72,11 @@ def numbers_of(lexer: Lexer, cells: Sequence[Cell], standing: Standing) -> tuple
     for cell in cells:
         text = cell.text
         if commas and "," in text and "." not in text:
-            standing.keep("the decimal mark", "comma", lexer, _REMEDY)
+            standing.keep("the decimal mark", "comma", lexer, _COLUMNS_REMEDY)
             text = text.replace(",", ".", 1)
         elif "." in text:
-            standing.keep("the decimal mark", "point", lexer, _REMEDY)
+            standing.keep("the decimal mark", "point", lexer, _COLUMNS_REMEDY)
         inside = Lexer(text, lexer.line, cell.column)
-        found.append(inside.number(_REMEDY))
-        inside.end(_REMEDY)
+        found.append(inside.number(_COLUMNS_REMEDY))
+        inside.end(_COLUMNS_REMEDY)
     return tuple(found)

@@ -9,20 +9,20 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.log import Log, LogContact, Standing, against, log_lines, passed_over, try_reading, vector
-from tactfix.lexer import Lexer
+from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, try_reading, vector
+from tactfix.lexer import Lexer, text_lines
 
-_POINT: Final = re.compile(r"\s*(?:PTMEAS|PTDATA)\s*/", re.IGNORECASE)
-_UNITS: Final = re.compile(r"\s*UNITS\s*/\s*([A-Z]+)", re.IGNORECASE)
-_FRAME: Final = re.compile(r"\s*(?:RECALL\s*/|D\s*\(|DA\s*\()", re.IGNORECASE)
+_POINT_LINE: Final = re.compile(r"\s*(?:PTMEAS|PTDATA)\s*/", re.IGNORECASE)
+_UNITS_LINE: Final = re.compile(r"\s*UNITS\s*/\s*([A-Z]+)", re.IGNORECASE)
+_FRAME_LINE: Final = re.compile(r"\s*(?:RECALL\s*/|D\s*\(|DA\s*\()", re.IGNORECASE)
 _STATES: Final = (
     ("the sensor", re.compile(r"\s*SNSLCT\s*/", re.IGNORECASE)),
     ("the compensation of the tip", re.compile(r"\s*PRCOMP\s*/", re.IGNORECASE)),
     ("the rotary table", re.compile(r"\s*ROT(?:AB|SET)\s*/", re.IGNORECASE)),
 )
 _RAW: Final = re.compile(r"\s*RAWDAT\s*/", re.IGNORECASE)
-_TEXT: Final = re.compile(r"'[^']*'")
-_REMEDY: Final = "write PTMEAS/CART,x,y,z or PTMEAS/CART,x,y,z,i,j,k"
+_QUOTED_TEXT: Final = re.compile(r"'[^']*'")
+_DMIS_REMEDY: Final = "write PTMEAS/CART,x,y,z or PTMEAS/CART,x,y,z,i,j,k"
 _KNOWN_UNITS: Final = {"MM": "mm", "M": "m", "INCH": "in"}
 
 
@@ -36,19 +36,22 @@ class _Reader:
     other: list[int] = field(default_factory=list)
 
     def statement(self, lexer: Lexer) -> None:
-        units = _UNITS.match(lexer.text)
-        if lexer.match(_POINT):
+        units = _UNITS_LINE.match(lexer.text)
+        if lexer.match(_POINT_LINE):
             self._point(lexer)
         elif _RAW.match(lexer.text):
-            lexer.refuse("RAWDAT is data as the machine has it, not a touch", _REMEDY)
-        elif re.match(r"\s*PT(MEAS|DATA)", lexer.text, re.IGNORECASE) or "PTMEAS" in _TEXT.sub("", lexer.text).upper():
-            lexer.refuse("this is not a whole PTMEAS", _REMEDY)
+            lexer.refuse("RAWDAT is data as the machine has it, not a touch", _DMIS_REMEDY)
+        elif (
+            re.match(r"\s*PT(MEAS|DATA)", lexer.text, re.IGNORECASE)
+            or "PTMEAS" in _QUOTED_TEXT.sub("", lexer.text).upper()
+        ):
+            lexer.refuse("this is not a whole PTMEAS", _DMIS_REMEDY)
         elif units:
             if units.group(1).upper() not in _KNOWN_UNITS:
                 lexer.refuse(f"UNITS/{units.group(1)} is not known here", "write it in MM, M or INCH")
             self.units = _KNOWN_UNITS[units.group(1).upper()]
         else:
-            self.frame = lexer.text.strip() if _FRAME.match(lexer.text) else self.frame
+            self.frame = lexer.text.strip() if _FRAME_LINE.match(lexer.text) else self.frame
             for what, statement in _STATES:
                 if statement.match(lexer.text):
                     said = re.sub(r"\s+", "", lexer.text)
@@ -57,14 +60,14 @@ class _Reader:
             self.other.append(lexer.line)
 
     def _point(self, lexer: Lexer) -> None:
-        lexer.mark("CART", _REMEDY)
-        lexer.mark(",", _REMEDY)
-        numbers = lexer.numbers(3, _REMEDY)
+        lexer.mark("CART", _DMIS_REMEDY)
+        lexer.mark(",", _DMIS_REMEDY)
+        numbers = lexer.numbers(3, _DMIS_REMEDY)
         normal = (0.0, 0.0, 0.0)
         if lexer.take(","):
-            i, j, k = lexer.numbers(3, _REMEDY)
+            i, j, k = lexer.numbers(3, _DMIS_REMEDY)
             normal = (i, j, k)
-        lexer.end(_REMEDY)
+        lexer.end(_DMIS_REMEDY)
         self.standing.keep("the unit", self.units, lexer)
         self.standing.keep("the part coordinate system", self.frame, lexer)
         for what, _ in _STATES:
@@ -79,7 +82,7 @@ def _statements(text: str) -> list[Lexer]:
     """Each statement with all its lines, without comments."""
     found: list[Lexer] = []
     begun: list[str] = []
-    for number, line in enumerate(log_lines(text), 1):
+    for number, line in enumerate(text_lines(text), 1):
         inside = line.split("$$", 1)[0]
         goes_on = inside.rstrip().endswith("$")
         begun.append(inside.rstrip()[:-1] if goes_on else inside)

@@ -12,7 +12,7 @@ from tactfix.files.logs.load import LogContacts
 from tactfix.pose_formats import DIALECTS
 from tactfix.wording import spreadsheet_cell
 
-_ORIENTATIONS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+_FORMAT_ORIENTATIONS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {"ur": ("rx", "ry", "rz"), "kuka": ("a", "b", "c"), "abb": ("qw", "qx", "qy", "qz"), "fanuc": ("w", "p", "r")}
 )
 """The columns of a contact file that hold the orientation of a format in its own numbers."""
@@ -44,7 +44,7 @@ def contact_csv(read: LogContacts) -> str:
 def _orientations(read: LogContacts) -> tuple[tuple[str, ...], list[list[float]]]:
     """The names of the columns and their numbers in each row; none where the log tells no poses."""
     numbers, rotations = DIALECTS.get(read.format_name), read.rotations
-    if numbers is None or numbers.numbers is None or rotations is None or read.format_name not in _ORIENTATIONS:
+    if numbers is None or numbers.numbers is None or rotations is None or read.format_name not in _FORMAT_ORIENTATIONS:
         return (), [[]] * len(read.contacts)
     orientation = numbers.numbers.orientation
-    return _ORIENTATIONS[read.format_name], [orientation.numbers(rotation).tolist() for rotation in rotations]
+    return _FORMAT_ORIENTATIONS[read.format_name], [orientation.numbers(rotation).tolist() for rotation in rotations]

@@ -16,23 +16,23 @@ from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_r
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
-from tactfix.pose_formats.literals import FANUC, fanuc_item, fanuc_pose
+from tactfix.pose_formats.literals import FANUC_EXAMPLE, fanuc_item, fanuc_pose
 
-_POINT: Final = re.compile(
+_POSITION_OPENS: Final = re.compile(
     r"[ \t]*P[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[ \t]*\"([^\"\n]*)\"[ \t]*)?\][ \t]*\{", re.IGNORECASE
 )
 _LISTED: Final = re.compile(r"[ \t]*\[[ \t]*([0-9]{1,3}[ \t]*(?:,[ \t]*[0-9]{1,3})?)[ \t]*\][ \t]*=")
 _ITEM: Final = re.compile(
     r"[ \t]*(?:(P|PR)[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[^\]\n]*)?\][ \t]*[=:]?)?[ \t]*(?=X[ \t]*[=:])", re.IGNORECASE
 )
-_LIST: Final = re.compile(r"[ \t]*\[\*\w+\*\][ \t]*(\$\w+)")
+_PROGRAM_LIST: Final = re.compile(r"[ \t]*\[\*\w+\*\][ \t]*(\$\w+)")
 _SHOWN: Final = re.compile(r"[ \t]*Frame[ \t]*#[ \t]*:[ \t]*(\w+)[ \t]+Tool[ \t]*#[ \t]*:[ \t]*(\w+)", re.IGNORECASE)
 _COORDINATE: Final = re.compile(r"(?<![A-Za-z])X[ \t]*[=:][ \t]*[-+.0-9][^\n]*(?<![A-Za-z])Y[ \t]*[=:][ \t]*[-+.0-9]")
 _CONFIGURATION: Final = re.compile(
     r"\s*(?:[A-Z][ \t,]*){1,4}(?:[ \t]*,?[ \t]*-?[0-9]{1,2}){0,4}[ \t]*,?", re.IGNORECASE
 )
-_UNKNOWN: Final = re.compile(r"\*{3,}")
-_ROW: Final = re.compile(r"[ \t]*[-+.0-9]")
+_UNTAUGHT: Final = re.compile(r"\*{3,}")
+_LISTED_NUMBER: Final = re.compile(r"[ \t]*[-+.0-9]")
 
 
 @dataclass(slots=True)
@@ -47,16 +47,16 @@ class _Reader:
 
     def part(self, lexer: Lexer) -> None:
         """One position with all its lines, or one line."""
-        if point := lexer.match(_POINT):
+        if point := lexer.match(_POSITION_OPENS):
             self._taught(lexer, point.group(2) or f"P[{point.group(1)}]")
         elif listed := lexer.match(_LISTED):
             self._listed(lexer, f"[{listed.group(1)}]")
         elif item := _ITEM.match(lexer.text):
             lexer.position = item.end()
             pose = fanuc_pose(lexer)
-            lexer.end(FANUC)
+            lexer.end(FANUC_EXAMPLE)
             self._contact(lexer, pose, f"{item.group(1)}[{item.group(2)}]" if item.group(1) else None)
-        elif begun := _LIST.match(lexer.text):
+        elif begun := _PROGRAM_LIST.match(lexer.text):
             self.now["the list"] = begun.group(1).upper()
             self.other.append(lexer.line)
         elif shown := _SHOWN.match(lexer.text):
@@ -66,13 +66,13 @@ class _Reader:
             contact = self.columns.line(lexer)
             self.contacts.extend([contact] if contact else [])
         elif _COORDINATE.search(lexer.text):
-            lexer.refuse("this is not a whole position", FANUC)
+            lexer.refuse("this is not a whole position", FANUC_EXAMPLE)
         else:
             self.other.append(lexer.line)
 
     def _is_row(self, text: str) -> bool:
         """Whether a line is one of columns: their names, numbers, or cells below names; a line of a program is none."""
-        numbers = _ROW.match(text) and not re.match(r"\s*[0-9]+\s*:", text)
+        numbers = _LISTED_NUMBER.match(text) and not re.match(r"\s*[0-9]+\s*:", text)
         return bool(numbers) or is_header(text) or (self.columns.columns != () and any(mark in text for mark in ",;\t"))
 
     def _taught(self, lexer: Lexer, name: str) -> None:
@@ -80,15 +80,15 @@ class _Reader:
         pose: tuple[float, ...] | None = None
         axes: list[float] = []
         while lexer.take("GP"):
-            group = lexer.integer(FANUC)
-            lexer.mark(":", FANUC)
+            group = lexer.integer(FANUC_EXAMPLE)
+            lexer.mark(":", FANUC_EXAMPLE)
             self._frame(lexer, group)
             if lexer.follows("X"):
                 pose = pose or fanuc_pose(lexer)
             axes += _axes(lexer)
-        lexer.mark("}", FANUC)
+        lexer.mark("}", FANUC_EXAMPLE)
         lexer.take(";")
-        lexer.end(FANUC)
+        lexer.end(FANUC_EXAMPLE)
         if pose is None:
             self.joints.append(lexer.line)
             return
@@ -99,28 +99,28 @@ class _Reader:
         """UF : 0, UT : 1, CONFIG : '...',"""
         for what, label in (("UF", "the user frame, UF,"), ("UT", "the tool, UT,")):
             if lexer.take(what):
-                lexer.mark(":", FANUC)
-                number = "F" if lexer.take("F") else str(lexer.integer(FANUC))
-                lexer.mark(",", FANUC)
+                lexer.mark(":", FANUC_EXAMPLE)
+                number = "F" if lexer.take("F") else str(lexer.integer(FANUC_EXAMPLE))
+                lexer.mark(",", FANUC_EXAMPLE)
                 if group == 1:
                     self.standing.keep(label, number, lexer)
         if lexer.take("CONFIG"):
-            lexer.mark(":", FANUC)
-            lexer.quoted("'", FANUC)
-            lexer.mark(",", FANUC)
+            lexer.mark(":", FANUC_EXAMPLE)
+            lexer.quoted("'", FANUC_EXAMPLE)
+            lexer.mark(",", FANUC_EXAMPLE)
 
     def _listed(self, lexer: Lexer, name: str) -> None:
         """What stands after [1,2] = in a list of position registers or frames."""
         if lexer.follows("'"):
-            name = lexer.quoted("'", FANUC).strip() or name
-        if lexer.take("Uninitialized") or _UNKNOWN.search(lexer.text):
+            name = lexer.quoted("'", FANUC_EXAMPLE).strip() or name
+        if lexer.take("Uninitialized") or _UNTAUGHT.search(lexer.text):
             self.empty.append(lexer.line)
             return
         if lexer.take("Group"):
-            lexer.mark(":", FANUC)
-            lexer.integer(FANUC)
+            lexer.mark(":", FANUC_EXAMPLE)
+            lexer.integer(FANUC_EXAMPLE)
         if lexer.take("Config"):
-            lexer.mark(":", FANUC)
+            lexer.mark(":", FANUC_EXAMPLE)
             lexer.match(_CONFIGURATION)
         if lexer.follows("J1"):
             self.joints.append(lexer.line)
@@ -130,7 +130,7 @@ class _Reader:
             return
         pose = fanuc_pose(lexer)
         self.standing.keep("axes of other groups", tuple(_axes(lexer)), lexer)
-        lexer.end(FANUC)
+        lexer.end(FANUC_EXAMPLE)
         self._contact(lexer, pose, name)
 
     def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
@@ -153,7 +153,7 @@ def _axes(lexer: Lexer) -> list[float]:
     """J1= 100.0 mm, E1= 0.0 mm, ... of a group."""
     found = []
     while lexer.follows("J") or lexer.follows("E"):
-        lexer.name(FANUC)
+        lexer.name(FANUC_EXAMPLE)
         found.append(fanuc_item(lexer, "mm", "deg"))
         lexer.take(",")
     return found
@@ -165,14 +165,14 @@ def _parts(text: str) -> list[Lexer]:
     begun: list[str] = []
     for number, line in enumerate(text.split("\n"), 1):
         opened = bool(begun)
-        taught = opened and _POINT.match(begun[0])
+        taught = opened and _POSITION_OPENS.match(begun[0])
         again = opened and _ITEM.match(begun[0]) and _ITEM.match(line)
         goes_on = opened and (taught or (line.strip() and not again and not _begins(line)))
         if opened and not goes_on:
             found.append(Lexer("\n".join(begun), number - len(begun)))
             begun = []
         begun.append(line)
-        if not _POINT.match(begun[0]) and not _LISTED.match(begun[0]) and not _ITEM.match(begun[0]):
+        if not _POSITION_OPENS.match(begun[0]) and not _LISTED.match(begun[0]) and not _ITEM.match(begun[0]):
             found.append(Lexer(line, number)) if line.strip() else None
             begun = []
         elif taught and "}" in line:
@@ -185,7 +185,7 @@ def _parts(text: str) -> list[Lexer]:
 def _begins(line: str) -> bool:
     """Whether a line begins something of its own."""
     return bool(
-        _POINT.match(line)
+        _POSITION_OPENS.match(line)
         or _LISTED.match(line)
         or re.match(r"[ \t]*(?:\[\*|/|X[ \t]*=|PR?[ \t]*\[|Frame[ \t]*#)", line, re.IGNORECASE)
     )

@@ -15,10 +15,10 @@ from tactfix.files.logs.console import block_of, read_closing, read_opening, unw
 from tactfix.files.logs.log import Log, LogContact, Standing, Vector, passed_over, read_lines, vector
 from tactfix.files.logs.probe_commands import ProbeCommands
 from tactfix.gcode import Block
-from tactfix.lexer import MOST, Lexer
+from tactfix.lexer import LARGEST_NUMBER, Lexer
 
-_REMEDY: Final = "write [PRB:1.000,2.000,3.000:1]"
-_POINTS: Final = "write each number with a decimal point: a comma divides numbers here"
+_GRBL_REMEDY: Final = "write [PRB:1.000,2.000,3.000:1]"
+_DECIMAL_POINT: Final = "write each number with a decimal point: a comma divides numbers here"
 _JSON: Final = 'write {"prb":{"e":1,"x":1.0,"y":2.0,"z":3.0}}'
 _PARAMETER: Final = re.compile(r"\[(?:G5[4-9]|G28|G30|G92|TLO)[.:]", re.IGNORECASE)
 _UNIT_SETTING: Final = re.compile(r"\$13\s*=\s*([01])\b")
@@ -58,7 +58,7 @@ class _Reader:
             self._noted(lexer, opening.noise)
             self._bed(lexer)
         elif "PRB" in lexer.text.upper() or "BED X" in lexer.text.upper():
-            lexer.refuse("this is not a whole probe report", _REMEDY)
+            lexer.refuse("this is not a whole probe report", _GRBL_REMEDY)
         else:
             self._talk(lexer, opening.command)
 
@@ -69,19 +69,19 @@ class _Reader:
     def _report(self, lexer: Lexer, command: Block | None) -> None:
         """[PRB:x,y,z:1], with more axes after z where the controller has them."""
         lexer.take("[PRB:")
-        literals = [lexer.literal(_REMEDY)]
+        literals = [lexer.literal(_GRBL_REMEDY)]
         while lexer.take(","):
-            literals.append(lexer.literal(_REMEDY))
+            literals.append(lexer.literal(_GRBL_REMEDY))
         if len(literals) < 3:
-            lexer.refuse(f"{len(literals)} numbers are not x,y,z", _REMEDY)
+            lexer.refuse(f"{len(literals)} numbers are not x,y,z", _GRBL_REMEDY)
         if len(literals) > 3 and not all("." in literal for literal in literals):
-            lexer.refuse(f"{len(literals)} numbers, some without a decimal point", _POINTS)
-        lexer.mark(":", _REMEDY)
-        hit = lexer.integer(_REMEDY)
+            lexer.refuse(f"{len(literals)} numbers, some without a decimal point", _DECIMAL_POINT)
+        lexer.mark(":", _GRBL_REMEDY)
+        hit = lexer.integer(_GRBL_REMEDY)
         if hit not in (0, 1):
-            lexer.refuse(f"{hit} is neither 1 for a hit nor 0 for a miss", _REMEDY)
-        lexer.mark("]", _REMEDY)
-        read_closing(lexer, _REMEDY)
+            lexer.refuse(f"{hit} is neither 1 for a hit nor 0 for a miss", _GRBL_REMEDY)
+        lexer.mark("]", _GRBL_REMEDY)
+        read_closing(lexer, _GRBL_REMEDY)
         self._touched(lexer, [float(literal) for literal in literals], bool(hit), command)
 
     def _json(self, lexer: Lexer) -> None:
@@ -175,7 +175,7 @@ class _Reader:
 
 
 def _plain(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -15,14 +15,14 @@ from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_ov
 from tactfix.lexer import Lexer
 
 _TAG: Final = re.compile(r"(?:[0-9]{5}|E[0-9]{4})(?![0-9A-Za-z])")
-_POINT: Final = re.compile(r"(?<![A-Za-z0-9_.])[XYZ]\s*\(", re.IGNORECASE)
+_COORDINATE_OPENS: Final = re.compile(r"(?<![A-Za-z0-9_.])[XYZ]\s*\(", re.IGNORECASE)
 _COMMAND: Final = re.compile(r"\s*([A-Za-z]\w*)\s*\(")
-_REMEDY: Final = "write 00001 # X(1.0), Y(2.0), Z(3.0), IJK(0, 0, 1), ER(1.0)"
+_IPPDME_REMEDY: Final = "write 00001 # X(1.0), Y(2.0), Z(3.0), IJK(0, 0, 1), ER(1.0)"
 _WIDTHS: Final = {"X": 1, "Y": 1, "Z": 1, "IJK": 3, "IJKACT": 3, "R": 1, "Q": 1, "ER": 1}
-_HEAD: Final = ("TOOL.A", "TOOL.B", "TOOL.C")
-_FRAME: Final = "the coordinate system"
+_HEAD_ANGLES: Final = ("TOOL.A", "TOOL.B", "TOOL.C")
+_COORDINATE_SYSTEM: Final = "the coordinate system"
 _TOOL: Final = "the tool"
-_STANDING: Final = {"R": "the rotary table, R()", **{name: f"the head, Tool.{name[-1]}()," for name in _HEAD}}
+_STANDING: Final = {"R": "the rotary table, R()", **{name: f"the head, Tool.{name[-1]}()," for name in _HEAD_ANGLES}}
 
 
 @dataclass(slots=True)
@@ -42,8 +42,8 @@ class _Reader:
             read_opening(lexer)
             tag = lexer.blanks().match(_TAG)
         if tag is None:
-            if _POINT.search(lexer.text) and "#" in lexer.text:
-                lexer.refuse("this answer has no tag of five digits", _REMEDY)
+            if _COORDINATE_OPENS.search(lexer.text) and "#" in lexer.text:
+                lexer.refuse("this answer has no tag of five digits", _IPPDME_REMEDY)
             self.talk.append(lexer.line)
         elif lexer.take("!"):
             self.notes.append(f"line {lexer.line}: the machine reports an error instead of a contact; dropped")
@@ -59,28 +59,28 @@ class _Reader:
         """What the client asked for; frame and tool are remembered until a contact comes."""
         command = _COMMAND.match(lexer.rest)
         if command is None:
-            lexer.refuse("this is neither a command nor an answer", _REMEDY)
+            lexer.refuse("this is neither a command nor an answer", _IPPDME_REMEDY)
         name = command.group(1).upper()
         self.commands[tag] = name
         self.talk.append(lexer.line)
         if name in ("SETCOORDSYSTEM", "SETCSYTRANSFORMATION"):
-            self.now[_FRAME] = lexer.rest.strip()
+            self.now[_COORDINATE_SYSTEM] = lexer.rest.strip()
         elif name in ("CHANGETOOL", "SETTOOL", "ALIGNTOOL"):
             self.now[_TOOL] = lexer.rest.strip()
 
     def _answer(self, lexer: Lexer, tag: str) -> None:
         """A contact, where the answer holds a coordinate and does not answer another command than a measurement."""
         asked = self.commands.get(tag, "PTMEAS")
-        if not _POINT.search(lexer.rest) or tag.startswith("E") or asked.startswith("GET"):
+        if not _COORDINATE_OPENS.search(lexer.rest) or tag.startswith("E") or asked.startswith("GET"):
             self.talk.append(lexer.line)
             return
         wrapped = lexer.take("PtMeas")
         if wrapped:
-            lexer.mark("(", _REMEDY)
+            lexer.mark("(", _IPPDME_REMEDY)
         said = _properties(lexer)
         if wrapped:
-            lexer.mark(")", _REMEDY)
-        lexer.end(_REMEDY)
+            lexer.mark(")", _IPPDME_REMEDY)
+        lexer.end(_IPPDME_REMEDY)
         self._contact(lexer, tag, said, wrapped)
 
     def _contact(self, lexer: Lexer, tag: str, said: dict[str, tuple[float, ...]], wrapped: bool) -> None:
@@ -91,7 +91,7 @@ class _Reader:
             self.notes.append(f"line {lexer.line}: the machine reports bad quality, Q({said['Q'][0]:g}); dropped")
             return
         radius = said.get("ER")
-        if wrapped and radius is None and not any(name in said for name in _HEAD) and "R" in said:
+        if wrapped and radius is None and not any(name in said for name in _HEAD_ANGLES) and "R" in said:
             radius = said.pop("R")
             self.notes.append(f"line {lexer.line}: {_RADIUS}") if not self.contacts else None
         for name, what in _STANDING.items():
@@ -119,17 +119,17 @@ def _properties(lexer: Lexer) -> dict[str, tuple[float, ...]]:
     """NAME(number, ...) by name in capitals, commas between."""
     said: dict[str, tuple[float, ...]] = {}
     while True:
-        name = lexer.name(_REMEDY).upper()
+        name = lexer.name(_IPPDME_REMEDY).upper()
         if lexer.text.startswith(".", lexer.position):
             lexer.take(".")
-            name += "." + lexer.name(_REMEDY).upper()
-        if name not in _WIDTHS and name not in _HEAD:
-            lexer.refuse(f"{name}() is not known in a measurement", _REMEDY)
+            name += "." + lexer.name(_IPPDME_REMEDY).upper()
+        if name not in _WIDTHS and name not in _HEAD_ANGLES:
+            lexer.refuse(f"{name}() is not known in a measurement", _IPPDME_REMEDY)
         if name in said:
-            lexer.refuse(f"{name}() stands twice", _REMEDY)
-        lexer.mark("(", _REMEDY)
-        said[name] = lexer.numbers(_WIDTHS.get(name, 1), _REMEDY)
-        lexer.mark(")", _REMEDY)
+            lexer.refuse(f"{name}() stands twice", _IPPDME_REMEDY)
+        lexer.mark("(", _IPPDME_REMEDY)
+        said[name] = lexer.numbers(_WIDTHS.get(name, 1), _IPPDME_REMEDY)
+        lexer.mark(")", _IPPDME_REMEDY)
         if not lexer.take(","):
             return said
 

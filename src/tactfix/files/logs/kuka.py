@@ -19,20 +19,20 @@ from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
-from tactfix.pose_formats.literals import KUKA, KUKA_AXES, KUKA_LABELS, kuka_items, kuka_position
+from tactfix.pose_formats.literals import KUKA_AXES, KUKA_EXAMPLE, KUKA_LABELS, kuka_items, kuka_position
 
-_COMMENT: Final = re.compile(r";.*")
+_DAT_COMMENT: Final = re.compile(r";.*")
 _POSITION: Final = re.compile(r"(?<![A-Za-z0-9_])[XYZ]\s*[=:]?\s*\"?[-+.0-9]", re.IGNORECASE)
 _LABELLED: Final = re.compile(r"X\s*[=:]?\s*[-+.0-9]", re.IGNORECASE)
 _RELATIVE: Final = re.compile(r"\s*S?(?:PTP|LIN|CIRC)_REL\b", re.IGNORECASE)
 _ACTIVE: Final = re.compile(
     r"\s*(?:\$(TOOL|BASE)\s*=\s*([^;]*)|BAS\s*\(\s*#(TOOL|BASE)\s*,\s*([^)]*)\))", re.IGNORECASE
 )
-_BEFORE: Final = re.compile(
+_DECLARATION: Final = re.compile(
     r"\s*(?:(?:GLOBAL|DECL|CONST)\s+)*(?:(E6POS|POS|FRAME|FDAT)\s+)?([A-Za-z_$][\w$.]*(?:\[\s*\d*\s*\])?)\s*[=:]\s*",
     re.IGNORECASE | re.ASCII,
 )
-_MOTION: Final = re.compile(r"\s*S?(?:PTP|LIN)\s*(?=\{)", re.IGNORECASE)
+_PTP_OR_LIN: Final = re.compile(r"\s*S?(?:PTP|LIN)\s*(?=\{)", re.IGNORECASE)
 _APPROXIMATE: Final = re.compile(r"\s*C_(?:DIS|PTP|ORI|VEL|SPL)\b", re.IGNORECASE)
 _INSIDE: Final = re.compile(r"\{\s*([A-Za-z_]\w*)", re.ASCII)
 _TAUGHT: Final = re.compile(r"\bF(\w+)\s*=", re.ASCII)
@@ -60,7 +60,7 @@ class _Reader:
             self.active[f"${what.upper()}"] = value.strip()
             self.talk.append(lexer.line)
         elif _RELATIVE.match(lexer.text):
-            lexer.refuse("a relative motion tells no place", KUKA)
+            lexer.refuse("a relative motion tells no place", KUKA_EXAMPLE)
         elif word in ("X", "E6POS", "POS", "FRAME"):
             self._position(lexer)
         elif word in ("A1", "E6AXIS", "AXIS"):
@@ -70,7 +70,7 @@ class _Reader:
         elif not _POSITION.search(lexer.text) and not _is_row(lexer.text) and self.columns.columns == ():
             self._talk_or_names(lexer)
         elif "{" in lexer.text or "}" in lexer.text:
-            lexer.refuse("this is not a whole position", KUKA)
+            lexer.refuse("this is not a whole position", KUKA_EXAMPLE)
         elif _POSITION.search(lexer.text):
             self._labelled(lexer)
         else:
@@ -89,33 +89,33 @@ class _Reader:
 
     def _position(self, lexer: Lexer) -> None:
         """One position with what stands before and after it."""
-        if lexer.match(_MOTION):
+        if lexer.match(_PTP_OR_LIN):
             name = None
         else:
-            before = lexer.match(_BEFORE)
+            before = lexer.match(_DECLARATION)
             name = before.group(2) if before else None
             if before is None:
                 read_opening(lexer)
         said = kuka_position(lexer)
         lexer.match(_APPROXIMATE)
-        lexer.blanks().match(_COMMENT)
-        lexer.end(KUKA)
+        lexer.blanks().match(_DAT_COMMENT)
+        lexer.end(KUKA_EXAMPLE)
         self._contact(lexer, said, name)
 
     def _labelled(self, lexer: Lexer) -> None:
         """P1: X 1 Y 2 Z 3 A 0 B 90 C 0, as programs write it without braces."""
         if not _LABELLED.match(lexer.text.lstrip()):
-            before = lexer.match(_BEFORE)
+            before = lexer.match(_DECLARATION)
             if before is None:
                 read_opening(lexer)
-                before = None if _LABELLED.match(lexer.rest) else lexer.match(_BEFORE)
+                before = None if _LABELLED.match(lexer.rest) else lexer.match(_DECLARATION)
             name = before.group(2) if before else None
         else:
             name = None
         if not _LABELLED.match(lexer.blanks().rest):
-            lexer.refuse("this is not a whole position", KUKA)
+            lexer.refuse("this is not a whole position", KUKA_EXAMPLE)
         said = kuka_items(lexer, loose=True)
-        lexer.end(KUKA)
+        lexer.end(KUKA_EXAMPLE)
         self._contact(lexer, said, name)
 
     def _contact(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:

@@ -7,8 +7,8 @@ from tactfix.errors import Problem
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, vector
 from tactfix.lexer import Lexer
 
-_REMEDY: Final = "write nine numbers, X Y Z A B C U V W, with blanks between"
-_MISSES: Final = (
+_LINUXCNC_REMEDY: Final = "write nine numbers, X Y Z A B C U V W, with blanks between"
+_MISS_LIKE_HIT: Final = (
     "LinuxCNC logs a G38.3 or G38.5 that met nothing like a hit: its line is the end of the move, and only the "
     "residuals tell it"
 )
@@ -24,8 +24,8 @@ class _Reader:
         if lexer.text.lstrip().startswith(("#", ";")):
             self.comments.append(lexer.line)
             return
-        axes = [lexer.number(_REMEDY) for _ in range(9)]
-        lexer.end(_REMEDY)
+        axes = [lexer.number(_LINUXCNC_REMEDY) for _ in range(9)]
+        lexer.end(_LINUXCNC_REMEDY)
         self.standing.keep("A B C U V W", tuple(axes[3:]), lexer)
         self.contacts.append(LogContact(lexer.line, vector(axes[:3])))
 
@@ -34,5 +34,5 @@ def read_linuxcnc(text: str, problems: list[Problem]) -> Log:
     """A log of straight probes (G38.2 to G38.5). Rotary and parallel axes must stand still throughout."""
     reader = _Reader()
     read_lines(text, problems, reader.line)
-    told = (_MISSES, *reader.standing.notes("A B C U V W"), *passed_over(reader.comments, "comments"))
+    told = (_MISS_LIKE_HIT, *reader.standing.notes("A B C U V W"), *passed_over(reader.comments, "comments"))
     return Log(tuple(reader.contacts), notes=told)

@@ -1,6 +1,5 @@
 """What any machine log says, as far as it says it, and what readers of logs share."""
 
-import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
@@ -8,13 +7,12 @@ from typing import Final, TypeAlias
 from tactfix.errors import Problem
 from tactfix.formats import LogName
 from tactfix.geometry.arrays import Floats
-from tactfix.lexer import Lexer, TextError
+from tactfix.lexer import Lexer, TextError, text_lines
 from tactfix.values import frozen_value
 
 Vector: TypeAlias = tuple[float, float, float]
 
-STILL: Final = "move it back, or log the contacts of one state in a file of their own"
-_LINE_END: Final = re.compile(r"\r*\n|\r")
+ONE_STATE_REMEDY: Final = "move it back, or log the contacts of one state in a file of their own"
 
 
 @frozen_value
@@ -68,7 +66,7 @@ class Standing:
 
     said: dict[str, tuple[object, int]] = field(default_factory=dict)
 
-    def keep(self, what: str, value: object, lexer: Lexer, remedy: str = STILL) -> None:
+    def keep(self, what: str, value: object, lexer: Lexer, remedy: str = ONE_STATE_REMEDY) -> None:
         """Refuse value where what was another one before; a change is told once."""
         before, line = self.said.setdefault(what, (value, lexer.line))
         if before != value:
@@ -91,14 +89,9 @@ def _shown(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def log_lines(text: str) -> list[str]:
-    """The lines of a text; consoles end them with any number of carriage returns."""
-    return _LINE_END.split(text)
-
-
 def read_lines(text: str, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
     """Read each line that holds something; what read refuses is a problem, and the next line is read all the same."""
-    for number, line in enumerate(log_lines(text), 1):
+    for number, line in enumerate(text_lines(text), 1):
         if line.strip():
             try_reading(Lexer(line, number), problems, read)
 

@@ -15,9 +15,9 @@ from tactfix.lexer import Lexer
 
 _BLOCK: Final = re.compile(r"\s*(?:N\s*[0-9]+\s*)?G\s*([0-9][0-9.]*)", re.IGNORECASE)
 _NUMBER_BEFORE: Final = re.compile(r"\s*N\s*[0-9]+(?=\s*G)", re.IGNORECASE)
-_NAMED: Final = re.compile(r"N\s*[0-9]", re.IGNORECASE)
-_MEASURED: Final = "write G801 N1 X1.0 Y2.0 Z3.0 R3.0"
-_NOMINAL: Final = "write G800 N1 X1.0 Y2.0 Z3.0 I0 J0 K1"
+_ROW_NUMBER: Final = re.compile(r"N\s*[0-9]", re.IGNORECASE)
+_MEASURED_REMEDY: Final = "write G801 N1 X1.0 Y2.0 Z3.0 R3.0"
+_NOMINAL_REMEDY: Final = "write G800 N1 X1.0 Y2.0 Z3.0 I0 J0 K1"
 _PLANE: Final = "write G330 N1 A0 B0 C0 X0 Y0 Z0 I0 R0"
 _SHIFTED: Final = "give the points in coordinates that are not shifted: X, Y, Z, I and R of G330 are zero"
 
@@ -62,7 +62,7 @@ class _Reader:
 
     def _nominal(self, lexer: Lexer) -> None:
         """G800: remember the normal of a point that G801 will name."""
-        words = _words(lexer, "GNXYZIJKOUL", "NIJK", _NOMINAL)
+        words = _words(lexer, "GNXYZIJKOUL", "NIJK", _NOMINAL_REMEDY)
         name = f"N{words['N']:g}"
         self._unmeasured(name)
         self.normals[name] = against([words[axis] for axis in "IJK"])
@@ -70,7 +70,7 @@ class _Reader:
 
     def _measured(self, lexer: Lexer) -> None:
         """G801: one contact, with the approach of its G800."""
-        words = _words(lexer, "GNXYZR", "NXYZ", _MEASURED)
+        words = _words(lexer, "GNXYZR", "NXYZ", _MEASURED_REMEDY)
         name = f"N{words['N']:g}"
         approach = self.normals.pop(name, None)
         if self.waiting.pop(name, None) is None:
@@ -93,7 +93,7 @@ class _Reader:
 def _words(lexer: Lexer, known: str, needed: str, remedy: str) -> dict[str, float]:
     """The words of the block; a line number before it (N5 G801 N1 ...) is none of them."""
     number = _NUMBER_BEFORE.match(lexer.text)
-    if number and _NAMED.search(lexer.text, number.end()):
+    if number and _ROW_NUMBER.search(lexer.text, number.end()):
         lexer.position = number.end()
     words = read_block(lexer, comments=False).only(known, lexer, remedy)
     lacking = missing(words, needed)

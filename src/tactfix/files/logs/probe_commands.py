@@ -10,7 +10,7 @@ from typing import Final
 from tactfix.files.logs.log import Vector
 from tactfix.gcode import Block
 
-_INTO: Final = (38.2, 38.3)
+_TOWARDS_WORK: Final = (38.2, 38.3)
 """G38.2 and G38.3 probe towards the work."""
 _OUT_OF: Final = (38.4, 38.5)
 """G38.4 and G38.5 probe away from it."""
@@ -61,7 +61,7 @@ class ProbeCommands:
             self.incremental = {90.0: False, 91.0: True}.get(code, self.incremental)
 
     def _probes(self, block: Block) -> bool:
-        return any(code in _INTO or code in _OUT_OF for code in block.codes("G"))
+        return any(code in _TOWARDS_WORK or code in _OUT_OF for code in block.codes("G"))
 
     def _direction(self, block: Block) -> Vector | None:
         """Unit direction of the probe into the material, None where the command does not tell it."""

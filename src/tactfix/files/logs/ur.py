@@ -14,13 +14,13 @@ from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_
 from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
-from tactfix.pose_formats.literals import UR, ur_pose
+from tactfix.pose_formats.literals import UR_EXAMPLE, ur_pose
 
 _POSE: Final = re.compile(r"(?<![A-Za-z0-9_])p\s*\[")
 # A time stamp, then a name or a remark of words, which may end in a count, then = or :.
-_LIST: Final = re.compile(r"([\[(])([^\[\]()]*)[\])]\s*")
+_BRACKETED: Final = re.compile(r"([\[(])([^\[\]()]*)[\])]\s*")
 _VARIABLE: Final = re.compile(r"\s*(?:(?:global|local)\s+)?[A-Za-z_]\w*\s*=", re.ASCII)
-_BEFORE: Final = re.compile(
+_ENTRY_NAME: Final = re.compile(
     r"\s*(?:[0-9]{1,4}[-:/.][0-9:./T Z-]*[,;:]?\s+)?((?:[A-Za-z_]\w*(?:\s+\w+)*)?)\s*(?::=|=|:|,)?\s*", re.ASCII
 )
 
@@ -48,24 +48,24 @@ class _Reader:
         """[x, y, z, rx, ry, rz], as Python prints it, with a stamp before or none; else columns."""
         begin = lexer.position
         read_opening(lexer)
-        if lexer.rest[:1] not in ("[", "(") or _LIST.fullmatch(lexer.rest) is None:
+        if lexer.rest[:1] not in ("[", "(") or _BRACKETED.fullmatch(lexer.rest) is None:
             lexer.position = begin
             return self.columns.line(lexer)
         closing = {"[": "]", "(": ")"}[lexer.rest[0]]
         lexer.take(lexer.rest[0])
-        values = lexer.numbers(6, UR)
-        lexer.mark(closing, UR)
-        lexer.end(UR)
+        values = lexer.numbers(6, UR_EXAMPLE)
+        lexer.mark(closing, UR_EXAMPLE)
+        lexer.end(UR_EXAMPLE)
         return pose_contact(lexer, self.columns.numbers, values)
 
     def _pose(self, lexer: Lexer, literal: re.Match[str]) -> LogContact:
-        before = _BEFORE.fullmatch(lexer.text, 0, literal.start())
+        before = _ENTRY_NAME.fullmatch(lexer.text, 0, literal.start())
         if before is None:
-            lexer.refuse("what stands before p[ is no name", UR)
+            lexer.refuse("what stands before p[ is no name", UR_EXAMPLE)
         lexer.position = literal.start()
         values = ur_pose(lexer)
         lexer.take(";")
-        lexer.end(UR)
+        lexer.end(UR_EXAMPLE)
         return pose_contact(lexer, self.columns.numbers, values, before.group(1) or None)
 
 

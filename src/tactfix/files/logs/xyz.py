@@ -19,20 +19,20 @@ from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_ov
 from tactfix.lexer import Lexer
 from tactfix.units import UNITS, which_unit
 
-_REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
+_XYZ_REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
 _HEADER: Final = "write XYZIJK METRIC, or XYZIJK for inch, above"
 _COMMA: Final = "write a decimal point in each of x, y and z: a comma divides numbers here"
 _WITH_NORMAL: Final = (6, 7, 8)
 """Numbers of a line that has a normal behind the coordinates."""
-_NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
+_COLUMN_NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
 _NORMALS: Final = (("I", "J", "K"), ("NX", "NY", "NZ"))
 _COORDINATES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ"})
 _COLUMN: Final = re.compile(r'"?([^"\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?"?')
 _LETTERED: Final = re.compile(r'\s*(?:("?[A-Za-z_][\w #-]*"?)\s*[,;:]\s*)?(?=X\s*[=:]?\s*[-+.0-9])', re.IGNORECASE)
 _LETTERS: Final = "write X1.0 Y2.0 Z3.0, or x,y,z"
-_AXES: Final = "ABCUVW"
+_ROTARY_AXES: Final = "ABCUVW"
 # A normal that was printed with few digits; numbers of another kind are off by far more.
-_MOST_OFF_UNIT: Final = 0.01
+_NORMAL_OFF_UNIT: Final = 0.01
 
 
 @dataclass(slots=True)
@@ -74,7 +74,7 @@ class _Reader:
             match = _COLUMN.fullmatch(cell.text)
             name = match.group(1).strip().upper() if match else ""
             if name not in _COORDINATES | NAMING | COUNTING or name in columns:
-                lexer.refuse(f"the column {cell.text[:40]!r} is not known, or stands twice", _REMEDY)
+                lexer.refuse(f"the column {cell.text[:40]!r} is not known, or stands twice", _XYZ_REMEDY)
             columns.append(name)
             unit = match.group(2) if match else None
             if unit is not None and (unit not in UNITS or self.units not in (None, unit)):
@@ -82,14 +82,14 @@ class _Reader:
             self.units = unit or self.units
         normals = [[axis for axis in normal if axis in columns] for normal in _NORMALS]
         if not {"X", "Y", "Z"} <= set(columns) or sorted(map(len, normals)) not in ([0, 0], [0, 3]):
-            lexer.refuse("the names are not those of a point, with its normal or without", _REMEDY)
+            lexer.refuse("the names are not those of a point, with its normal or without", _XYZ_REMEDY)
         self.columns = tuple(columns)
 
     def _named(self, lexer: Lexer) -> None:
         """A line below a row of names."""
         cells = cells_of(lexer, self.standing)
         if len(cells) != len(self.columns):
-            lexer.refuse(f"{len(cells)} cells where there are {len(self.columns)} columns", _REMEDY)
+            lexer.refuse(f"{len(cells)} cells where there are {len(self.columns)} columns", _XYZ_REMEDY)
         by_name = dict(zip(self.columns, cells, strict=True))
         numbered = {name: cell for name, cell in by_name.items() if name in _COORDINATES}
         said = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
@@ -101,7 +101,7 @@ class _Reader:
         said: dict[str, float] = {}
         while lexer.blanks().rest:
             letter = lexer.rest[0].upper()
-            if letter not in "XYZIJK" + _AXES or letter in said:
+            if letter not in "XYZIJK" + _ROTARY_AXES or letter in said:
                 lexer.refuse(f"{lexer.rest[0]!r} is no letter of a point, or stands twice", _LETTERS)
             lexer.position += 1
             if not lexer.take("="):
@@ -111,7 +111,7 @@ class _Reader:
                 lexer.take(";")
         if not {"X", "Y", "Z"} <= said.keys() or len(said.keys() & set("IJK")) not in (0, 3):
             lexer.refuse("a point has X, Y and Z, and I, J and K or none of them", _LETTERS)
-        for axis in _AXES:
+        for axis in _ROTARY_AXES:
             if axis in said:
                 self.standing.keep(f"the axis {axis}", said[axis], lexer)
         self._add(lexer, said, name)
@@ -138,16 +138,16 @@ class _Reader:
         """A line of numbers, perhaps with a name before them."""
         cells = cells_of(lexer, self.standing)
         name = cells[0].text if not is_number(cells[0]) else None
-        if name is not None and not _NAME.fullmatch(name):
-            lexer.refuse(f"{name[:40]!r} is neither a number nor a name", _REMEDY)
+        if name is not None and not _COLUMN_NAME.fullmatch(name):
+            lexer.refuse(f"{name[:40]!r} is neither a number nor a name", _XYZ_REMEDY)
         cells = cells if name is None else cells[1:]
         numbers = numbers_of(lexer, cells, self.standing)
         if not 3 <= len(numbers) <= 8 or len(numbers) == 4:
             what = "a circle with its diameter" if len(numbers) == 4 else f"{len(numbers)} numbers"
-            lexer.refuse(f"{what} where a touch has 3 or 6", _REMEDY)
+            lexer.refuse(f"{what} where a touch has 3 or 6", _XYZ_REMEDY)
         if name is not None and len(numbers) not in (3, 6):
-            lexer.refuse(f"a name and {len(numbers)} numbers", _REMEDY)
-        self.standing.keep("how many numbers stand in a line", len(numbers), lexer, _REMEDY)
+            lexer.refuse(f"a name and {len(numbers)} numbers", _XYZ_REMEDY)
+        self.standing.keep("how many numbers stand in a line", len(numbers), lexer, _XYZ_REMEDY)
         if len(numbers) not in (3, 6):
             self._check(lexer, cells, numbers)
         normal = numbers[3:6] if len(numbers) in _WITH_NORMAL else (0.0, 0.0, 0.0)
@@ -164,11 +164,11 @@ class _Reader:
     def _check_normal(self, lexer: Lexer, normal: Sequence[float]) -> None:
         """A normal has the length 1, or is none: numbers of another kind, or decimal commas, have not."""
         length = float(np.linalg.norm(normal))
-        if length and abs(length - 1) > _MOST_OFF_UNIT:
-            lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", _REMEDY)
+        if length and abs(length - 1) > _NORMAL_OFF_UNIT:
+            lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", _XYZ_REMEDY)
 
     def log(self) -> Log:
-        for axis in _AXES:
+        for axis in _ROTARY_AXES:
             self.notes.extend(self.standing.notes(f"the axis {axis}"))
         notes = [
             f"line {line}: a circle with its diameter; its centre is taken for the contact" for line in self.circles
