@@ -48,6 +48,8 @@ def test_what_is_told_of_the_good_ones():
 
 
 ONE = "[PRB:1.000,2.000,3.000:1]\n"
+AT = "{" + KUKA.format(1, 2, 3) + "}\n"
+LISTED = "X: 1.0\nY: 2.0\nZ: 3.0\nW: 0.0\nP: 0.0\nR: 0.0\n"
 REFUSED = [
     ("grbl", "[PRB:1.000,2.000,3.000,0.000:1]\n[PRB:1.000,2.000,3.000,90.000:1]", "line 2.*axes beyond X Y Z changes"),
     ("grbl", "[PRB:1,000,2.000,3.000:1]", "without a decimal point"),
@@ -78,6 +80,18 @@ REFUSED = [
     ("fanuc", f"P[1]{{\n{FANUC_HEAD}{FANUC.format(*P)}}};\nP[2]{{\n{FANUC_HEAD.replace('UF : 0', 'UF : 2')}{FANUC.format(*Q)}}};",
      "user frame, UF, changes"),
     ("ur", "p[1,2,3,0,0,0] p[1,2,3,0,0,0]", "no name|left over"),
+    ("grbl", "$13=0\n" + ONE + "$13=1\n" + ONE, "line 3.*unit changes to in below reports in mm"),
+    ("grbl", 'G21\n{"prb":{"e":1,"x":1,"y":2,"z":3}}\nG20\n{"prb":{"e":1,"x":1,"y":2,"z":3}}', "G20 or G21, changes: in"),
+    ("dmis", "UNITS/MM\nPTMEAS/CART,1,2,3\nUNITS/INCH", "line 3.*unit changes to in below touches in mm"),
+    ("dmis", "PTMEAS/CART,1,2,3\nUNITS/MM", "line 2.*unit that is not said"),
+    ("dmis", "UNITS/MM\nPTMEAS/CART,1,5,2,5,3,5", "i, j, k have the length 7.68"),
+    ("msr", "G331 C0\nG801 N1 X1 Y2 Z3\nG331 C90\nG801 N2 X1 Y2 Z3", "the model, X Y Z A B C of G331, changes: 0 0 0 0 0 90"),
+    ("kuka", "$ACT_TOOL=1\n" + AT + "$ACT_TOOL=2\n" + AT, "line 4.*ACT_TOOL changes: 2"),
+    ("kuka", "FDAT_ACT={TOOL_NO 1}\n" + AT + "FDAT_ACT={TOOL_NO 2}\n" + AT, "FDAT_ACT changes"),
+    ("kuka", "DECL E6POS XP1=" + AT + "DECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #TCP}", "part in the gripper"),
+    ("abb", "PDispSet [[10,0,0],[1,0,0,0]];\n[[1,2,3],[1,0,0,0]]", "line 1.*program displacement"),
+    ("fanuc", "CURRENT USER FRAME POSITION:\n" + LISTED + "\nCURRENT WORLD POSITION:\n" + LISTED, "frame of the positions changes: WORLD"),
+    ("fanuc", "1: UTOOL_NUM=1 ;\n4: UTOOL_NUM=2 ;\nP[1]{\nGP1:\n" + FANUC.format(*P) + "\n};", "UT, selected changes: 2"),
     ("ur", "movel(p[1,2,3,0,0,0], a=1.2)", "no name"),
     ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/POL,1,2,3,0,0,1", "'CART' is missing"),
     ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/CART,1,2,3\nUNITS/INCH,ANGDEC\nPTMEAS/CART,1,2,3", "unit changes"),
@@ -150,6 +164,23 @@ def test_a_message_beside_a_report_in_json_hides_nothing():
     text = '{"prb":{"e":1,"x":1.0,"y":2.0,"z":3.0},"msg":"Probe contact"}\n{"r":{"prb":{"e":1,"x":4,"y":5,"z":6}},"msg":"ok"}\n'
     np.testing.assert_array_equal(read("grbl", text, 2).points, [[1, 2, 3], [4, 5, 6]])
     assert len(read("grbl", '{"msg":"Probe contact"}\n' + ONE, 1).points) == 1
+
+
+def test_frames_of_tools_bases_and_the_robot_are_no_touches():
+    frames = "BASE_DATA[1]=" + AT + "DECL FRAME TOOL_DATA[2]=" + AT + "$WORLD=" + AT + "$ROBROOT=" + AT
+    log = read("kuka", frames + "XP1={" + KUKA.format(*P) + "}", 1)
+    np.testing.assert_array_equal(log.points, [P])
+    assert any(note.startswith("4 frames") for note in log.notes)
+
+
+def test_a_unit_that_a_console_lists_last_holds_for_the_reports_before():
+    assert read("grbl", ONE + "$13=1\n", 1, ContactOptions()).units == "in"
+
+
+def test_a_program_that_selects_tools_does_not_change_positions_of_one_tool():
+    program = "1: UTOOL_NUM=1 ;\n4: UTOOL_NUM=2 ;\n"
+    position = f"P[1]{{\n{FANUC_HEAD}{FANUC.format(*P)}}};"
+    np.testing.assert_array_equal(read("fanuc", program + position, 1).points, [P])
 
 
 def test_reports_in_inch_are_known_by_their_setting():

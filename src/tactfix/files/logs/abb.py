@@ -28,6 +28,7 @@ _DECLARED: Final = re.compile(
 )
 _ASSIGNED: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(?::=|=|:)", re.ASCII)
 _MOVE_TO_PLACE: Final = re.compile(r"\s*Move(?:L|J)\w*\s*(?:\\\s*Conc\s*,)?\s*(?=\[)", re.IGNORECASE)
+_DISPLACED: Final = re.compile(r"\s*(?:PDisp|EOffs)(?:On|Set)\b", re.IGNORECASE)
 _JOINTS: Final = re.compile(r"\s*MoveAbsJ\b", re.IGNORECASE)
 _NAMED_MOTION: Final = re.compile(
     r"\s*(?:Move|Search)[A-Za-z]+((?:\s*\\\s*\w+)*\s*,?[^\[\]]*?),\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?;?\s*",
@@ -51,6 +52,8 @@ class _Reader:
     motions: dict[str, list[tuple[int, str, str]]] = field(default_factory=dict)
 
     def statement(self, lexer: Lexer) -> None:
+        if _DISPLACED.match(lexer.text):
+            lexer.refuse("a program displacement shifts the targets", "write them without one: PDispOff, EOffsOff")
         declared = _DECLARED.match(lexer.text)
         if _JOINTS.match(lexer.text) or (declared is not None and declared.group(1).upper() not in _POSITION_TYPES):
             self.other.append(lexer.line)

@@ -9,7 +9,17 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, try_reading, vector
+from tactfix.files.logs.log import (
+    ONE_STATE_REMEDY,
+    Log,
+    LogContact,
+    Standing,
+    against,
+    check_normal,
+    passed_over,
+    try_reading,
+    vector,
+)
 from tactfix.lexer import Lexer, text_lines
 
 _POINT_LINE: Final = re.compile(r"\s*(?:PTMEAS|PTDATA)\s*/", re.IGNORECASE)
@@ -47,9 +57,7 @@ class _Reader:
         ):
             lexer.refuse("this is not a whole PTMEAS", _DMIS_REMEDY)
         elif units:
-            if units.group(1).upper() not in _KNOWN_UNITS:
-                lexer.refuse(f"UNITS/{units.group(1)} is not known here", "write it in MM, M or INCH")
-            self.units = _KNOWN_UNITS[units.group(1).upper()]
+            self._unit(lexer, units.group(1).upper())
         else:
             self.frame = lexer.text.strip() if _FRAME_LINE.match(lexer.text) else self.frame
             for what, statement in _STATES:
@@ -58,6 +66,18 @@ class _Reader:
                     # Every move of the table is another place of it, even if it is told in the same words.
                     self.states[what] = f"{said} in line {lexer.line}" if said.upper().startswith("ROT") else said
             self.other.append(lexer.line)
+
+    def _unit(self, lexer: Lexer, name: str) -> None:
+        """UNITS/ holds for what follows; all touches are in one unit."""
+        if name not in _KNOWN_UNITS:
+            lexer.refuse(f"UNITS/{name} is not known here", "write it in MM, M or INCH")
+        unit = _KNOWN_UNITS[name]
+        if self.contacts and unit != self.units:
+            lexer.refuse(
+                f"the unit changes to {unit} below touches in {self.units or 'a unit that is not said'}",
+                ONE_STATE_REMEDY,
+            )
+        self.units = unit
 
     def _point(self, lexer: Lexer) -> None:
         lexer.mark("CART", _DMIS_REMEDY)
@@ -68,7 +88,7 @@ class _Reader:
             i, j, k = lexer.numbers(3, _DMIS_REMEDY)
             normal = (i, j, k)
         lexer.end(_DMIS_REMEDY)
-        self.standing.keep("the unit", self.units, lexer)
+        check_normal(lexer, normal, _DMIS_REMEDY)
         self.standing.keep("the part coordinate system", self.frame, lexer)
         for what, _ in _STATES:
             self.standing.keep(what, self.states.get(what, "as at the beginning"), lexer)

@@ -8,6 +8,7 @@ or six columns. List, user frame, tool and the axes of other groups must be the 
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
@@ -26,6 +27,14 @@ _ITEM: Final = re.compile(
     r"[ \t]*(?:(P|PR)[ \t]*\[[ \t]*([0-9]{1,5})[ \t]*(?::[^\]\n]*)?\][ \t]*[=:]?)?[ \t]*(?=X[ \t]*[=:])", re.IGNORECASE
 )
 _PROGRAM_LIST: Final = re.compile(r"[ \t]*\[\*\w+\*\][ \t]*(\$\w+)")
+_POSITION_HEADING: Final = re.compile(r"[ \t]*CURRENT[ \t]+(\w[\w \t]*?)[ \t]*POSITION", re.IGNORECASE)
+_SELECTIONS: Final = {
+    "UF": ("the user frame, UF,", re.compile(r"[^!\n]*\bUFRAME_NUM[ \t]*=[ \t]*([^;\n]*)", re.IGNORECASE)),
+    "UT": ("the tool, UT,", re.compile(r"[^!\n]*\bUTOOL_NUM[ \t]*=[ \t]*([^;\n]*)", re.IGNORECASE)),
+}
+"""What a position says of its frame and tool: how that is called, and the statement that selects it in a program."""
+_SELECTED_FRAME: Final = "F"
+"""A position without a number of its own is in the frame, and of the tool, that the program has selected."""
 _SHOWN: Final = re.compile(r"[ \t]*Frame[ \t]*#[ \t]*:[ \t]*(\w+)[ \t]+Tool[ \t]*#[ \t]*:[ \t]*(\w+)", re.IGNORECASE)
 _COORDINATE: Final = re.compile(r"(?<![A-Za-z])X[ \t]*[=:][ \t]*[-+.0-9][^\n]*(?<![A-Za-z])Y[ \t]*[=:][ \t]*[-+.0-9]")
 _CONFIGURATION: Final = re.compile(
@@ -44,6 +53,7 @@ class _Reader:
     empty: list[int] = field(default_factory=list)
     joints: list[int] = field(default_factory=list)
     now: dict[str, str] = field(default_factory=dict)
+    selected: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
 
     def part(self, lexer: Lexer) -> None:
         """One position with all its lines, or one line."""
@@ -59,8 +69,13 @@ class _Reader:
         elif begun := _PROGRAM_LIST.match(lexer.text):
             self.now["the list"] = begun.group(1).upper()
             self.other.append(lexer.line)
+        elif heading := _POSITION_HEADING.match(lexer.text):
+            self.now["the frame of the positions"] = heading.group(1).upper()
+            self.other.append(lexer.line)
         elif shown := _SHOWN.match(lexer.text):
             self.now |= {"the user frame, UF,": shown.group(1), "the tool, UT,": shown.group(2)}
+            self.other.append(lexer.line)
+        elif self._select(lexer):
             self.other.append(lexer.line)
         elif self._is_row(lexer.text):
             contact = self.columns.line(lexer)
@@ -69,6 +84,22 @@ class _Reader:
             lexer.refuse("this is not a whole position", FANUC_EXAMPLE)
         else:
             self.other.append(lexer.line)
+
+    def _select(self, lexer: Lexer) -> bool:
+        """1: UTOOL_NUM=2 ; remembered for positions that are of the selected tool."""
+        found = [
+            (label, match.group(1).strip()) for label, one in _SELECTIONS.values() if (match := one.match(lexer.text))
+        ]
+        for label, number in found:
+            self.selected.setdefault(label, []).append((lexer.line, number))
+        return bool(found)
+
+    def check_selected(self, problems: list[Problem]) -> None:
+        """Positions without a frame or tool of their own: the program must select one throughout."""
+        for label, selected in self.selected.items():
+            if self.standing.said.get(label, ("", 0))[0] == _SELECTED_FRAME:
+                for line, number in selected:
+                    try_reading(Lexer("", line), problems, partial(self.standing.keep, f"{label} selected", number))
 
     def _is_row(self, text: str) -> bool:
         """Whether a line is one of columns: their names, numbers, or cells below names; a line of a program is none."""
@@ -97,13 +128,14 @@ class _Reader:
 
     def _frame(self, lexer: Lexer, group: int) -> None:
         """UF : 0, UT : 1, CONFIG : '...',"""
-        for what, label in (("UF", "the user frame, UF,"), ("UT", "the tool, UT,")):
+        for what, (label, _) in _SELECTIONS.items():
+            number = _SELECTED_FRAME
             if lexer.take(what):
                 lexer.mark(":", FANUC_EXAMPLE)
-                number = "F" if lexer.take("F") else str(lexer.integer(FANUC_EXAMPLE))
+                number = _SELECTED_FRAME if lexer.take(_SELECTED_FRAME) else str(lexer.integer(FANUC_EXAMPLE))
                 lexer.mark(",", FANUC_EXAMPLE)
-                if group == 1:
-                    self.standing.keep(label, number, lexer)
+            if group == 1:
+                self.standing.keep(label, number, lexer)
         if lexer.take("CONFIG"):
             lexer.mark(":", FANUC_EXAMPLE)
             lexer.quoted("'", FANUC_EXAMPLE)
@@ -199,4 +231,5 @@ def read_fanuc(text: str, problems: list[Problem]) -> Log:
     reader = _Reader(PoseColumns(numbers, standing), standing)
     for part in _parts(text.replace("\r", "")):
         try_reading(part, problems, reader.part)
+    reader.check_selected(problems)
     return reader.log()

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from tactfix.errors import Problem
 from tactfix.files.logs.console import block_of, read_closing, read_opening, unwrapped
-from tactfix.files.logs.log import Log, LogContact, Standing, Vector, passed_over, read_lines, vector
+from tactfix.files.logs.log import ONE_STATE_REMEDY, Log, LogContact, Standing, Vector, passed_over, read_lines, vector
 from tactfix.files.logs.probe_commands import ProbeCommands
 from tactfix.gcode import Block
 from tactfix.lexer import LARGEST_NUMBER, Lexer
@@ -99,6 +99,8 @@ class _Reader:
             for axis in "abcuvw":
                 if axis in report:
                     self.standing.keep(f"the axis {axis.upper()}", float(report[axis]), lexer)
+        if self.json_units is not None:
+            self.standing.keep("the unit, G20 or G21,", self.json_units, lexer)
         self.units = self.units or self.json_units
         self._touched(lexer, [float(report[axis]) for axis in "xyz"], bool(report["e"]), None)
 
@@ -144,9 +146,15 @@ class _Reader:
         elif _FAILED.search(lexer.text):
             self.commands.forget()
         elif setting:
-            self.units = "in" if setting.group(1) == "1" else "mm"
+            self._unit(lexer, "in" if setting.group(1) == "1" else "mm")
         else:
             self._command(block_of(modes.group(1)) if modes else block_of(said) or command)
+
+    def _unit(self, lexer: Lexer, unit: str) -> None:
+        """$13 holds for the reports before it too, where none said otherwise: consoles list it at any time."""
+        if self.contacts and self.units not in (None, unit):
+            lexer.refuse(f"the unit changes to {unit} below reports in {self.units}", ONE_STATE_REMEDY)
+        self.units = unit
 
     def _command(self, block: Block | None) -> None:
         if block is None:

@@ -3,8 +3,8 @@
     {X 1,Y 2,Z 3,A 0,B 90,C 0,S 2,T 35,E1 0.0, ...}      also {POS: ...}, {E6POS: ...}, {FRAME: ...}
     DECL E6POS XP1={...}    GLOBAL FRAME P1={...}    $POS_ACT={...}    LIN {...} C_DIS    P1: X 1 Y 2 Z 3 A 0 B 90 C 0
 
-or six columns. External axes must stand still; DECL FDAT, $TOOL, $BASE and BAS tell tool and base, which must be the
-same throughout.
+or six columns. External axes must stand still; DECL FDAT, $TOOL, $BASE, BAS and FDAT_ACT tell tool and base, which must
+be the same throughout. TOOL_DATA, BASE_DATA, $WORLD and $ROBROOT are frames, not touches.
 """
 
 import re
@@ -26,7 +26,8 @@ _POSITION: Final = re.compile(r"(?<![A-Za-z0-9_])[XYZ]\s*[=:]?\s*\"?[-+.0-9]", r
 _LABELLED: Final = re.compile(r"X\s*[=:]?\s*[-+.0-9]", re.IGNORECASE)
 _RELATIVE: Final = re.compile(r"\s*S?(?:PTP|LIN|CIRC)_REL\b", re.IGNORECASE)
 _ACTIVE: Final = re.compile(
-    r"\s*(?:\$(TOOL|BASE)\s*=\s*([^;]*)|BAS\s*\(\s*#(TOOL|BASE)\s*,\s*([^)]*)\))", re.IGNORECASE
+    r"\s*(?:(\$(?:ACT_)?(?:TOOL|BASE)|FDAT_ACT)\s*=\s*([^;]*)|BAS\s*\(\s*#(TOOL|BASE)\s*,\s*([^)]*)\))",
+    re.IGNORECASE,
 )
 _DECLARATION: Final = re.compile(
     r"\s*(?:(?:GLOBAL|DECL|CONST)\s+)*(?:(E6POS|POS|FRAME|FDAT)\s+)?([A-Za-z_$][\w$.]*(?:\[\s*\d*\s*\])?)\s*[=:]\s*",
@@ -36,6 +37,10 @@ _PTP_OR_LIN: Final = re.compile(r"\s*S?(?:PTP|LIN)\s*(?=\{)", re.IGNORECASE)
 _APPROXIMATE: Final = re.compile(r"\s*C_(?:DIS|PTP|ORI|VEL|SPL)\b", re.IGNORECASE)
 _INSIDE: Final = re.compile(r"\{\s*([A-Za-z_]\w*)", re.ASCII)
 _TAUGHT: Final = re.compile(r"\bF(\w+)\s*=", re.ASCII)
+_HELD_PART: Final = re.compile(r"IPO_FRAME\s*#TCP\b", re.IGNORECASE)
+_FRAMES: Final = re.compile(
+    r"\s*(?:(?:GLOBAL|DECL|CONST|FRAME)\s+)*(?:(?:TOOL|BASE)_DATA\s*\[|\$(?:WORLD|ROBROOT|NULLFRAME)\b)", re.IGNORECASE
+)
 _TAUGHT_NUMBER: Final = re.compile(r"(TOOL_NO|BASE_NO)\s+(-?[0-9]{1,3})\b", re.IGNORECASE)
 
 
@@ -46,6 +51,7 @@ class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
     talk: list[int] = field(default_factory=list)
     axes: list[int] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)
     taught: dict[str, tuple[int, list[tuple[str, str]]]] = field(default_factory=dict)
     active: dict[str, str] = field(default_factory=dict)
 
@@ -53,12 +59,10 @@ class _Reader:
         comment = lexer.text.lstrip().startswith((";", "#"))
         inside = None if comment else _INSIDE.search(lexer.text)
         word = inside.group(1).upper() if inside else ""
-        if comment:
+        if comment or self._selects(lexer):
             self.talk.append(lexer.line)
-        elif active := _ACTIVE.match(lexer.text):
-            what, value = active.group(1) or active.group(3), active.group(2) or active.group(4) or ""
-            self.active[f"${what.upper()}"] = value.strip()
-            self.talk.append(lexer.line)
+        elif _FRAMES.match(lexer.text):
+            self.frames.append(lexer.line)
         elif _RELATIVE.match(lexer.text):
             lexer.refuse("a relative motion tells no place", KUKA_EXAMPLE)
         elif word in ("X", "E6POS", "POS", "FRAME"):
@@ -75,6 +79,14 @@ class _Reader:
             self._labelled(lexer)
         else:
             self._row(lexer)
+
+    def _selects(self, lexer: Lexer) -> bool:
+        """$TOOL=..., BAS(#BASE,2) and FDAT_ACT=... hold for the positions below."""
+        active = _ACTIVE.match(lexer.text)
+        if active is not None:
+            what, value = active.group(1) or f"${active.group(3)}", active.group(2) or active.group(4) or ""
+            self.active[what.upper()] = value.strip()
+        return active is not None
 
     def _talk_or_names(self, lexer: Lexer) -> None:
         if is_header(lexer.text):
@@ -119,7 +131,7 @@ class _Reader:
         self._contact(lexer, said, name)
 
     def _contact(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
-        for what in ("$TOOL", "$BASE"):
+        for what in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
             self.standing.keep(what, self.active.get(what, "that before the program"), lexer)
         self.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
         self.contacts.append(pose_contact(lexer, self.columns.numbers, [said[label] for label in KUKA_LABELS], name))
@@ -127,6 +139,8 @@ class _Reader:
     def _tool(self, lexer: Lexer) -> None:
         """DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,...}: the tool and base that the point XP1 was taught with."""
         name = _TAUGHT.search(lexer.text)
+        if _HELD_PART.search(lexer.text):
+            lexer.refuse("IPO_FRAME #TCP: this position is of a part in the gripper, not of a tool", KUKA_EXAMPLE)
         if name is not None:
             self.taught[name.group(1).upper()] = lexer.line, _TAUGHT_NUMBER.findall(lexer.text)
         self.talk.append(lexer.line)
@@ -141,6 +155,7 @@ class _Reader:
     def log(self) -> Log:
         notes = (
             *passed_over(self.axes, "positions of axes, which tell no point,"),
+            *passed_over(self.frames, "frames of tools, bases and the robot itself"),
             *passed_over(self.talk, "other lines"),
         )
         return Log(tuple(self.contacts), "mm", (*self.standing.notes("external axes", "TOOL_NO", "BASE_NO"), *notes))

@@ -1,5 +1,6 @@
 """What any machine log says, as far as it says it, and what readers of logs share."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
@@ -13,6 +14,8 @@ from tactfix.values import frozen_value
 Vector: TypeAlias = tuple[float, float, float]
 
 ONE_STATE_REMEDY: Final = "move it back, or log the contacts of one state in a file of their own"
+_NORMAL_OFF_UNIT: Final = 0.01
+"""Of the length of a normal that was printed with few digits; numbers of another kind are off by far more."""
 
 
 @frozen_value
@@ -85,7 +88,7 @@ def _says(value: object) -> bool:
 
 def _shown(value: object) -> str:
     if isinstance(value, tuple):
-        return " ".join(map(_shown, value))
+        return " ".join(map(_shown, value)) or "none"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -116,6 +119,13 @@ def against(normal: Sequence[float]) -> Vector | None:
         return None
     x, y, z = normal
     return 0.0 - x, 0.0 - y, 0.0 - z
+
+
+def check_normal(lexer: Lexer, normal: Sequence[float], remedy: str) -> None:
+    """A normal has the length 1, or is none: numbers of another kind, or decimal commas, have not."""
+    length = math.hypot(*normal)
+    if length and abs(length - 1) > _NORMAL_OFF_UNIT:
+        lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", remedy)
 
 
 def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:

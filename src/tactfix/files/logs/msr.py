@@ -19,6 +19,7 @@ _ROW_NUMBER: Final = re.compile(r"N\s*[0-9]", re.IGNORECASE)
 _MEASURED_REMEDY: Final = "write G801 N1 X1.0 Y2.0 Z3.0 R3.0"
 _NOMINAL_REMEDY: Final = "write G800 N1 X1.0 Y2.0 Z3.0 I0 J0 K1"
 _PLANE: Final = "write G330 N1 A0 B0 C0 X0 Y0 Z0 I0 R0"
+_MODEL: Final = "the model, X Y Z A B C of G331,"
 _SHIFTED: Final = "give the points in coordinates that are not shifted: X, Y, Z, I and R of G330 are zero"
 
 
@@ -43,7 +44,8 @@ class _Reader:
             case "330":
                 self._plane(lexer)
             case "331":
-                _words(lexer, "GNABCXYZ", "", _PLANE)
+                words = _words(lexer, "GNABCXYZ", "", _PLANE)
+                self.standing.keep(_MODEL, tuple(words.get(axis, 0.0) for axis in "XYZABC"), lexer)
             case "800":
                 self._nominal(lexer)
             case "801":
@@ -86,7 +88,7 @@ class _Reader:
     def log(self) -> Log:
         for name in list(self.waiting):
             self._unmeasured(name)
-        told = (*self.notes, *self.standing.notes("A B C of G330"))
+        told = (*self.notes, *self.standing.notes("A B C of G330", _MODEL))
         return Log(tuple(self.contacts), notes=(*told, *passed_over(self.other, "lines of text")))
 
 

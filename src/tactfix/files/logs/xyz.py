@@ -7,15 +7,21 @@ Z3.0, as controllers write point clouds, with axes that must stand still.
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-import numpy as np
-
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import COUNTING, NAMING, Cell, cells_of, is_header, is_number, numbers_of
-from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
+from tactfix.files.logs.log import (
+    Log,
+    LogContact,
+    Standing,
+    against,
+    check_normal,
+    passed_over,
+    read_lines,
+    vector,
+)
 from tactfix.lexer import Lexer
 from tactfix.units import UNITS, which_unit
 
@@ -31,8 +37,6 @@ _COLUMN: Final = re.compile(r'"?([^"\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?
 _LETTERED: Final = re.compile(r'\s*(?:("?[A-Za-z_][\w #-]*"?)\s*[,;:]\s*)?(?=X\s*[=:]?\s*[-+.0-9])', re.IGNORECASE)
 _LETTERS: Final = "write X1.0 Y2.0 Z3.0, or x,y,z"
 _ROTARY_AXES: Final = "ABCUVW"
-# A normal that was printed with few digits; numbers of another kind are off by far more.
-_NORMAL_OFF_UNIT: Final = 0.01
 
 
 @dataclass(slots=True)
@@ -118,7 +122,7 @@ class _Reader:
 
     def _add(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
         normal = next(([said[axis] for axis in axes] for axes in _NORMALS if axes[0] in said), [0.0, 0.0, 0.0])
-        self._check_normal(lexer, normal)
+        check_normal(lexer, normal, _XYZ_REMEDY)
         self.contacts.append(LogContact(lexer.line, vector([said[axis] for axis in "XYZ"]), against(normal), id=name))
 
     def _point(self, lexer: Lexer) -> None:
@@ -151,7 +155,7 @@ class _Reader:
         if len(numbers) not in (3, 6):
             self._check(lexer, cells, numbers)
         normal = numbers[3:6] if len(numbers) in _WITH_NORMAL else (0.0, 0.0, 0.0)
-        self._check_normal(lexer, normal)
+        check_normal(lexer, normal, _XYZ_REMEDY)
         self.contacts.append(LogContact(lexer.line, vector(numbers[:3]), against(normal), id=name))
 
     def _check(self, lexer: Lexer, cells: tuple[Cell, ...], numbers: tuple[float, ...]) -> None:
@@ -160,12 +164,6 @@ class _Reader:
             lexer.refuse(f"{len(numbers)} numbers, some with a decimal point and some without", _COMMA)
         if len(numbers) == 7 and numbers[-1] != 0:
             self.circles.append(lexer.line)
-
-    def _check_normal(self, lexer: Lexer, normal: Sequence[float]) -> None:
-        """A normal has the length 1, or is none: numbers of another kind, or decimal commas, have not."""
-        length = float(np.linalg.norm(normal))
-        if length and abs(length - 1) > _NORMAL_OFF_UNIT:
-            lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", _XYZ_REMEDY)
 
     def log(self) -> Log:
         for axis in _ROTARY_AXES:
