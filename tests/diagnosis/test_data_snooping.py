@@ -9,6 +9,7 @@ from scipy import stats
 from tactfix.localization.locate import locate
 from tactfix.noise import least_chi_square, normal_limit
 from tests.support.problems import PLATE, placed, touch_all
+from tests.validation.false_alarms import Seldom
 
 SIGMA = 0.02
 
@@ -95,3 +96,12 @@ def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
     stands_out = (np.abs(residuals) / np.sqrt(np.diag(left)) > normal_limit(18, 1e-3)).any(axis=1)
     assert 0.8e-3 < stands_out.mean() < 1.1e-3
     assert 1e-3 < (above | stands_out).mean() < 2e-3
+
+
+def test_both_tests_together_are_wrong_at_most_twice_in_a_million():
+    """Drawn where it is seldom, and weighted: one standard error is 0.02 of a million."""
+    rng = np.random.default_rng(3)
+    seldom = Seldom(touch_all(PLATE, {"plate": 6, "pin": 6, "ball": 6}, rng, sigma=0.02, tip=2.0))
+    drawn, weights = seldom.draw(50_000, rng)
+    above, out = seldom.alarms(drawn)
+    assert 1.8 < 1e6 * ((above | out) * weights).mean() < 2.0

@@ -1,35 +1,105 @@
-"""How often good contacts do not fit, by chi-square or one contact: python -m tests.validation.false_alarms.
+"""How often good contacts do not fit, by chi-square or one contact: python -m tests.validation.false_alarms [draws].
 
-Residuals are noise projected off the six directions of a pose, written here; the limits are scipy's.
+Seldom events are drawn often and weighted by how much more seldom noise is there (importance sampling): half of the
+draws have residuals so large that chi-square is about at its limit, half have one normalised residual beyond its limit.
+What noise does to residuals is written here, to first order; the limits are compared with scipy's. Then the same noise
+is given to locate, which fits a pose and judges it.
 """
+
+from argparse import ArgumentParser
+from collections.abc import Mapping
 
 import numpy as np
 from scipy import stats
 
+from tactfix.localization.locate import locate
 from tactfix.noise import chi_square_limit, normal_limit
-from tests.support.problems import PLATE, touch_all
+from tests.support.problems import BALLS, CORNER, PLATE, Patch, Truth, placed, touch_all
 
-DRAWS, CHUNK = 40_000_000, 1_000_000
+SIGMA = 0.02
+CASES: Mapping[str, tuple[Mapping[str, Patch], int]] = {
+    "plate, pin, ball: 9 contacts": (PLATE, 3),
+    "plate, pin, ball: 18 contacts": (PLATE, 6),
+    "plate, pin, ball: 30 contacts": (PLATE, 10),
+    "three balls: 12 contacts": (BALLS, 4),
+    "three planes: 9 contacts": (CORNER, 3),
+}
 
 
-def main() -> None:
-    truth = touch_all(PLATE, {"plate": 6, "pin": 6, "ball": 6}, np.random.default_rng(0), sigma=0.02, tip=2.0)
-    points = truth.points - truth.points.mean(axis=0)
-    jacobian = np.hstack([np.cross(points, truth.normals) / 100.0, truth.normals])
-    # An orthonormal basis of what a pose leaves of the residuals: chi-square is that of twelve normal numbers.
-    left = np.linalg.svd(jacobian)[0][:, 6:]
-    sizes = np.linalg.norm(left, axis=1)
-    assert abs(chi_square_limit(12) - stats.chi2.isf(1e-6, 12)) < 1e-6
-    rng = np.random.default_rng(1)
-    sums = alone = either = 0
-    for _ in range(DRAWS // CHUNK):
-        noise = rng.standard_normal((CHUNK, 12), dtype=np.float32)
-        above = (noise**2).sum(axis=1) > chi_square_limit(12)
-        out = (np.abs(noise @ left.T.astype(np.float32)) > normal_limit(18) * sizes.astype(np.float32)).any(axis=1)
-        sums, alone, either = sums + above.sum(), alone + out.sum(), either + (above | out).sum()
-    share = 1e6 * either / DRAWS
-    print(f"of {DRAWS:,}: chi-square {sums}, one contact {alone}, either {either}: {share:.2f} in a million")
+class Seldom:
+    """Noise of good contacts near the limits. left (n, d): an orthonormal basis of what a pose leaves of residuals."""
+
+    def __init__(self, truth: Truth) -> None:
+        arms = truth.points - truth.points.mean(axis=0)
+        jacobian = np.hstack([np.cross(arms, truth.normals) / np.abs(arms).max(), truth.normals])
+        basis = np.linalg.svd(jacobian)[0]
+        self.span, self.left = basis[:, :6], basis[:, 6:]
+        self.count, self.dof = self.left.shape
+        self.units = self.left / np.linalg.norm(self.left, axis=1, keepdims=True)
+        self.all, self.one = chi_square_limit(self.dof), normal_limit(self.count)
+        assert abs(self.all - stats.chi2.isf(1e-6, self.dof)) < 1e-6
+        assert abs(self.one - stats.norm.isf(0.5e-6 / self.count)) < 1e-6
+        self.wide = np.sqrt(self.all / self.dof)
+
+    def draw(self, draws: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """What is left of residuals over sigma (draws, d), and their weights (draws,)."""
+        wide = self.wide * rng.standard_normal((draws - draws // 2, self.dof))
+        which = self.units[rng.integers(self.count, size=draws // 2)]
+        ahead = rng.choice([-1.0, 1.0], draws // 2) * (self.one + rng.exponential(1 / self.one, draws // 2))
+        beside = rng.standard_normal((draws // 2, self.dof))
+        one = beside + (ahead - (beside * which).sum(axis=1))[:, None] * which
+        drawn = np.vstack([wide, one])
+        return drawn, 1 / (0.5 * self._wide_density(drawn) + 0.5 * self._one_density(drawn))
+
+    def _wide_density(self, drawn: np.ndarray) -> np.ndarray:
+        """Of the wide normal, over that of noise."""
+        return np.exp((drawn**2).sum(axis=1) / 2 * (1 - 1 / self.wide**2)) / self.wide**self.dof
+
+    def _one_density(self, drawn: np.ndarray) -> np.ndarray:
+        """Of draws with one residual beyond its limit, over that of noise."""
+        sizes = np.abs(drawn @ self.units.T)
+        beyond = np.where(sizes > self.one, self.one / 2 * np.exp(-self.one * (sizes - self.one)), 0.0)
+        return (beyond / stats.norm.pdf(sizes)).mean(axis=1)
+
+    def alarms(self, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which draws are beyond the limit of chi-square, and which beyond that of one contact."""
+        return (drawn**2).sum(axis=1) > self.all, (np.abs(drawn @ self.units.T) > self.one).any(axis=1)
+
+
+def rate(alarms: np.ndarray, weights: np.ndarray) -> str:
+    """In a million, with one standard error."""
+    weighed = 1e6 * alarms * weights
+    return f"{weighed.mean():.3f} +- {weighed.std() / np.sqrt(len(weighed)):.3f}"
+
+
+def told_by_locate(patches: Mapping[str, Patch], truth: Truth, seldom: Seldom, drawn: np.ndarray, rng) -> np.ndarray:
+    """Which draws locate calls inconsistent."""
+    said = truth.contacts()
+    fixture, wrong = placed(patches), []
+    for left in drawn:
+        noise = SIGMA * (seldom.left @ left + seldom.span @ rng.standard_normal(6))
+        contacts = truth.contacts(points=said.points + noise[:, None] * truth.normals)
+        wrong.append(locate(fixture, contacts, explain=False).status == "inconsistent")
+    return np.array(wrong)
+
+
+def main(draws: int, located: int) -> None:
+    print("| contacts | chi-square | one contact | either | either, by locate |\n| --- | --- | --- | --- | --- |")
+    for name, (patches, each) in CASES.items():
+        rng = np.random.default_rng(1)
+        truth = touch_all(patches, dict.fromkeys(patches, each), rng, sigma=SIGMA, tip=2.0)
+        seldom = Seldom(truth)
+        drawn, weights = seldom.draw(draws, rng)
+        above, out = seldom.alarms(drawn)
+        rates = [rate(which, weights) for which in (above, out, above | out)]
+        drawn, weights = seldom.draw(located, rng)
+        rates.append(rate(told_by_locate(patches, truth, seldom, drawn, rng), weights) if located else "")
+        print(f"| {name} | {' | '.join(rates)} |", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    reader = ArgumentParser(description=__doc__)
+    reader.add_argument("draws", type=int, nargs="?", default=1_000_000)
+    reader.add_argument("--located", type=int, default=1000, help="how many draws locate is asked about")
+    asked = reader.parse_args()
+    main(asked.draws, asked.located)
