@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactfix.diagnosis.corrections import Problem
+from tactfix.diagnosis.fixture_mistakes import exchanges, reorderings
 from tactfix.localization.locate import locate
-from tests.support.problems import placed
+from tests.support.problems import CORNER, Patch, placed
 from tests.validation.diagnosis import is_named
 from tests.validation.made_mistakes import FIXTURES, MISTAKES, touched
 
@@ -82,3 +84,38 @@ def test_the_same_is_said_in_another_unit_and_order():
         for name, patch in case.said.items()
     }
     assert frozenset(locate(placed(small), metres).diagnosis[0].rows) == case.rows
+
+
+CROSSED_BARS = {
+    "bar": Patch("cylinder", (0, 0, 0), (1, 0, 0), 10.0, length=80.0, middle=0.0),
+    "rod": Patch("cylinder", (20, 0, 60), (0.3, 1, 0.2), 8.0, length=80.0, middle=0.0),
+}
+
+
+def test_two_bad_contacts_on_three_planes_are_no_other_unit():
+    """Any smaller unit fits three planes, and shrinks the residuals: that must not end the search."""
+    truth, contacts = touched(CORNER, (6, 5, 5), np.random.default_rng(4))
+    points = contacts.points.copy()
+    points[[2, 13]] += np.array([[0.5], [-0.7]]) * truth.normals[[2, 13]]
+    first = locate(placed(CORNER), replace(contacts, points=points)).diagnosis[0]
+    assert (first.code, first.rows, first.one_of) == ("outlier", (3, 14), False)
+
+
+def test_poses_that_a_mistake_leaves_are_one_entry_that_says_so():
+    _, contacts = touched(CROSSED_BARS, (11, 10), np.random.default_rng(0))
+    fixture = placed(CROSSED_BARS)
+    assert locate(fixture, contacts).status == "ambiguous"
+    result = locate(fixture, replace(contacts, approaches=-contacts.approaches))
+    assert [(cause.code, cause.rows, cause.one_of) for cause in result.diagnosis] == [("approach", (), False)]
+    assert "what is left is ambiguous" in result.diagnosis[0].message
+
+
+def test_two_features_exchanged_are_asked_before_all_other_orders():
+    """Nine contacts on four bores rule little out, and a search for each of their orders would take three seconds."""
+    patches = {f"bore_{k}": Patch("cylinder", (90 * k, 11 * k * k, 0), radius=20.0, side="inner") for k in range(4)}
+    _, contacts = touched(patches, (3, 2, 2, 2), np.random.default_rng(1))
+    problem = Problem({n: p.surface() for n, p in patches.items()}, contacts, contacts.sigmas)
+    pairs, more = exchanges(problem), reorderings(problem)
+    assert {len(one.features) for one in pairs} == {2}
+    assert len(pairs) < len(more)
+    assert all(len(one.features) > 2 for one in more)

@@ -76,6 +76,11 @@ class Hypothesis:
         out = sum(problem.equations[i] for i in self.deleted)
         return out + (0 if self.free is None else self.directions(problem).shape[1])
 
+    @property
+    def allows_more(self) -> bool:
+        """Whether residuals count for less than the file says: another sigma, or coordinates in a smaller unit."""
+        return self.sigmas > self.points
+
     def directions(self, problem: Problem) -> Floats:
         """The directions (3, k) in which something is free to stand: the feature, in the fixture frame, or the tip's
         centre, in the flange frame; (3, 1) of no meaning.

@@ -8,6 +8,9 @@ from tactfix.diagnosis.file_faults import UNITS_MEANT
 TURNED_ENTRY = 1e-3
 """Entry by which rotations of the flange differ at least where one tool orientation is not all there is."""
 
+SPREAD = 30.0
+"""Sigmas that contacts are spread at least: with coordinates in a unit that brings them closer any pose fits."""
+
 
 def tips(problem: Problem) -> list[Hypothesis]:
     """Another tip radius than the file says: none, or the one that fits best."""
@@ -26,7 +29,10 @@ def tip_offsets(problem: Problem) -> list[Hypothesis]:
 def units(problem: Problem) -> list[Hypothesis]:
     """The coordinates alone, or all lengths, in another unit than the file says."""
     count, tip = 2 * len(UNITS_MEANT), problem.contacts.tip_radius
-    coordinates = [Hypothesis("unit", alternatives=count, points=factor) for factor in UNITS_MEANT]
+    spread = problem.contacts.spread / float(problem.contacts.sigmas.max())
+    coordinates = [
+        Hypothesis("unit", alternatives=count, points=factor) for factor in UNITS_MEANT if spread * factor > SPREAD
+    ]
     return coordinates + [
         Hypothesis("unit", alternatives=count, points=factor, sigmas=factor, tip=tip * factor, note="whole")
         for factor in UNITS_MEANT

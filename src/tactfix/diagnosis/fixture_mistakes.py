@@ -115,7 +115,16 @@ def reflections(problem: Problem) -> list[Hypothesis]:
 
 
 def exchanges(problem: Problem) -> list[Hypothesis]:
-    """Whole features taken for each other, and blocks of contacts in another order."""
+    """Two features taken for each other, and two blocks of contacts in the other order."""
+    return [one for one in _exchanges_of_features(problem) if len(one.features) == 2]
+
+
+def reorderings(problem: Problem) -> list[Hypothesis]:
+    """More than two features taken for each other, and blocks of contacts in any other order."""
+    return [one for one in _exchanges_of_features(problem) if len(one.features) > 2]
+
+
+def _exchanges_of_features(problem: Problem) -> list[Hypothesis]:
     names = problem.contacts.features
     touched = tuple(problem.contacts.by_feature)
     orders = list(permutations(touched)) if len(touched) <= MOST_PERMUTED else list(_two_exchanged(touched))

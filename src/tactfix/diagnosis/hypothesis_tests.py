@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -20,6 +21,7 @@ from tactfix.diagnosis.fixture_mistakes import (
     places,
     radii,
     reflections,
+    reorderings,
     sides,
     signs,
 )
@@ -28,6 +30,7 @@ from tactfix.diagnosis.telling import one_of, told
 from tactfix.diagnosis.trial_search import NO_CHANGE, Explanation, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import moved
 from tactfix.mistakes import CAUSES, DiagnosisCode
 from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit, normal_limit
@@ -63,6 +66,9 @@ ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
 
 PLAINLY_OUT = 0.5
 """Cosine of approach and normal, five times the 0.1 rad to which the direction of a pose must be known."""
+ELSEWHERE = 0.01
+"""Share of the contacts' spread by which contacts are in other places of the fixture at two poses that are two."""
+AMBIGUOUS = " (what is left is ambiguous)"
 MOST_ENTRIES = 8
 """Entries of a diagnosis."""
 MOST_TESTED = 40
@@ -81,12 +87,13 @@ def mistakes_that_explain(
     """The mistakes after which a pose is left, most plausible first; solutions: those that fit as it is, or nearly."""
     known = [solution.base_from_fixture for solution in solutions]
     search = TrialSearch(problem, known)
-    found = search.explanations(
-        [h for code in CAUSES if code in FROM_KNOWN_POSES for h in FROM_KNOWN_POSES[code](problem)]
-    )
-    found += searched_anew(problem, [h for code in CAUSES if code in ANEW for h in ANEW[code](problem)])
+    found = search.explanations(_all(FROM_KNOWN_POSES, problem))
+    found += searched_anew(problem, _all(ANEW, problem))
     found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
     accepted = _accepted(fixture, problem, found, accepts)
+    if not any(_is_enough(problem, one) for one, _ in accepted):
+        # There are many, each takes a search, and they are as rare as the mistakes before them are common.
+        accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
         if any(_is_enough(problem, one) for one, _ in accepted) or problem.dof < size:
             break
@@ -100,8 +107,8 @@ def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[
 
 
 def _is_enough(problem: Problem, one: Explanation) -> bool:
-    """Whether more mistakes at once need not be looked for; another sigma explains whatever they leave."""
-    return one.hypothesis.code != "sigma" and one.chi2 <= _limit(problem, one, SUSPICIOUS)
+    """Whether more mistakes at once need not be looked for; what allows larger residuals explains anything."""
+    return not one.hypothesis.allows_more and one.chi2 <= _limit(problem, one, SUSPICIOUS)
 
 
 def _limit(problem: Problem, one: Explanation, probability: float) -> float:
@@ -116,12 +123,19 @@ def _accepted(
     explaining = without_generalizations(problem, explaining)
     accepted = []
     for one in sorted(explaining, key=lambda one: one.score)[:MOST_TESTED]:
-        for way in one.ways:
-            remark = _remark(fixture, problem, way, accepts)
-            if remark is not None:
-                accepted.append((way, remark))
-                break
+        asked = ((way, _remark(fixture, problem, way, accepts)) for way in one.ways)
+        left = ((way, remark) for way, remark in asked if remark is not None)
+        for way, remark in islice(left, 1):
+            others = (other for other, _ in left if _is_elsewhere(problem, way, other))
+            accepted.append((way, remark or (AMBIGUOUS if any(True for _ in others) else "")))
     return accepted
+
+
+def _is_elsewhere(problem: Problem, one: Explanation, other: Explanation) -> bool:
+    """Whether contacts are in plainly other places of the fixture."""
+    points = problem.contacts.points
+    here, there = (transform_points(inverse(way.base_from_fixture), points) for way in (one, other))
+    return bool(np.abs(here - there).max() > ELSEWHERE * problem.contacts.spread)
 
 
 def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accepts) -> str | None:
@@ -179,7 +193,11 @@ def _tip_offset(problem: Problem, search: TrialSearch, solutions: Sequence[Solut
 
 
 def _approaches(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
-    return [one for solution in solutions for one in _approaches_at(problem, solution)]
+    found: dict[tuple[int, ...], list[Explanation]] = {}
+    for solution in solutions:
+        for one in _approaches_at(problem, solution):
+            found.setdefault(one.hypothesis.reversed, []).append(one)
+    return [replace(first, others=tuple(others)) for first, *others in found.values()]
 
 
 def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:

@@ -75,11 +75,13 @@ def all_poses(
     with_misses: bool = True,
     placement: Placement | None = None,
     thorough: bool = True,
+    most_starts: int | None = None,
 ) -> PoseSearch:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
     Where there is none the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond
-    its limits not all poses are found. Without thorough, those that one covering of the rotations meets.
+    its limits not all poses are found. Without thorough, those that one covering of the rotations, of
+    most_starts at most, meets.
 
     With fewer contacts than unknowns, or contacts that leave a motion free, the fits are samples of a continuum.
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
@@ -92,7 +94,7 @@ def all_poses(
     unit = (smallest / frame.length) ** 2
     # Directions that are held, and a pose that was measured, are not symmetric as the surfaces are.
     turns = frame.half_turns(surfaces, contacts) if searched.domain.is_free and not searched.measured else []
-    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough)
+    zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough, most_starts)
     dof, limit = equations.dof, chi_square_limit(equations.dof)
     least = zeros.costs.min(initial=np.inf) / zero_limit(searched.dof, unit)
     if zeros.continuum:
@@ -127,6 +129,7 @@ def _zeros(
     cost_limit: float,
     turns: Sequence[Floats],
     thorough: bool,
+    most_starts: int | None,
 ) -> Zeros:
     """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
     if len(searched) >= RELY_ON_FEATURES:
@@ -139,7 +142,8 @@ def _zeros(
                 return zeros
     starts = _starts(surfaces, contacts, searched.dof)
     if not thorough:
-        return find_zeros(searched, cost_limit, int(BEYOND_SHARE * starts), turns, thorough=False)
+        few = min(int(BEYOND_SHARE * starts), most_starts or starts)
+        return find_zeros(searched, cost_limit, few, turns, thorough=False)
     zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros):
         return zeros
