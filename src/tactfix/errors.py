@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from tactfix.settings import joined, on_command_line
 from tactfix.values import frozen_value
 
 
@@ -17,20 +18,13 @@ class TactfixError(Exception):
     Attributes
     ----------
     on_command_line : str
-        Its text there, where arguments are options; str() calls them as Python does: tip_radius.
+        Its text there, where settings are options; str() names them as keyword arguments.
     """
 
     @property
     def on_command_line(self) -> str:
-        """The text with options by their names on the command line."""
-        return super().__str__()
-
-    def __str__(self) -> str:
-        return _OPTION.sub(lambda found: found[1].replace("-", "_"), self.on_command_line)
-
-
-_OPTION: Final = re.compile(r"(?<!locate )(?<!plan )(?<!CONTACTS )--(?!q[wxyz]\b|ros-)([a-z]{2}[a-z-]*)")
-"""An option of the command line, and not one of a command that is told whole, nor of ROS."""
+        """The text with settings as options."""
+        return on_command_line(self.args[0]) if self.args else ""
 
 
 @frozen_value(eq=True)
@@ -60,9 +54,14 @@ class Problem:
     column: int | None = None
     row: int | None = None
 
-    def __str__(self) -> str:
+    @property
+    def text(self) -> str:
+        """Place, what and remedy in one line."""
         place = [f"{word} {n}" for word, n in (("row", self.row), ("line", self.line), ("column", self.column)) if n]
-        return f"{', '.join(place)}: {self.what}; {self.remedy}" if place else f"{self.what}; {self.remedy}"
+        return (f"{', '.join(place)}: " if place else "") + self.what + "; " + self.remedy
+
+    def __str__(self) -> str:
+        return str(self.text)
 
 
 class FileError(TactfixError):
@@ -85,7 +84,7 @@ class FileError(TactfixError):
         self.path = path
         self.problems = tuple(problems)
         self.lines = tuple(_lines(self.problems))
-        super().__init__("\n".join(f"{path}: {line}" for line in self.lines))
+        super().__init__(joined("\n", [f"{path}: " + line for line in self.lines]))
 
 
 PROBLEMS_TOLD: Final = 20
@@ -100,13 +99,13 @@ def _lines(problems: Sequence[Problem]) -> list[str]:
     kinds: dict[tuple[str, str], list[Problem]] = {}
     for problem in problems:
         kinds.setdefault((_VALUE.sub(r"\1...", problem.what), problem.remedy), []).append(problem)
-    lines = []
+    lines: list[str] = []
     for problem in problems:
         kind = kinds[_VALUE.sub(r"\1...", problem.what), problem.remedy]
         if len(kind) < _MANY_PROBLEMS:
-            lines.append(str(problem))
+            lines.append(problem.text)
         elif problem is kind[0]:
-            lines.append(f"{problem}; so in {len(kind)} {'rows' if problem.row else 'places'}")
+            lines.append(problem.text + f"; so in {len(kind)} {'rows' if problem.row else 'places'}")
     if len(lines) <= PROBLEMS_TOLD:
         return lines
     return [*lines[:PROBLEMS_TOLD], f"{len(lines) - PROBLEMS_TOLD} more problems; mend the ones above first"]
@@ -203,7 +202,7 @@ class PoseRefusedError(TactfixError):
 
     def __init__(self, dialect: str, reason: str, remedy: str) -> None:
         self.dialect, self.reason, self.remedy = dialect, reason, remedy
-        super().__init__(f"{dialect}: {reason}; {remedy}")
+        super().__init__(f"{dialect}: {reason}; " + remedy)
 
 
 class MissingExtraError(TactfixError):

@@ -27,7 +27,7 @@ class TextError(TactfixError):
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        super().__init__(str(problem))
+        super().__init__(problem.text)
 
 
 def text_lines(text: str) -> list[str]:

@@ -8,6 +8,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Feature, Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.settings import Setting
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
 
@@ -23,11 +24,9 @@ def probe_settings(
     if tip_radius is None:
         tip_radius = fixture.probe.tip_radius if contacts is None else contacts.tip_radius
     if sigma is None or tip_radius is None:
-        option = "sigma" if sigma is None else "tip-radius"
-        raise UsageError(
-            f"{fixture.name}: nothing says the {option.replace('-', ' ')}; "
-            f"use --{option}, or add it to the probe block of the fixture file"
-        )
+        what, setting = ("sigma", Setting.SIGMA) if sigma is None else ("tip radius", Setting.TIP_RADIUS)
+        where = f"{fixture.name}: nothing says the {what}; "
+        raise UsageError(where + "give " + setting.word + ", or add it to the probe block of the fixture file")
     if not (LEAST_LENGTH <= sigma <= MOST_LENGTH and 0 <= tip_radius <= MOST_LENGTH):
         raise UsageError("sigma must be a length above zero and the tip radius one not below")
     return sigma, tip_radius

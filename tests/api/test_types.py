@@ -94,14 +94,14 @@ def test_machine_files_are_read_by_their_format(tmp_path: Path) -> None:
     read = tactfix.load_contacts(log, fixture, options, format="xyz", features="plate:3", approach="0,0,-1")
     assert read.features == ("plate",) * 3
     assert read.approaches.tolist() == [[0, 0, -1]] * 3
-    with pytest.raises(tactfix.UsageError, match="give format too"):
+    with pytest.raises(tactfix.UsageError, match="name theirs with format="):
         tactfix.load_contacts(CONTACTS, fixture, features="plate:3")
 
 
 def test_messages_to_python_speak_of_arguments(tmp_path: Path) -> None:
     bare = tmp_path / "bare.csv"
     bare.write_text("feature,x,y,z\nplate,0,0,0\n", encoding="utf-8")
-    with pytest.raises(tactfix.FileError, match="or use tip_radius") as caught:
+    with pytest.raises(tactfix.FileError, match="or give tip_radius=") as caught:
         tactfix.load_contacts(bare)
     assert "--" not in str(caught.value)
     assert "--tip-radius" in caught.value.on_command_line

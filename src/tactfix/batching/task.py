@@ -14,6 +14,7 @@ from tactfix.errors import FileError, TactfixError
 from tactfix.fixture import Fixture
 from tactfix.localization.locate import locate
 from tactfix.results import LocateResult
+from tactfix.settings import joined
 from tactfix.values import frozen_value
 
 Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]
@@ -29,7 +30,7 @@ class BatchTask:
     """What holds for all sets of a batch; it is sent to every worker.
 
     max_sigma holds for the worst sigma of point_fixture (3,), of the origin where that is None; max_rms for the
-    residuals; both in units.
+    residuals; both in units. words: how messages name settings.
     """
 
     fixture: Fixture
@@ -39,6 +40,7 @@ class BatchTask:
     max_sigma: float | None = None
     max_rms: float | None = None
     point_fixture: tuple[float, float, float] | None = None
+    words: Callable[[str], str] = str
 
 
 @frozen_value(eq=True)
@@ -66,9 +68,9 @@ def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
         return _row(task, name, locate(task.fixture, contacts, scale_sigma=task.scale_sigma), notes)
     except FileError as error:
         # The set has a name of its own: the file's need not be said again.
-        return row_of_failure(name, "\n".join(error.lines), units)
+        return row_of_failure(name, task.words(joined("\n", error.lines)), units)
     except TactfixError as error:
-        return row_of_failure(name, error.on_command_line, units)
+        return row_of_failure(name, task.words(error.args[0]), units)
     except Exception as error:  # whatever it is, a thousand other sets must not be lost for it
         what = f"a bug in tactfix: {type(error).__name__}: {error}"
         return row_of_failure(name, f"{what}; please report it with this set", units)

@@ -34,6 +34,7 @@ from tactfix.cli.options import (
 from tactfix.cli.output import emit, note, tell
 from tactfix.cli.progress import progress_bar
 from tactfix.errors import UsageError
+from tactfix.settings import on_command_line
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
@@ -128,6 +129,7 @@ def command(
         max_sigma=max_sigma,
         max_rms=max_rms,
         point_fixture=None if at is None else vector(at, "--at"),
+        words=on_command_line,
     )
     sets = find_sets(contacts, contacts_format, output)
     count = BatchCount()

@@ -8,6 +8,7 @@ from tactfix.files.contact_file import ContactFile, read_contact_file
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.log_options import LogOptions
 from tactfix.fixture import Fixture
+from tactfix.settings import FOR_LOGS
 
 
 def read_contacts(
@@ -34,5 +35,4 @@ def read_contacts(
 def refuse_log_options(log_options: LogOptions) -> None:
     """A contact file says itself what these options say of a machine log."""
     if log_options.of_log:
-        names = "--features, --approach, --repeats and --work-offset"
-        raise UsageError(f"{names} are for machine logs; name theirs with --contacts-format")
+        raise UsageError(FOR_LOGS)

@@ -8,7 +8,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units, Verbose
-from tactfix.cli.output import emit, on_screen, tell, wants_summary
+from tactfix.cli.output import LISTED_BY_JSON, emit, on_screen, tell, wants_summary
 from tactfix.cli.streams import standard_error
 from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
@@ -63,7 +63,7 @@ def command(
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
     from tactfix.report.json_report import fit_json, text_of
-    from tactfix.report.text_report import LISTED_BY_JSON, fit_verdict_lines, surface_text
+    from tactfix.report.text_report import fit_verdict_lines, surface_text
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")

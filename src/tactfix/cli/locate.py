@@ -34,7 +34,7 @@ from tactfix.cli.options import (
     Within,
     WorkOffset,
 )
-from tactfix.cli.output import emit, note, on_screen, tell, wants_summary
+from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, tell, wants_summary
 from tactfix.cli.streams import standard_error
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def command(
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
-    from tactfix.report.text_report import LISTED_BY_JSON, verdict_lines
+    from tactfix.report.text_report import verdict_lines
 
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)

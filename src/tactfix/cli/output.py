@@ -3,10 +3,14 @@
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Final
 
 from tactfix.cli.exits import Exit
 from tactfix.cli.streams import discard, for_people, refusal, say
 from tactfix.files.writing import write_whole
+
+LISTED_BY_JSON: Final = "; --json lists them"
+"""Where more is ambiguous than is told."""
 
 
 def emit(result: str | bytes, output: Path | None = None) -> None:

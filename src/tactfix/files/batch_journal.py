@@ -37,7 +37,7 @@ class BatchJournal:
         except OSError as error:
             what = f"the journal of the batch cannot be written: {error.strerror}"
             raise FileError(
-                str(path), [Problem(what, "choose an --output in a directory that can be written to")]
+                str(path), [Problem(what, "choose an output in a directory that can be written to")]
             ) from None
         try:
             _lock(self._file, path)
@@ -89,7 +89,7 @@ class BatchJournal:
         if first != _FIRST_LINE:
             if not _FIRST_LINE.startswith(first):
                 what = "this is not the journal of a batch"
-                raise FileError(str(self._path), [Problem(what, "move it away, or choose another --output")])
+                raise FileError(str(self._path), [Problem(what, "move it away, or choose another output")])
             self._file.truncate(0)
             self._file.write(_FIRST_LINE)
             return
@@ -130,4 +130,4 @@ def _lock(file: BinaryIO, path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         what = "another batch is writing to this journal"
-        raise FileError(str(path), [Problem(what, "wait for it, or choose another --output")]) from None
+        raise FileError(str(path), [Problem(what, "wait for it, or choose another output")]) from None

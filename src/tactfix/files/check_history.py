@@ -67,6 +67,6 @@ def _record(path: Path, number: int, line: str) -> CheckRecord:
         if any(getattr(record, name).shape != shape for name, shape in _SHAPES.items()):
             raise ValueError
     except (ValueError, KeyError, TypeError):
-        remedy = "name a file that --history has written, or a new one"
+        remedy = "name a history that check has written, or a new file"
         raise FileError(str(path), [Problem("this is no check", remedy, line=number)]) from None
     return record

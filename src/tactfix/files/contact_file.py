@@ -16,6 +16,7 @@ from tactfix.files.flange_columns import flange_rotations
 from tactfix.files.reading import Source, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
+from tactfix.settings import Setting
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
@@ -120,7 +121,11 @@ def _settle(
     settings = settle(options, header.settings, probe, units)
     if settings is None:
         if "units" not in header.tried:
-            problems.append(Problem("nothing says the units", "write '# units: mm' above the header, or use --units"))
+            problems.append(
+                Problem(
+                    "nothing says the units", "write '# units: mm' above the header, or give " + Setting.UNITS.to("mm")
+                )
+            )
         settings = settle(replace(options, units="mm"), header.settings, probe, units)
     assert settings is not None
     if "tip-radius" in options.unknown and settings.tip_radius is None:
@@ -129,11 +134,11 @@ def _settle(
     if settings.tip_radius is None and "tip_radius" not in header.tried:
         remedy = (
             "write '# tip_radius: 0' above the header if these are points of the surface, "
-            "or the radius of the tip if they are its centres, or use --tip-radius"
+            "or the radius of the tip if they are its centres, or give " + Setting.TIP_RADIUS.word
         )
         problems.append(Problem("nothing says the tip radius", remedy))
     if settings.sigma is None and "sigma" not in header.tried and not all(table.columns.get("sigma", ("",))):
-        remedy = f"write '# sigma: ...' above the header, or use --sigma: {_SIGMA_HINT}"
+        remedy = "write '# sigma: ...' above the header, or give " + Setting.SIGMA.word + f": {_SIGMA_HINT}"
         problems.append(Problem("nothing says the sigma of a contact", remedy))
     return settings
 
@@ -153,7 +158,8 @@ def _flange_problems(options: ContactOptions, header: Header, settings: Settings
         yield Problem(f"{wants}, and no column says how the flange stood", remedy)
     is_missing = settings.tip_offset is None and "tip_offset" not in header.tried and "tip" not in options.unknown
     if header.settings.of_flange and is_missing:
-        remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or use --tip-offset or --unknown tip"
+        given = Setting.TIP_OFFSET.word + " or " + Setting.UNKNOWN.to("tip")
+        remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or give " + given
         yield Problem("pose is flange, and nothing says where the tip is", remedy)
 
 

@@ -16,6 +16,7 @@ from tactfix.files.log_options import LogOptions
 from tactfix.files.reading import decode, read_bytes, read_source
 from tactfix.files.table_file import csv_table, is_table, parquet_table
 from tactfix.fixture import Fixture
+from tactfix.settings import FOR_LOGS
 from tactfix.values import frozen_value
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt")
@@ -77,8 +78,7 @@ class SetReader:
 
     def __post_init__(self) -> None:
         if self.format_name == "csv" and self.log_options.of_log:
-            names = "--features, --approach, --repeats and --work-offset"
-            raise UsageError(f"{names} are for machine logs; name theirs with --contacts-format")
+            raise UsageError(FOR_LOGS)
 
     def __call__(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
         """The contacts of a set in the fixture's units, and notes; FileError with the lines of the table it is from."""

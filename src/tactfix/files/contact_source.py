@@ -10,6 +10,7 @@ from tactfix.files.log_options import log_options
 from tactfix.files.logs.load import load_log
 from tactfix.files.reading import Source
 from tactfix.fixture import Fixture
+from tactfix.settings import FOR_LOGS
 
 
 def load_contacts(
@@ -71,7 +72,7 @@ def load_contacts(
     wanted = log_options(features, said.tip_offset, approach, repeats, work_offset)
     if format == "csv":
         if wanted.of_log:
-            raise UsageError("features, approach, repeats and work_offset are for machine logs; give format too")
+            raise UsageError(FOR_LOGS)
         return read_contact_file(source, fixture, options).contacts
     if fixture is None:
         raise UsageError("a machine's log does not say what was touched; give the fixture too")

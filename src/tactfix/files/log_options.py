@@ -10,6 +10,7 @@ from tactfix.errors import UsageError
 from tactfix.files.contact_options import Vector
 from tactfix.files.reading import composed
 from tactfix.lexer import Lexer, TextError
+from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
@@ -89,7 +90,9 @@ def parse_features(text: str) -> tuple[FeatureRun, ...]:
     for part in composed(text).split(","):
         match = re.fullmatch(r"\s*(.+?)\s*:\s*([0-9]{1,9})\s*", part)
         if match is None or int(match.group(2)) == 0:
-            raise UsageError(f"--features: {part.strip()[:60]!r} is not NAME:COUNT; write bar:5,ball:3, in order")
+            raise UsageError(
+                Setting.FEATURES.word + f" has {part.strip()[:60]!r}, not NAME:COUNT; write bar:5,ball:3, in order"
+            )
         runs.append(FeatureRun(match.group(1), int(match.group(2))))
     return tuple(runs)
 
@@ -104,14 +107,14 @@ def parse_approaches(text: str) -> tuple[tuple[str, Vector], ...]:
             x, y, z = lexer.numbers(3, _APPROACH_REMEDY)
             lexer.end(_APPROACH_REMEDY)
         except TextError as error:
-            raise UsageError(f"--approach {text!r}: {error.problem.what}; {_APPROACH_REMEDY}") from None
+            raise UsageError(Setting.APPROACH.to(text) + f": {error.problem.what}; {_APPROACH_REMEDY}") from None
         if not (x or y or z) or name.strip() in said or (colon and not name.strip()):
             raise UsageError(
-                f"--approach {text!r}: {part.strip()!r} is no direction, or a second one; {_APPROACH_REMEDY}"
+                Setting.APPROACH.to(text) + f": {part.strip()!r} is no direction, or a second one; {_APPROACH_REMEDY}"
             )
         said[name.strip()] = x, y, z
     if EVERY in said and len(said) > 1:
-        raise UsageError(f"--approach {text!r} names some features and not others; {_APPROACH_REMEDY}")
+        raise UsageError(Setting.APPROACH.to(text) + f" names some features and not others; {_APPROACH_REMEDY}")
     return tuple(said.items())
 
 
@@ -121,7 +124,7 @@ def parse_repeats(text: str) -> Repeats:
         return "last"
     if text == "all":
         return "all"
-    raise UsageError(f"--repeats {text!r} is neither all nor last")
+    raise UsageError(Setting.REPEATS.to(text) + " is not known; write all or last")
 
 
 def read_work_offset(path: str) -> WorkOffset:

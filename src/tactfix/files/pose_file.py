@@ -10,6 +10,7 @@ from tactfix.formats import SUFFIXES
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError
 from tactfix.pose_formats.recognition import recognized
+from tactfix.settings import Setting
 from tactfix.units import UNITS, which_unit
 
 _NUMPY_MAGIC = b"\x93NUMPY"
@@ -65,7 +66,7 @@ def load_pose(
     except PoseSyntaxError as error:
         raise FileError(name, error.problems) from error
     if units is not None and pose.units not in (None, units):
-        raise UsageError(f"{name} is in {pose.units}, --units says {units}; leave --units out")
+        raise UsageError(f"{name} is in {pose.units}, not in {units}; leave out " + Setting.UNITS.to(units))
     return replace(pose, units=pose.units or units or default_units)
 
 

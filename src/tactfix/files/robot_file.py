@@ -81,7 +81,7 @@ def check_output(file: CellFile, output: Path | None, *, is_printed: bool) -> No
             what = (
                 f"tip_link {file.robot.joints[-1].child!r} moves with the last joint: the URDF has no place for the tip"
             )
-            raise UsageError(f"{what}; name a link with a fixed joint as tip_link, or write --json or a .json file")
+            raise UsageError(f"{what}; name a link with a fixed joint as tip_link, or write the JSON")
     wanted = (".urdf", ".xml") if isinstance(file.robot, UrdfRobot) else (".yaml", ".yml")
     if output is not None and output.suffix.lower() not in (*wanted, ".json", ".html"):
         raise UsageError(f"{output}: this robot is written as {wanted[0]}; or name a .json or .html file")

@@ -13,6 +13,7 @@ from tactfix.fixture_format.problems import Finding, Path
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix
+from tactfix.settings import LOCATE_JSON
 from tactfix.wording import did_you_mean
 
 PoseFiles: TypeAlias = Callable[[str], Pose]
@@ -91,7 +92,7 @@ def _sigma(sigma: Entry, units: str, pose_files: PoseFiles) -> tuple[float, floa
     pose = _of_file(path, sigma["file"], pose_files)
     if pose.covariance is None:
         what = f"{sigma['file']} tells no covariance"
-        raise _PoseError([Finding(path, what, "name the output of locate --json, or write translation and rotation")])
+        raise _PoseError([Finding(path, what, "name " + LOCATE_JSON + ", or write translation and rotation")])
     covariance = pose.covariance if pose.units is None else pose.in_units(units).covariance
     assert covariance is not None
     return covariance

@@ -23,7 +23,7 @@ class UrdfError(TactfixError):
 
     def __init__(self, what: str, remedy: str, line: int | None = None, column: int | None = None) -> None:
         self.problem = Problem(what, remedy, line=line, column=column)
-        super().__init__(str(self.problem))
+        super().__init__(self.problem.text)
 
 
 @dataclass(slots=True)

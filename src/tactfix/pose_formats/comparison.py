@@ -7,6 +7,7 @@ from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import skew
 from tactfix.pose_formats.orientation import RotationVector
 from tactfix.pose_formats.pose import Pose
+from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
 
@@ -40,6 +41,14 @@ class Movement:
     rotation_in_fixture: Frozen
     translation_in_fixture: Frozen
     covariance: Frozen | None
+
+    def __repr__(self) -> str:
+        def told(size: float, sigma: float | None, unit: str) -> str:
+            return f"{size:.3g} {unit}".rstrip() + ("" if sigma is None else f" (sigma {sigma:.2g})")
+
+        to_deg = 180 / np.pi
+        turned = told(self.angle * to_deg, None if self.angle_sigma is None else self.angle_sigma * to_deg, "deg")
+        return f"<Movement: moved {told(self.distance, self.distance_sigma, self.units or '')}, turned {turned}>"
 
     @property
     def distance(self) -> float:
@@ -150,7 +159,9 @@ def compare(before: Pose, after: Pose) -> Movement:
     if before.fixture and after.fixture and before.fixture != after.fixture:
         raise OtherFixtureError(before.fixture, after.fixture)
     if (before.units is None) != (after.units is None):
-        raise UsageError("one pose says its unit and the other does not; give --units for the one that does not")
+        raise UsageError(
+            "one pose says its unit and the other does not; give " + Setting.UNITS.word + " for the one that does not"
+        )
     if before.units is not None:
         after = after.in_units(before.units)
     turned = after.rotation @ before.rotation.T

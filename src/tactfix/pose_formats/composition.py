@@ -10,6 +10,7 @@ from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, skew
 from tactfix.pose_formats.pose import Pose
+from tactfix.settings import Setting
 
 
 def inverse(pose: Pose) -> Pose:
@@ -32,7 +33,7 @@ def on(outer: Pose, inner: Pose) -> Pose:
     Raises UsageError where the unit of only one of them is known.
     """
     if (outer.units is None) != (inner.units is None):
-        raise UsageError("one of the two poses does not say its unit; give --units")
+        raise UsageError("one of the two poses does not say its unit; give " + Setting.UNITS.word)
     placed = outer if inner.units is None else outer.in_units(inner.units)
     arm = placed.rotation @ inner.translation
     by_inner = np.block([[placed.rotation, np.zeros((3, 3))], [np.zeros((3, 3)), placed.rotation]])

@@ -13,6 +13,7 @@ from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.dialect import Dialect, Numbers
 from tactfix.pose_formats.orientation import EulerAngles, RotationVector, TurnAboutZ
 from tactfix.pose_formats.pose import Pose
+from tactfix.settings import Setting
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
@@ -118,7 +119,9 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
     """
     dialect = find_dialect(name)
     if dialect.units and pose.units is None:
-        raise UsageError(f"{name} is in {dialect.units}, and the pose does not say its unit; give --units")
+        raise UsageError(
+            f"{name} is in {dialect.units}, and the pose does not say its unit; give " + Setting.UNITS.word
+        )
     pose = pose.in_units(dialect.units) if dialect.units else pose
     sigmas = () if dialect.numbers is None or pose.covariance is None else (_sigmas(dialect.numbers, pose),)
     text = dialect.write(pose, sigmas)
@@ -152,7 +155,9 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
             return (note, *_judged(dialect, pose, level, force))
         reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
         if not force:
-            raise PoseRefusedError(dialect.name, reason, "take a dialect that can tilt, level the fixture, or --force")
+            raise PoseRefusedError(
+                dialect.name, reason, "take a dialect that can tilt, level the fixture, or give " + Setting.FORCE.word
+            )
         return (f"{dialect.name}: forced, though it {reason}",)
     if rounding.at_lever_arm == 0:
         return ()
@@ -162,7 +167,9 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
     ratio = rounding.of_sigma(pose.covariance)
     told += f" ({ratio:.2g} sigma)"
     if ratio > _MOST_OF_SIGMA and not force:
-        raise PoseRefusedError(dialect.name, told, "more than a tenth of sigma; take another dialect, or --force")
+        raise PoseRefusedError(
+            dialect.name, told, "more than a tenth of sigma; take another dialect, or give " + Setting.FORCE.word
+        )
     return (f"{dialect.name} {told}",)
 
 

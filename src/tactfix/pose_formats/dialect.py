@@ -11,6 +11,7 @@ from tactfix.geometry.rigid import homogeneous
 from tactfix.pose_formats.number_syntax import NumberSyntax
 from tactfix.pose_formats.orientation import LOCK_SLACK, EulerAngles, Orientation
 from tactfix.pose_formats.pose import Pose, syntax_error
+from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
 
@@ -84,4 +85,4 @@ def decoded(text: str | bytes) -> str:
     try:
         return text.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise syntax_error("is not a text (UTF-8)", "name its format with --from") from error
+        raise syntax_error("is not a text (UTF-8)", "name its format with " + Setting.DIALECT.word) from error

@@ -5,8 +5,9 @@ from typing import Final
 
 from tactfix.lexer import Lexer, TextError
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
+from tactfix.settings import Setting
 
-_MATRIX_REMEDY: Final = "write the 4 x 4 matrix, or name the format with --from"
+_MATRIX_REMEDY: Final = "write the 4 x 4 matrix, or name the format with " + Setting.DIALECT.word
 _ARRAY_OPENS: Final = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=\s*)?(?:(?:np\.|numpy\.)?(?:array|matrix)\s*\()?", re.ASCII)
 _AFTER: Final = re.compile(r"\s*(?:,\s*dtype\s*=\s*[\w.]+\s*)?\)?\s*;?", re.ASCII)
 _SPACES: Final = re.compile(r"[ \t]+")

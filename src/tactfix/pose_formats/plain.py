@@ -17,6 +17,7 @@ from tactfix.pose_formats.matrix_text import read_matrix
 from tactfix.pose_formats.orientation import Quaternion
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix, syntax_error
 from tactfix.pose_formats.ros_text import is_echo, read_echo
+from tactfix.settings import LOCATE_JSON
 from tactfix.units import UNITS
 from tactfix.wording import printable
 from tactfix.yaml_tree import read_tree
@@ -86,7 +87,7 @@ def _commented(remarks: tuple[str, ...]) -> str:
 
 
 def _read_json(text: str | bytes) -> Pose:
-    remedy = "give the output of locate --json"
+    remedy = "give " + LOCATE_JSON
     try:
         tree = json.loads(decoded(text), object_pairs_hook=_without_twins)
     except json.JSONDecodeError as error:
@@ -142,12 +143,12 @@ def _read_document(text: str) -> Pose:
 def _from_tree(tree: object) -> Pose:
     """The pose in a parsed JSON or YAML document: locate's, tactfix's own, or a message of ROS."""
     if not isinstance(tree, Mapping):
-        raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
+        raise syntax_error("holds no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
     parts = _ros_parts(tree)
     if parts is not None:
         return _from_ros(*parts)
     if "transform" not in tree:
-        raise syntax_error("holds no 'transform'", "give the output of locate --json, or of convert")
+        raise syntax_error("holds no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
     schema, status = tree.get("schema", POSE_SCHEMA), tree.get("status", "located")
     if schema not in (POSE_SCHEMA, LOCATE_SCHEMA):
         raise syntax_error(f"schema is {schema!r}", f"give {LOCATE_SCHEMA} or {POSE_SCHEMA}")

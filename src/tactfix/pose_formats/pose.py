@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 from tactfix.errors import Problem, TactfixError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
 from tactfix.geometry.rigid import homogeneous, orthonormalized
+from tactfix.settings import joined
 from tactfix.units import MOST_LENGTH, UNITS, factor, which_unit
 from tactfix.values import frozen_value
+from tactfix.wording import decimals, fixed
 
 # A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
 MOST_SKEW = 1e-5
@@ -26,7 +28,7 @@ class PoseSyntaxError(TactfixError):
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        super().__init__("\n".join(map(str, self.problems)))
+        super().__init__(joined("\n", [problem.text for problem in self.problems]))
 
 
 def syntax_error(what: str, remedy: str, line: int | None = None) -> PoseSyntaxError:
@@ -90,6 +92,16 @@ class Pose:
     units: Annotated[str, _known_unit] | None
     covariance: Annotated[Floats, _frozen_covariance] | None = None
     fixture: str = ""
+
+    def __repr__(self) -> str:
+        sigmas = [0.0] * 3 if self.covariance is None else np.sqrt(np.diag(self.covariance)[3:]).tolist()
+        # Without a sigma three decimals do to know a pose by.
+        digits = [decimals(sigma) if sigma > 0 else 3 for sigma in sigmas]
+        origin = ", ".join(fixed(value, n) for value, n in zip(self.translation.tolist(), digits, strict=True))
+        cosine = (np.trace(self.rotation) - 1) / 2
+        turned = f"turned {np.rad2deg(np.arccos(np.clip(cosine, -1, 1))):.4g} deg"
+        name = f" {self.fixture!r}" if self.fixture else ""
+        return f"<Pose{name}: origin ({origin}) {self.units or 'of unknown unit'}, {turned}>"
 
     @property
     def rotation(self) -> Floats:

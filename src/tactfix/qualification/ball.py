@@ -19,5 +19,5 @@ def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = Non
         what = f"no contact touches {name or f'a sphere of {fixture.name}'}"
         raise UsageError(f"{what}; touch a ball of known radius from all sides")
     if len(touched) > 1:
-        raise UsageError(f"the contacts touch {listed(touched)}; say with --feature which is the reference ball")
+        raise UsageError(f"the contacts touch {listed(touched)}; name the feature that is the reference ball")
     return fixture.features[touched[0]], contacts.on(touched[0])

@@ -167,7 +167,7 @@ def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
     """A warning for each set of touches that is taken for one place and can hardly be one."""
     return [
         f"the touches of {contacts.features[place[0]]} are not all of one place, and sigma is then none of the probe; "
-        "say with a column target which are, or with --radius that they are of a reference ball"
+        "say with a column target which are, or give the radius if they are of a reference ball"
         for place in places
         if _are_elsewhere(contacts, place)
     ]

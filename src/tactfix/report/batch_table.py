@@ -62,7 +62,7 @@ WRITERS: Final[dict[str, Writer]] = {".parquet": write_parquet, ".csv": write_cs
 def find_writer(suffix: str) -> Writer:
     """The writer for files with this ending; UsageError where there is none, MissingExtraError where it cannot work."""
     if suffix not in WRITERS:
-        raise UsageError(f"a batch is not written as {suffix!r}; end the --output with {', '.join(WRITERS)}")
+        raise UsageError(f"a batch is not written as {suffix!r}; end its name with {', '.join(WRITERS)}")
     if suffix == ".parquet" and find_spec("pyarrow") is None:
         raise MissingExtraError("batch", "parquet")
     return WRITERS[suffix]

@@ -64,7 +64,7 @@ def compare_junit(movement: Movement, limits: Limits) -> str:
     for name, limit in cases.items():
         case = ElementTree.SubElement(suite, "testcase", classname="tactfix.pose_formats.comparison", name=name)
         if limit is None:
-            ElementTree.SubElement(case, "skipped", message=f"no limit: give --limit-{name}")
+            ElementTree.SubElement(case, "skipped", message=f"no limit of the {name} is set")
         elif name in beyond:
             ElementTree.SubElement(case, "failure", message=beyond[name])
         ElementTree.SubElement(case, "system-out").text = "\n".join(compare_lines(movement))

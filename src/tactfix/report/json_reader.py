@@ -23,7 +23,7 @@ from tactfix.results import (
     WithoutPrior,
 )
 
-_RESULT_REMEDY = "write it with result.to_json() or tactfix locate --json"
+_RESULT_REMEDY = "write it with result.to_json()"
 
 
 def locate_result(text: str | bytes) -> LocateResult:

@@ -151,7 +151,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
 def _tip_told(plan: Plan) -> str:
     if plan.tip_sigma is None or not np.isfinite(plan.tip_sigma):
         return "these contacts and tool orientations do not tell where the tip is: take three orientations or more"
-    return f"with locate --unknown tip the tip is known to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
+    return f"where the tip is unknown, locate finds it to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
 
 
 def _verdict(plan: Plan) -> str:

@@ -82,10 +82,6 @@ def sentence(result: LocateResult) -> str:
     return f"located; the origin is known to {SIGMAS_95 * sigma:.2g} {result.units} (95 %, along its worst direction)"
 
 
-LISTED_BY_JSON: Final = "; --json lists them"
-"""Where a command line lists what is ambiguous."""
-
-
 def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
     """Why there is no pose, and what to do about it; nothing where the fixture is located.
 

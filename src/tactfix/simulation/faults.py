@@ -13,6 +13,7 @@ from tactfix.decimal_text import number_of
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.mistakes import FAULT_KINDS, FaultKind
+from tactfix.settings import Setting
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
@@ -151,7 +152,7 @@ def _noisy(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Gen
 
 def _wrong_tip(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     if contacts.flange_rotations is None:
-        raise UsageError("a wrong tip takes tool orientations; ask for some with --orientations 4")
+        raise UsageError("a wrong tip takes tool orientations; give " + Setting.ORIENTATIONS.to(4))
     off = FAULT_SIGMAS * float(contacts.sigmas.max()) if fault.value is None else fault.value
     angle = rng.uniform(0.0, 2 * np.pi)
     change = off * np.array([np.cos(angle), np.sin(angle), 0.0])

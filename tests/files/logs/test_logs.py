@@ -185,7 +185,7 @@ def test_the_probe_of_the_fixture_answers_but_not_for_compensated_points(tmp_pat
 
 
 def test_features_must_agree_with_the_log(fixture):
-    with pytest.raises(FileError, match=r"1 contacts \(line 2: the probe met nothing; dropped\), features names 2"):
+    with pytest.raises(FileError, match=r"1 contacts \(line 2: the probe met nothing; dropped\), and features for 2"):
         load("grbl", "[PRB:1,2,3:1]\n[PRB:0,0,0:0]\n", fixture, features="bar:2")
     with pytest.raises(UsageError, match="did you mean 'ball'"):
         load("grbl", "[PRB:1,2,3:1]\n", fixture, features="bell:1")

@@ -17,6 +17,7 @@ from tactfix.files.logs.touches import in_base, last_of_each_place, with_approac
 from tactfix.files.reading import Source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
+from tactfix.settings import Setting
 from tactfix.units import factor
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
@@ -32,7 +33,7 @@ class LogContacts:
     """What a log says with the help of options: in units; tip_radius and sigma None where nothing says them.
 
     contacts: as the log has them, with the options' approaches, in the frame of the work offset. points (n, 3): with
-    the tip's offset. tip_offset (3,): None where --tip-offset does not say it.
+    the tip's offset. tip_offset (3,): None where it is not given.
     """
 
     name: str
@@ -111,7 +112,11 @@ def read_log(
     _check_features(name, contacts, dropped, wanted, fixture, problems)
     header = ContactOptions(units=log.units, tip_radius=_tip_radius(contacts, problems))
     if said.units is None and log.units is None:
-        problems.append(Problem(f"{format_name} does not say its units", "give --units mm, or what the machine uses"))
+        problems.append(
+            Problem(
+                f"{format_name} does not say its units", "give " + Setting.UNITS.to("mm") + ", or what the machine uses"
+            )
+        )
     settings = _settings(said, header, log_format, fixture)
     if complete:
         problems.extend(_missing(settings))
@@ -141,12 +146,13 @@ def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContac
     if tip_offset is None:
         return
     if any(contact.rotation is None for contact in contacts):
-        raise UsageError(f"--tip-offset needs poses; {format_name} logs points")
+        raise UsageError(Setting.TIP_OFFSET.word + f" needs poses; {format_name} logs points")
     length = float(np.linalg.norm(tip_offset))
     if length * factor(units, "mm") > _MOST_TIP_MM:
         raise UsageError(
-            f"--tip-offset is in the unit of the log: {length:g} {units} from the flange? write it in {units}, "
-            f"as if it stood in the log"
+            Setting.TIP_OFFSET.word
+            + f" is in the unit of the log: {length:g} {units} from the flange? write it in {units}, "
+            + "as if it stood in the log"
         )
 
 
@@ -178,10 +184,12 @@ def _missing(settings: Settings) -> list[Problem]:
     """A problem for tip radius and sigma each, where nothing says it."""
     problems = []
     if settings.tip_radius is None:
-        remedy = "give --tip-radius: 0 for points of the surface, the tip's radius for its centres"
+        remedy = (
+            "give " + Setting.TIP_RADIUS.to(0) + " for points of the surface, or the radius of the tip for its centres"
+        )
         problems.append(Problem("nothing says the tip radius", remedy))
     if settings.sigma is None:
-        remedy = "give --sigma, one standard deviation of a contact"
+        remedy = "give " + Setting.SIGMA.word + ", one standard deviation of a contact"
         problems.append(Problem("nothing says the sigma of a contact", remedy))
     return problems
 
@@ -199,19 +207,26 @@ def _check_features(
     for run in runs:
         if fixture is not None and run.feature not in fixture.features:
             hint = did_you_mean(run.feature, fixture.features)
-            raise UsageError(f"--features: {name} cannot touch {run.feature!r}: there is no such feature; {hint}")
+            raise UsageError(
+                Setting.FEATURES.word + f" names {run.feature!r}, a feature that {fixture.name} does not have; {hint}"
+            )
     for feature, _ in wanted.approaches:
         if feature != EVERY and feature not in {run.feature for run in runs}:
-            raise UsageError(f"--approach: {feature!r} is none of those that --features names")
+            raise UsageError(Setting.APPROACH.word + f" names {feature!r}, which is none of " + Setting.FEATURES.word)
     found, told = len(contacts), sum(run.count for run in runs)
     if not found and not problems:
-        problems.append(Problem("there are no contacts", "check the file and --contacts-format"))
+        problems.append(Problem("there are no contacts", "check the file and " + Setting.LOG_FORMAT.word))
     elif not runs:
-        remedy = f"say which of the {found} contacts are on which, in order: --features bar:5,ball:4"
+        remedy = f"say which of the {found} contacts are on which, in order: " + Setting.FEATURES.to("bar:5,ball:4")
         problems.append(Problem("a machine log does not say which feature was touched", remedy))
     elif found != told and not problems:
         said = f" ({'; '.join(notes)})" if notes else ""
-        problems.append(Problem(f"there are {found} contacts{said}, --features names {told}", "make them agree"))
+        problems.append(
+            Problem(
+                f"there are {found} contacts{said}, and features for {told}",
+                "make " + Setting.FEATURES.word + " name each",
+            )
+        )
 
 
 def _tip_radius(contacts: Sequence[LogContact], problems: list[Problem]) -> float | None:
