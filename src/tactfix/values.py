@@ -13,6 +13,7 @@ from types import MappingProxyType, UnionType
 from typing import (
     Annotated,
     Any,
+    Final,
     NoReturn,
     TypeAlias,
     TypeVar,
@@ -118,8 +119,34 @@ def _refuse(self: object, name: str, *_: object) -> NoReturn:
 
 
 def _repr(self: Any) -> str:
-    fields = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.__dataclass_fields__)
+    fields = ", ".join(f"{name}={_brief(getattr(self, name))}" for name in self.__dataclass_fields__)
     return f"{type(self).__qualname__}({fields})"
+
+
+_REPR_ELEMENTS: Final = 3
+"""Elements of an array, a tuple or a mapping that the repr of a value shows: a vector, and no list of contacts."""
+_REPR_CHARACTERS: Final = 80
+"""Of a text or a value inside another one that its repr shows: what is longer would not leave it one line."""
+
+
+def _brief(value: Any) -> str:
+    """The value as the repr of what holds it shows it: what is long by its size."""
+    if hasattr(value, "shape") and hasattr(value, "tolist"):
+        return _brief_array(value)
+    if isinstance(value, Mapping):
+        return f"<{', '.join(map(str, value))}>" if 0 < len(value) <= _REPR_ELEMENTS else f"<{len(value)} entries>"
+    if isinstance(value, tuple) and (len(value) > _REPR_ELEMENTS or any(map(dataclasses.is_dataclass, value))):
+        return f"<{len(value)} {type(value[0]).__name__}>"
+    shown = f"{value:.7g}" if isinstance(value, float) else repr(value)
+    if len(shown) <= _REPR_CHARACTERS:
+        return shown
+    return f"{shown[:_REPR_CHARACTERS]}..." if isinstance(value, str) else f"<{type(value).__name__}>"
+
+
+def _brief_array(array: Any) -> str:
+    if array.ndim == 1 and array.size <= _REPR_ELEMENTS:
+        return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
+    return f"<array {' x '.join(map(str, array.shape)) or 'of one number'}>"
 
 
 def _reduce(self: Any) -> tuple[object, ...]:

@@ -1,6 +1,9 @@
 """What a result offers from Python: its pose, its sigmas, its JSON and back."""
 
+import copy
 import json
+import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +63,38 @@ def test_the_json_is_that_of_the_command(located: tactfix.LocateResult, monkeypa
 def test_a_result_comes_back_from_its_json(which: str, request: pytest.FixtureRequest) -> None:
     result = request.getfixturevalue(which)
     assert tactfix.LocateResult.from_json(result.to_json()).to_json() == result.to_json()
+
+
+PLATE, BAR = "robot-cell-plate", "cylinder-sphere"
+ANSWERS = {
+    "located": (PLATE, "contacts.csv", None, ()),
+    "inconsistent": (PLATE, "contacts.csv", "reversed", ()),
+    "underdetermined": (PLATE, "contacts.csv", "plate", ()),
+    "with the tip's radius": (PLATE, "contacts.csv", None, ("tip-radius",)),
+    "located by relations": (BAR, "contacts.csv", None, ()),
+    "ambiguous": (BAR, "contacts-normal.csv", None, ()),
+    "three planes": ("three-planes", "contacts.csv", None, ()),
+    "three spheres": ("three-spheres", "contacts.csv", None, ()),
+    "ball bar": ("machine-tool-ball-bar", "contacts.csv", None, ()),
+}
+
+
+@pytest.mark.parametrize("which", ANSWERS)
+def test_what_comes_back_from_json_is_the_same_to_the_last_digit(which: str) -> None:
+    name, file, change, unknown = ANSWERS[which]
+    fixture = tactfix.load_fixture(ROOT / "fixtures" / f"{name}.yaml")
+    contacts = tactfix.load_contacts(ROOT / "samples" / name / file, fixture)
+    if change == "reversed":
+        contacts = replace(contacts, approaches=-contacts.approaches)
+    elif change is not None:
+        contacts = contacts.on(change)
+    result = tactfix.locate(fixture, contacts, unknown=unknown)
+    assert which.split(maxsplit=1)[0] in (result.status, "with", "three", "ball")
+    back = tactfix.LocateResult.from_json(result.to_json())
+    assert back.to_json() == result.to_json()
+    assert repr(back) == repr(result)
+    assert copy.deepcopy(result).to_json() == result.to_json()
+    assert pickle.loads(pickle.dumps(result)).to_json() == result.to_json()
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "tactfix/fit/1"}', '{"schema": "tactfix/locate/1"}'])
@@ -136,13 +171,31 @@ def test_a_pose_has_a_unit_and_a_covariance_that_can_be() -> None:
 
 
 def test_values_are_short_on_a_screen(plate: tuple[tactfix.Fixture, tactfix.Contacts]) -> None:
+    """One line of every result, and the number that matters in it."""
     fixture, contacts = plate
-    pose = tactfix.locate(fixture, contacts).pose
-    values = [
-        fixture,
-        tactfix.design_check(fixture, None, tactfix.Wishes(layouts=0)),
-        tactfix.check(fixture, contacts, pose),
-        tactfix.plan(fixture, contacts=8),
-    ]
-    assert [repr(value) for value in values if len(repr(value)) > 120] == []
-    assert repr(fixture) == "<Fixture 'robot-cell-plate': plate plane, pin cylinder, ball sphere; mm>"
+    result = tactfix.locate(fixture, contacts)
+    cell = tactfix.load_cell(ROOT / "samples" / "robot-calibration" / "cell.yaml")
+    said = {
+        fixture: "<Fixture 'robot-cell-plate': plate plane, pin cylinder, ball sphere; mm>",
+        contacts: "15 (plate 4, pin 6, ball 5)",
+        result.pose: "origin (1184.194, -356.702, 412.809) mm, turned 63.99 deg",
+        tactfix.Pose(np.eye(4), None): "of unknown unit",
+        tactfix.compare(result.pose, tactfix.Pose(np.eye(4), "mm")): "moved 1.3e+03 mm, turned 64 deg",
+        tactfix.compare(result.pose, result.pose): "moved 0 mm (sigma 0.09), turned 0 deg (sigma 0.027)",
+        tactfix.check(fixture, contacts, result.pose): "has not moved",
+        tactfix.guide(fixture, contacts[:8]): "8 touches, underdetermined",
+        tactfix.fit("cylinder", contacts.on("pin"), radius=10.0): "located, radius 10, 6 contacts, rms",
+        tactfix.fit("cylinder", contacts.on("pin"), radius=8.0): "inconsistent, 0 of 1 candidates left",
+        tactfix.qualify(contacts.on("plate")): "4 touches",
+        tactfix.simulate(fixture, seed=7): "14 contacts, seed 7, no fault",
+        tactfix.plan(fixture, contacts=8, starts=1): "8 contacts, worst sigma",
+        tactfix.design_check(fixture, None, tactfix.Wishes(layouts=0)): "ok, 0 errors, 0 warnings",
+        tactfix.batch(fixture, [ROOT / "samples" / "robot-cell-plate" / "contacts.csv"])[0]: "located, rms 0.067 mm",
+        cell: "CellFile(cell=<Cell>",
+        tactfix.load_touches(ROOT / "samples" / "robot-calibration" / "touches.csv", cell): "72",
+        result.candidates[0]: "surfaces=<plate, pin, ball>",
+    }
+    for value, words in said.items():
+        assert words in repr(value)
+        assert "\n" not in repr(value)
+        assert len(repr(value)) < 180

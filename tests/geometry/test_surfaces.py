@@ -1,5 +1,6 @@
 """Surfaces: residuals, normals and feet against their definitions written anew, by distance alone."""
 
+import copy
 from itertools import product
 
 import numpy as np
@@ -170,3 +171,18 @@ def test_no_rounding_turns_an_ordinary_axis_round():
         for shake in rng.normal(size=(5, 3)):
             shaken = signed_axis(direction + 1e-3 * shake / np.linalg.norm(shake))
             assert shaken @ signed_axis(direction) > 0, direction
+
+
+def test_a_copy_of_a_surface_is_the_same_to_the_last_digit():
+    """Scaling once more what is scaled already would change a normal in its last digit, here in one of five."""
+    normals = np.random.default_rng(0).normal(size=(1000, 3))
+    for plane in (Plane(np.zeros(3), normal) for normal in normals):
+        assert abs(np.linalg.norm(plane.normal) - 1) < 1e-15
+        assert np.array_equal(Plane(plane.point, plane.normal).normal, plane.normal)
+        assert np.array_equal(copy.copy(plane).normal, plane.normal)
+
+
+def test_a_direction_of_another_length_is_scaled():
+    for length in (1e-100, 1 - 1e-12, 1 + 1e-12, 3.0, 1e100):
+        direction = Cylinder(np.zeros(3), np.array([0.6, 0.0, 0.8]) * length, 1.0).direction
+        assert np.allclose(direction, [0.6, 0.0, 0.8], rtol=0, atol=2e-16)

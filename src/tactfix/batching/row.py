@@ -61,6 +61,10 @@ class BatchRow:
     rms: float | None = None
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        told = self.message or ("" if self.rms is None else f"rms {self.rms:.2g} {self.units}")
+        return f"<BatchRow {self.name!r}: {self.status}{told and f', {told}'}>"
+
 
 def row_of_result(
     name: str, result: LocateResult, message: str, *, acceptable: bool, notes: tuple[str, ...]

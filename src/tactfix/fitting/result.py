@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Frozen, frozen
-from tactfix.geometry.surfaces import SidedSurface, SidedType
+from tactfix.geometry.surfaces import SidedSurface, SidedType, radius_of
 from tactfix.results import Reason, Status
 from tactfix.values import frozen_value, read_only
 
@@ -81,3 +81,12 @@ class FitResult:
     residuals: Frozen = field(default_factory=lambda: np.zeros(0))
     sigma: Annotated[Mapping[str, Floats], _frozen_arrays] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        radius = (
+            "" if self.surface is None or not radius_of(self.surface) else f", radius {radius_of(self.surface):.6g}"
+        )
+        if self.rms is None:
+            left = sum(candidate.accepted for candidate in self.candidates)
+            return f"<FitResult {self.kind}: {self.status}, {left} of {len(self.candidates)} candidates left>"
+        return f"<FitResult {self.kind}: {self.status}{radius}, {len(self.residuals)} contacts, rms {self.rms:.2g}>"

@@ -38,8 +38,10 @@ Frozen: TypeAlias = Annotated[Floats, frozen]
 """An array in a value (`values.frozen_value`), which keeps a read-only copy."""
 
 
-def _frozen_unit(vectors: ArrayLike) -> Floats:
-    return frozen(unit(vectors))
+def _frozen_unit(vector: ArrayLike) -> Floats:
+    """What is scaled already is kept to the bit, so that a copy, and what is read back from JSON, is the same value."""
+    given = frozen(vector)
+    return given if abs(float(given @ given) - 1.0) <= 4 * EPS else frozen(unit(given))
 
 
 UnitVector: TypeAlias = Annotated[Floats, _frozen_unit]

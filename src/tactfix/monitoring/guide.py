@@ -42,6 +42,9 @@ class GuideStep:
     exceeded: tuple[str, ...]
     untouched: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"<GuideStep {self.result.fixture!r}: {self.touches} touches, {self.result.status}>"
+
     @property
     def is_done(self) -> bool:
         """Whether the fixture is located within the gates."""

@@ -88,6 +88,12 @@ class QualifyResult:
     direction_frame: str = "base"
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        low, high = self.sigma_interval
+        sigma = f"sigma {self.sigma:.2g} {self.units}".rstrip() + f" ({low:.2g} to {high:.2g})"
+        tip = "" if self.tip_radius is None else f", tip radius {self.tip_radius:.6g}"
+        return f"<QualifyResult: {sigma}{tip}, {self.touches} touches, {len(self.outliers)} outliers>"
+
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `tactfix qualify --json` as dictionaries, lists and numbers."""
         from tactfix.report.qualify_report import qualify_json

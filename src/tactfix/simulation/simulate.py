@@ -77,6 +77,10 @@ class Simulation:
     fault: Fault | None = None
     mistake: str | None = None
 
+    def __repr__(self) -> str:
+        fault = "no fault" if self.fault is None else f"fault {self.fault.kind}"
+        return f"<Simulation {self.fixture!r}: {len(self.contacts)} contacts, seed {self.seed}, {fault}>"
+
 
 def simulate(
     fixture: Fixture,
