@@ -11,7 +11,7 @@ from tactfix.relations import branch_fits
 from tactfix.relations.features_alone import thickness
 from tactfix.relations.trials import MOST_TRIAL_FITS, Trials
 from tests.validation.relation_geometry import KINDS, Angle
-from tests.validation.relation_touches import Touched, by_relations, touches
+from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
 
 
 def touched_part(kind, seed=3, angle=60.0):
@@ -50,10 +50,10 @@ def test_a_wrong_unit_is_named_after_few_fits(kind, factor, tmp_path, fits):
     assert len(fits) <= 2 * MOST_TRIAL_FITS
 
 
-@pytest.mark.parametrize("row", [2, 18])
-def test_one_bad_contact_is_named_wherever_it_stands_in_the_file(row, tmp_path):
-    """A feature that no surface explains leaves no nearest miss to doubt contacts by."""
-    part, touched, noise = touched_part("crossed bars")
+@pytest.mark.parametrize(("kind", "row"), [("crossed bars", 2), ("crossed bars", 18), ("three bars", 11)])
+def test_one_bad_contact_is_named_wherever_it_stands_in_the_file(kind, row, tmp_path):
+    """Of an open shape, and of one of fourteen: neither is known where no pose explains the contacts."""
+    part, touched, noise = touched_part(kind)
     points = touched.points.copy()
     points[row] += 1.5 * touched.normals[row]
     fixture, contacts = read(part, replace(touched, points=points), noise, tmp_path)
@@ -71,6 +71,21 @@ def test_two_labels_exchanged_are_named(tmp_path):
     causes = tactfix.locate(fixture, contacts).diagnosis
     assert causes[0].code == "swapped_labels"
     assert causes[0].rows == (contacts.rows[6], contacts.rows[20])
+
+
+def test_of_many_shapes_with_few_contacts_the_pose_is_that_by_geometry(tmp_path):
+    """Three contacts on each of three bars locate none of them alone: fourteen shapes are searched."""
+    part, touched, noise = touched_part("three bars")
+    few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < 3]
+    parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
+    touched = replace(touched, names=tuple(touched.names[i] for i in few), **parts)
+    fixture, contacts = read(part, touched, noise, tmp_path)
+    (tmp_path / "geometry.yaml").write_text(by_geometry(part))
+    one = tactfix.locate(fixture, contacts, explain=False)
+    other = tactfix.locate(tactfix.load_fixture(tmp_path / "geometry.yaml"), contacts, explain=False)
+    best = min(one.candidates, key=lambda c: np.abs(c.base_from_fixture - touched.base_from_fixture).max())
+    assert one.status in ("located", "ambiguous")
+    assert best.base_from_fixture == pytest.approx(other.base_from_fixture, abs=1e-6)
 
 
 def test_units_are_not_doubted_where_the_fixture_has_no_length(tmp_path):

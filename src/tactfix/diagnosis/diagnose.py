@@ -36,12 +36,12 @@ from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
-from tactfix.relations.realization import fixture_scale, realize
+from tactfix.relations.realization import few_shapes, fixture_scale
 from tactfix.relations.trials import Trials
 from tactfix.results import Diagnosis
 
 MOST_SHAPES = 2
-"""Shapes of a fixture by relations that are asked."""
+"""Shapes of a fixture by relations that are asked: one of each body, or one body in two frames."""
 MANY = 48
 """Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
 none to find."""
@@ -63,9 +63,9 @@ def diagnosed(
     """The mistakes that explain the contacts, most plausible first; nothing where none does.
 
     solutions: what fits them, or nearly. suspicious: how the mistakes are looked for where the file leaves the shape of
-    the fixture free, or contacts are many.
+    the fixture free or one of many, or contacts are many.
     """
-    shapes = realize(fixture)
+    shapes = few_shapes(fixture)
     if not shapes or len(contacts) >= MANY:
         return suspicious()
     slack = float(
@@ -92,7 +92,7 @@ def suspicions(
 
     best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
     speak against it. solve gives the solutions for corrected contacts. trials: of a fixture by
-    relations that leave its shape open.
+    relations that leave its shape open, or one of many.
     """
     doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
     order = doubts.order if doubts else _on_contradicted_first(contacts, trials)

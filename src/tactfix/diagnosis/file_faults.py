@@ -18,6 +18,9 @@ from tactfix.fixture import Fixture
 
 TIP_STEPS = 6
 """Linear corrections of the tip radius."""
+LEAST_GAIN = 0.5
+"""Share of chi-square that another tip radius must make up for, as far as the linear model tells, to be looked into:
+the true one makes up for nearly all."""
 UNITS_MEANT = {
     25.4: "inches where mm is said",
     1 / 25.4: "mm where inches are said",
@@ -65,7 +68,7 @@ def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
 
 def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
     """The contacts with the tip radius that fits best, None where it cannot be told."""
-    for _ in range(TIP_STEPS):
+    for number in range(TIP_STEPS):
         solution = next(iter(solve(contacts).found), None)
         if solution is None:
             return None
@@ -74,7 +77,10 @@ def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
         unexplained = shift - span @ (span.T @ shift)
         if np.linalg.norm(unexplained) < SEEN * np.linalg.norm(shift):
             return None
-        change = float(unexplained @ (solution.residuals / contacts.sigmas) / (unexplained @ unexplained))
+        scaled = solution.residuals / contacts.sigmas
+        change = float(unexplained @ scaled / (unexplained @ unexplained))
+        if not number and change**2 * float(unexplained @ unexplained) < LEAST_GAIN * float(scaled @ scaled):
+            return None
         contacts = replace(contacts, tip_radius=contacts.tip_radius + change)
         if abs(change) < 0.1 * contacts.sigmas.min():
             break

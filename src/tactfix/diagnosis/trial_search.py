@@ -15,7 +15,6 @@ import numpy as np
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
@@ -24,6 +23,7 @@ from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.pose_fit import PoseFit
+from tactfix.poses.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.values import frozen_value
 
@@ -83,11 +83,11 @@ class TrialSearch:
     def _poses(self, known: Sequence[Floats]) -> tuple[Floats, Floats]:
         smallest = float(self.single.sigmas.min())
         equations = self.frame.equations(self.single.surfaces, self.single.contacts, smallest / self.single.sigmas)
-        rotations, offsets = robust_poses(equations, smallest / self.frame.length, POSES)
+        robust = robust_poses(equations, smallest / self.frame.length, POSES)
         turns = np.array([pose[:3, :3].T for pose in known]).reshape(-1, 3, 3)
         origins = np.array([self.frame.base_origin - pose[:3, 3] for pose in known]).reshape(-1, 3)
         shifts = ((turns @ origins[..., None])[..., 0] - self.frame.fixture_origin) / self.frame.length
-        return np.concatenate([rotations, turns]), np.concatenate([offsets, shifts])
+        return np.concatenate([robust.rotations, turns]), np.concatenate([robust.offsets, shifts])
 
     def explanations(self, hypotheses: Sequence[Hypothesis]) -> list[Explanation]:
         """Each of the most plausible hypotheses where it fits best, most plausible first.

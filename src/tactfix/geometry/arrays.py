@@ -82,6 +82,8 @@ def basis_across(directions: Floats) -> Floats:
     J. R. Frisvad, "Building an orthonormal basis from a 3D unit vector without normalization", Journal of Graphics
     Tools 16 (2012); T. Duff et al., "Building an orthonormal basis, revisited", JCGT 6 (2017).
     """
+    if directions.ndim == 1:
+        return _one_basis_across(*directions.tolist())
     x, y, z = directions[..., 0], directions[..., 1], directions[..., 2]
     sign = np.where(z > _OTHER_CAP, 1.0, -1.0)
     a = -1.0 / (sign + z)
@@ -90,6 +92,14 @@ def basis_across(directions: Floats) -> Floats:
     basis[..., 0, 0], basis[..., 0, 1], basis[..., 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
     basis[..., 1, 0], basis[..., 1, 1], basis[..., 1, 2] = b, sign + y * y * a, -y
     return basis
+
+
+def _one_basis_across(x: float, y: float, z: float) -> Floats:
+    """The same of one direction, to the bit, in a tenth of the time."""
+    sign = 1.0 if z > _OTHER_CAP else -1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return np.array([[1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]])
 
 
 UNIT_AXES = np.eye(3)

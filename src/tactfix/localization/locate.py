@@ -238,10 +238,10 @@ def _with_free_motions(
 def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
     from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, suspicions
-    from tactfix.relations.realization import realize
+    from tactfix.relations.realization import few_shapes
     from tactfix.relations.trials import Trials
 
-    trials = None if realize(fixture) else Trials(fixture, contacts)
+    trials = None if few_shapes(fixture) else Trials(fixture, contacts)
 
     def solve_again(corrected: Contacts, with_misses: bool = True) -> Solutions:
         if trials is not None:

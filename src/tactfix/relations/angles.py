@@ -65,4 +65,6 @@ def _stretch(angle: float, sine: float, cosine: float) -> tuple[float, float]:
 
 def _tilts(surface: Plane | Cylinder, gradient: Floats) -> Floats:
     """A gradient (k, 2) by the tilts as one by all displacements (k, dimension)."""
-    return np.hstack([gradient, np.zeros((len(gradient), dimension(surface) - 2))])
+    whole = np.zeros((len(gradient), dimension(surface)))
+    whole[:, :2] = gradient
+    return whole

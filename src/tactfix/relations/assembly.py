@@ -32,13 +32,11 @@ from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import combinations
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
-from tactfix.relations.realization import bodies, body_number, fixture_scale
+from tactfix.relations.realization import FEW_BODIES, bodies, body_number, fixture_scale
 from tactfix.relations.rigid_bodies import body_solutions
 from tactfix.relations.samples import sampled_solutions
 from tactfix.results import Candidate
 
-FEW_SHAPES = 2
-"""Of more shapes, features that are located alone say which to search: it takes a tenth of a second for each."""
 SHAPE_LIMIT = 10.0
 """Times the limit of chi-square that a fit may have for its shape to be searched."""
 FEW_COMBINATIONS = 64
@@ -62,7 +60,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     shapes = bodies(fixture)
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
-    if is_exact and len(shapes) <= FEW_SHAPES:
+    if is_exact and len(shapes) <= FEW_BODIES:
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
     located = combinations(fixture, contacts, sigmas, SHAPE_COMBINATIONS + 1)
     if located is None and not shapes:
@@ -111,10 +109,13 @@ def _fallen(
 
 
 def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
-    """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes."""
+    """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes.
+
+    Where none explains even these, the nearest miss as it stands.
+    """
     loose = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
-    if rigid.continuum or rigid.dof < 0:
+    if rigid.continuum or rigid.dof < 0 or all(solution.chi2 > rigid.limit for solution in rigid.found):
         return rigid
     _, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     return replace(joint_solutions(fixture, problem, fits), complete=rigid.complete)

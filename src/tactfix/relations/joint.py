@@ -37,7 +37,8 @@ TRUSTED_STEP = 1e-6
 JOINT_GIVEN_UP = 100.0
 """A fit so many times above its limit that has all but stopped improving is not followed to the last digit."""
 JOINT_PATIENCE = 12
-"""Steps after which such a fit is given up in any case: those that explain contacts are near by then."""
+"""Steps after which such a fit is given up in any case, and a nearer one that creeps: those that explain contacts are
+near by then."""
 NEARLY_KEPT = 1e-5
 """Constraint violation below which restoring the constraints changes nothing: before, no fit is given up."""
 
@@ -73,17 +74,25 @@ def joint_fit(
         if fit.missing < KEPT and abs(fit.chi2 - step.promised) < CONVERGED * (1 + 1e-3 * fit.chi2):
             break
         new, damping = _improved(problem, fit, step, damping)
-        if new is None or _is_hopeless(fit, new, late=number > JOINT_PATIENCE):
+        if new is None or _is_hopeless(fit, new, step.promised, late=number > JOINT_PATIENCE):
             fit = new or fit
             break
         fit = new
     return _restored(problem, fit)
 
 
-def _is_hopeless(fit: JointFit, new: JointFit, late: bool) -> bool:
-    """Whether a fit far above its limit has stopped improving, or should have by now."""
-    slow = late or abs(fit.chi2 - new.chi2) < 0.01 * new.chi2
-    return slow and new.missing < NEARLY_KEPT and new.chi2 > JOINT_GIVEN_UP * chi_square_limit(new.dof)
+def _is_hopeless(fit: JointFit, new: JointFit, promised: float, late: bool) -> bool:
+    """Whether a fit above its limit has stopped improving, or should have by now.
+
+    Far above at once; else late, where neither the linear model nor all steps there are, each as good as this one,
+    lead below the limit.
+    """
+    limit, gain = chi_square_limit(new.dof), fit.chi2 - new.chi2
+    if new.missing >= NEARLY_KEPT:
+        return False
+    if new.chi2 > JOINT_GIVEN_UP * limit:
+        return late or abs(gain) < 0.01 * new.chi2
+    return late and promised > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit
 
 
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:

@@ -37,7 +37,7 @@ def joint_solutions(
 ) -> Solutions:
     """The frames of each fit that is within its limit; of the best one where none is.
 
-    Without curved the covariance is that of the linear model.
+    Without curved the covariance is that of the linear model, as that of a miss always is.
 
     Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
     """
@@ -49,7 +49,7 @@ def joint_solutions(
     refusal: FrameError | None = None
     for group in explaining or groups[:1]:
         try:
-            found += _framed(fixture, problem, group, curved)
+            found += _framed(fixture, problem, group, curved and bool(explaining))
         except FrameError as error:
             refusal = error
     if refusal is not None and explaining and not found and not continuum:

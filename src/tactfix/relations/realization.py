@@ -36,6 +36,9 @@ SHAPE_STEPS = 40
 """Newton steps of one trial; what has not converged then is given up."""
 SHAPE_RANK = 1e-7
 """Singular value below which relations leave a motion free, in units of the fixture's size."""
+FEW_BODIES = 2
+"""Bodies that are searched, and asked for mistakes, one by one, which takes a tenth of a second and more for each. Most
+fixtures are one or a pair of mirror images; of more, features that are located alone say which to search."""
 HOLDS = 1e-9
 """Share of the fixture's size (rad for angles) to which relations must hold."""
 
@@ -49,6 +52,17 @@ def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
     if fixture.is_placed:
         return ({name: f.surface for name, f in fixture.features.items() if f.surface is not None},)
     return tuple(shape for body in bodies(fixture) for shape in body)
+
+
+def few_shapes(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
+    """Those of `realize`, the first frame of each body first; empty, too, where they are of more than FEW_BODIES."""
+    if fixture.is_placed:
+        return realize(fixture)
+    found = bodies(fixture)
+    if len(found) > FEW_BODIES:
+        return ()
+    most = max((len(body) for body in found), default=0)
+    return tuple(body[number] for number in range(most) for body in found if number < len(body))
 
 
 @lru_cache(maxsize=32)

@@ -12,14 +12,24 @@ from tactfix.fixture import Fixture
 from tactfix.frame import frames, recipe_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
+from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.rigid import rigid_solutions
+from tactfix.poses.robust_poses import robust_poses
+from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions
-from tactfix.relations.realization import fixture_scale, realize
+from tactfix.relations.realization import FEW_BODIES, fixture_scale, realize
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
 
 Body: TypeAlias = tuple[Mapping[str, Surface], ...]
 """A rigid geometry of the fixture, in each frame that its recipe allows."""
+
+MOST_THOROUGH = 4
+"""Of more bodies than FEW_BODIES so many at most are searched thoroughly, where a single covering of the rotations has
+met poses of them: to be sure that there is none takes ten times as long. With poses of more bodies than this contacts
+are ambiguous, and the poses that the coverings met are told, as not all."""
+RANKING_STARTS = 60
+"""Rotations from which it is asked to which body contacts that fit none come nearest."""
 
 
 def body_solutions(
@@ -29,15 +39,43 @@ def body_solutions(
 
     Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
-    parts = [rigid_solutions(shapes[0], contacts, sigmas, with_misses) for shapes in searched]
-    dof, limit = parts[0].dof, parts[0].limit
-    complete, continuum = all(part.complete for part in parts), any(part.continuum for part in parts)
-    found = sorted(((s, n) for n, part in enumerate(parts) for s in part.found), key=lambda pair: pair[0].chi2)
+    parts = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses)
+    any_part = next(iter(parts.values()))
+    dof, limit = any_part.dof, any_part.limit
+    complete = all(part.complete for part in parts.values())
+    continuum = any(part.continuum for part in parts.values())
+    found = sorted(((s, n) for n, part in parts.items() for s in part.found), key=lambda pair: pair[0].chi2)
     explaining = [pair for pair in found if pair[0].chi2 <= limit] or found[:1]
     if continuum or dof < 0:
         return Solutions(tuple(solution for solution, _ in explaining), dof, limit, complete, continuum)
     framed = [pose for s in _distinct(fixture, contacts, sigmas, explaining) for pose in _framed(fixture, s)]
     return Solutions(tuple(framed), dof, limit, complete, continuum)
+
+
+def _searched(
+    shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats, with_misses: bool
+) -> dict[int, Solutions]:
+    """What a search of each shape gives, by its number; of many shapes those left out that nothing speaks for."""
+    chosen = list(range(len(shapes)))
+    if len(shapes) > FEW_BODIES:
+        quick = [rigid_solutions(shape, contacts, sigmas, with_misses=False, thorough=False) for shape in shapes]
+        chosen = [number for number, part in enumerate(quick) if part.found]
+        if len(chosen) > MOST_THOROUGH:
+            return {number: quick[number] for number in chosen}
+        chosen = chosen or [_nearest(shapes, contacts, sigmas)]
+    return {number: rigid_solutions(shapes[number], contacts, sigmas, with_misses) for number in chosen}
+
+
+def _nearest(shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats) -> int:
+    """The number of the shape at which some pose agrees with the most contacts."""
+
+    def disagreement(shape: Mapping[str, Surface]) -> float:
+        single = one_equation_each(shape, contacts, sigmas)
+        frame, smallest = SearchFrame.of(single.surfaces, single.contacts), float(single.sigmas.min())
+        equations = frame.equations(single.surfaces, single.contacts, smallest / single.sigmas)
+        return float(robust_poses(equations, smallest / frame.length, 1, RANKING_STARTS).costs[0])
+
+    return min(range(len(shapes)), key=lambda number: disagreement(shapes[number]))
 
 
 def placed_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:

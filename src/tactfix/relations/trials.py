@@ -14,8 +14,9 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError, TipDoesNotFitError
 from tactfix.fixture import Fixture
+from tactfix.geometry.charts import dimension
 from tactfix.geometry.surfaces import offset_radius
-from tactfix.noise import SURE
+from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
 from tactfix.probe import residual_sigmas
@@ -59,7 +60,7 @@ class Trials:
 
     def contradicted(self) -> list[str]:
         """The features whose contacts no surface explains."""
-        return [name for name in self.contacts.by_feature if self._alone(self.contacts.on(name)) == ()]
+        return [name for name in self.contacts.by_feature if not self._is_explained(self.contacts.on(name))]
 
     def lets_pass(self, contacts: Contacts) -> bool:
         """Whether each feature's contacts are explained by some surface, and if shrunk still tell of its radius."""
@@ -71,7 +72,7 @@ class Trials:
             return False
         # What is known already comes first, then what other corrections will ask as well.
         parts.sort(key=lambda part: _key(part) not in self._located)
-        return all(self._alone(self._old_ones(part)) != () and self._alone(part) != () for part in parts)
+        return all(self._is_explained(self._old_ones(part)) and self._is_explained(part) for part in parts)
 
     def _has_become_flat(self, part: Contacts) -> bool:
         name = part.features[0]
@@ -117,8 +118,17 @@ class Trials:
         starts = starts_from(problem, combinations.surfaces, with_misses)
         return Begun(contacts, problem, tuple(starts[:MOST_FOLLOWED]))
 
+    def _is_explained(self, part: Contacts) -> bool:
+        """Whether some surface explains the contacts on one feature; also where they leave infinitely many."""
+        found = self._alone(part)
+        limit = chi_square_limit(self.fixture.equations(part.features) - dimension(found[0].surface)) if found else 0.0
+        return found is None or any(candidate.chi2 <= limit for candidate in found)
+
     def _alone(self, part: Contacts) -> Sequence[FeatureCandidate] | None:
-        """The surfaces that explain the contacts on one feature, () for none; None where these do not locate it."""
+        """The surfaces that explain the contacts on one feature, or else the nearest; None where they do not locate it.
+
+        None at all, (), where the fewest contacts have no surface.
+        """
         key = _key(part)
         if key not in self._located:
             feature = self.fixture.features[part.features[0]]

@@ -11,6 +11,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.poses.descent import damped_step, turned
 from tactfix.poses.equations import PoseEquations, evaluate
 from tactfix.poses.starts import covering
+from tactfix.values import frozen_value
 
 ROBUST_STARTS = 600
 """Rotations from which robust fits start."""
@@ -24,14 +25,20 @@ ONE_POSE = 1e-3
 """Rad, and sizes of the fixture, within which two poses are one."""
 
 
-def robust_poses(
-    equations: PoseEquations, unit: float, most: int, starts: int = ROBUST_STARTS
-) -> tuple[Floats, Floats]:
-    """At most so many poses, best first: rotations (k, 3, 3) and offsets (k, 3) of fixture_from_base, as the equations
-    are scaled.
+@frozen_value
+class RobustPoses:
+    """Poses, best first: rotations (k, 3, 3), offsets (k, 3) of fixture_from_base in the units of the equations.
 
-    unit: the weighted residual that is one sigma.
+    costs (k,): chi-square with no contact counted as more than BOUND sigma off.
     """
+
+    rotations: Floats
+    offsets: Floats
+    costs: Floats
+
+
+def robust_poses(equations: PoseEquations, unit: float, most: int, starts: int = ROBUST_STARTS) -> RobustPoses:
+    """At most so many poses; unit: the weighted residual that is one sigma."""
     rotations, offsets = covering(equations, starts, 0)
     least = BOUND * unit
     residual, jacobian = evaluate(equations, rotations, offsets, geometric=True)
@@ -52,7 +59,8 @@ def robust_poses(
         ):
             np.copyto(old, new, where=better)
     cost = np.minimum((residual / unit) ** 2, BOUND**2).sum(axis=0)
-    return _distinct(np.moveaxis(rotations, -1, 0), offsets.T, np.argsort(cost, kind="stable").tolist(), most)
+    kept = _distinct(np.moveaxis(rotations, -1, 0), offsets.T, np.argsort(cost, kind="stable").tolist(), most)
+    return RobustPoses(np.moveaxis(rotations, -1, 0)[kept], offsets.T[kept], cost[kept])
 
 
 def _loss(residual: Floats, scale: Floats) -> Floats:
@@ -60,7 +68,7 @@ def _loss(residual: Floats, scale: Floats) -> Floats:
     return np.asarray((square / (square + scale**2)).sum(axis=0))
 
 
-def _distinct(rotations: Floats, offsets: Floats, order: list[int], most: int) -> tuple[Floats, Floats]:
+def _distinct(rotations: Floats, offsets: Floats, order: list[int], most: int) -> list[int]:
     kept: list[int] = []
     for number in order:
         if len(kept) == most:
@@ -71,4 +79,4 @@ def _distinct(rotations: Floats, offsets: Floats, order: list[int], most: int) -
         ]
         if min(apart, default=1.0) > ONE_POSE:
             kept.append(number)
-    return rotations[kept], offsets[kept]
+    return kept
