@@ -16,13 +16,11 @@ from tactfix.files.contact_header import ORIENTATION_COLUMNS
 from tactfix.files.contact_table import Table, numbers
 from tactfix.geometry.arrays import Bools, Floats, lengths
 from tactfix.geometry.rigid import rotation_from_quaternion, rotation_from_vector
-from tactfix.pose_formats.orientation import MOST_OFF_UNIT
+from tactfix.pose_formats.orientation import MOST_OFF_UNIT, MOST_RADIANS
 from tactfix.units import MOST_LENGTH
 
 _MOST_DEGREES: Final = 720.0
 """Two turns: no controller shows more of an orientation's angle."""
-_LONGEST_ROTATION_VECTOR: Final = 2 * np.pi + 0.01
-"""Rad; what is longer was hardly meant as a rotation vector in rad."""
 
 Check: TypeAlias = Callable[[Floats], Bools]
 
@@ -60,7 +58,7 @@ _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyTy
             "check the order and the digits; the scalar stands in qw",
         ),
         ("rx", "ry", "rz"): (
-            lambda v: lengths(v) > _LONGEST_ROTATION_VECTOR,
+            lambda v: lengths(v) > MOST_RADIANS,
             "the rotation vector rx, ry, rz is longer than a full turn in rad",
             "write it in rad; if these are degrees, divide by 57.29578, if they are angles, name the columns so",
         ),

@@ -96,7 +96,7 @@ def read_siemens(text: str) -> tuple[Floats, str | None]:
     numbers, parts = the_one(spoken, _SIEMENS, _siemens_frame, _SIEMENS_EXAMPLE)
     if len(_SIEMENS_PART.findall(spoken)) != parts:
         raise syntax_error("holds more than one frame", f"write one, like {_SIEMENS_EXAMPLE}")
-    return numbers, siemens_units(text)
+    return numbers, siemens_units(_SIEMENS.split(spoken, maxsplit=1)[0])
 
 
 def _siemens_frame(lexer: Lexer) -> tuple[Floats, int]:
@@ -135,8 +135,8 @@ def _siemens_axes(lexer: Lexer) -> Floats:
 
 
 def siemens_units(text: str) -> str | None:
-    """in after G70 or G700, mm after G71 or G710; None where neither stands outside a comment."""
-    said = _SIEMENS_UNITS.findall(without_comments(text, _SIEMENS_COMMENT))
+    """in after G70 or G700, mm after G71 or G710; None where neither stands in a text without comments."""
+    said = _SIEMENS_UNITS.findall(text)
     return None if not said else "in" if said[-1] == "70" else "mm"
 
 

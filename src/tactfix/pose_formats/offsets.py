@@ -1,6 +1,7 @@
 """Work offsets of machine tools in G-code: LinuxCNC's G10 L2 and the tilted plane of G68.2, read as blocks.
 
-G20 and G21 hold from where they stand, wherever in a block that is; comments say nothing.
+G20 and G21 hold from where they stand, wherever in a block that is; comments say nothing. In G91 some controls add the
+words to the offset that was, others do not: such an offset is refused.
 """
 
 import re
@@ -15,6 +16,9 @@ from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 
 _SPEAKS: Final = re.compile(r"G\s*0*(?:10|68\.2|20|21|70|71)(?![0-9])", re.IGNORECASE)
 """Blocks of a program that are read: the others say nothing of offsets and units, and may hold any syntax."""
+
+_DISTANCES: Final = re.compile(r"G\s*0*9([01])(?![0-9.])", re.IGNORECASE)
+"""G90, words are places, or G91, words are steps."""
 
 
 def read_g10(text: str) -> tuple[Floats, str]:
@@ -35,14 +39,18 @@ def read_tilted_plane(text: str) -> tuple[Floats, str]:
 
 def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tuple[dict[str, float], str]:
     """The words of the one block with the code name, and the unit that holds there."""
-    code, units, found = float(name[1:]), "mm", []
+    code, units, steps, found = float(name[1:]), "mm", False, []
     for number, line in enumerate(text_lines(text), 1):
-        if not _SPEAKS.search(GCODE_COMMENT.sub(" ", line)):
+        spoken = GCODE_COMMENT.sub(" ", line)
+        steps = [steps, *(said == "1" for said in _DISTANCES.findall(spoken))][-1]
+        if not _SPEAKS.search(spoken):
             continue
         lexer = Lexer(line, number)
         try:
             block = read_block(lexer)
             units = _units(block, units)
+            if code in block.codes("G") and steps:
+                lexer.refuse(f"{name} stands in G91, where some controls add it to the old offset", "write it in G90")
             if code in block.codes("G"):
                 found.append((_words(block, code, known, needed, lexer, f"write one, like {example}"), units))
         except TextError as error:

@@ -19,8 +19,16 @@ from tactfix.values import frozen_value
 _ZERO = 1e-12
 # A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion.
 MOST_OFF_UNIT = 1e-3
+# Rad: a full turn, and what rounding adds to it; what is more was hardly meant as an angle in rad.
+MOST_RADIANS = 2 * np.pi + 0.01
 # scipy calls it a lock when the middle angle is within 1e-7 rad of one, and then drops a rotation up to that size.
 LOCK_SLACK = 2e-7
+
+
+def _refuse_turns(angle: float) -> None:
+    """Raise PoseSyntaxError for an angle in rad that is beyond a full turn."""
+    if angle > MOST_RADIANS:
+        raise syntax_error(f"an angle of {angle:.6g} rad is more than a full turn", "write it in rad, not in degrees")
 
 
 class Orientation(Protocol):
@@ -80,6 +88,8 @@ class EulerAngles:
         """R (3, 3) of angles (3,) in the written order."""
         from scipy.spatial.transform import Rotation
 
+        if not self.degrees:
+            _refuse_turns(float(np.abs(numbers).max()))
         intrinsic = np.empty(3)
         intrinsic[list(self.order)] = numbers
         return np.asarray(Rotation.from_euler(self.sequence, intrinsic, degrees=self.degrees).as_matrix())
@@ -151,6 +161,7 @@ class RotationVector:
         """R (3, 3) of a rotation vector (3,)."""
         from scipy.spatial.transform import Rotation
 
+        _refuse_turns(float(np.linalg.norm(numbers)))
         return np.asarray(Rotation.from_rotvec(numbers).as_matrix())
 
     def nearest(self, numbers: Floats, reference: Floats) -> Floats:
