@@ -86,7 +86,7 @@ class _State:
     def at(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> "_State":
         residual, jacobian = evaluate(equations, rotations, offsets, geometric)
         cost = np.einsum("nN,nN->N", residual, residual)
-        return _State(rotations.copy(), offsets.copy(), residual, jacobian, cost, np.full(len(cost), 1e-2))
+        return _State(rotations, offsets, residual, jacobian, cost, np.full(len(cost), 1e-2))
 
     def advance(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> tuple[Bools, Bools]:
         """One step of each; which (N,) have arrived at a zero, and which are stuck above the limit."""
@@ -99,14 +99,16 @@ class _State:
         better = cost < self.cost
         gain = np.where(better, self.cost - cost, self.cost)
         self.damping = np.where(better, self.damping * 0.2, self.damping * 5)
-        for old, new in (
-            (self.rotations, rotations),
-            (self.offsets, offsets),
-            (self.residual, residual),
-            (self.jacobian, jacobian),
-            (self.cost, cost),
+        worse = np.flatnonzero(~better)
+        for name, new in (
+            ("rotations", rotations),
+            ("offsets", offsets),
+            ("residual", residual),
+            ("jacobian", jacobian),
+            ("cost", cost),
         ):
-            np.copyto(old, new, where=better)
+            new[..., worse] = getattr(self, name)[..., worse]
+            setattr(self, name, new)
         small = np.abs(step).max(axis=0) < SMALLEST_STEP
         return self._ends(gain, small, cost_limit)
 
@@ -212,7 +214,8 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
     m, count = rhs.shape
     if count < FEW_SYSTEMS:
         with suppress(np.linalg.LinAlgError):
-            return np.asarray(np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0].T)
+            found = np.linalg.solve(np.moveaxis(matrices, -1, 0), rhs.T[:, :, None])[..., 0]
+            return np.ascontiguousarray(found.T)
     x = rhs.copy()
     for j in range(m):
         column = matrices[j:, j]
@@ -220,9 +223,9 @@ def solve_positive(matrices: Floats, rhs: Floats) -> Floats:
         column /= pivot
         column[0] = pivot
         x[j] /= pivot
-        for k in range(j + 1, m):
-            matrices[k:, k] -= column[k - j :] * column[k - j]
-        x[j + 1 :] -= column[1:] * x[j]
+        below = column[1:]
+        matrices[j + 1 :, j + 1 :] -= below[:, None] * below
+        x[j + 1 :] -= below * x[j]
     for j in reversed(range(m)):
         x[j] = (x[j] - np.einsum("kN,kN->N", matrices[j + 1 :, j], x[j + 1 :])) / matrices[j, j]
     return x

@@ -126,10 +126,13 @@ def _contact_residuals(
         distance = equations.radii[:, None] * (length - 1)
         residual = np.where(round_[:, None], distance, residual)
         gradient = gradient / np.where(length > 0, length, 1.0)
-    gradient = gradient + equations.normals[:, :, None]
     residual *= equations.weights[:, None]
-    gradient *= equations.weights[:, None]
-    return residual, np.concatenate([_cross(turned, gradient), gradient])
+    # Written in place: this is the innermost loop of every search, and what it takes is mostly memory.
+    jacobian = np.empty((6, *residual.shape))
+    np.add(gradient, equations.normals[:, :, None], out=jacobian[3:])
+    jacobian[3:] *= equations.weights[:, None]
+    _cross(turned, jacobian[3:], jacobian[:3])
+    return residual, jacobian
 
 
 def curvature(
@@ -153,10 +156,10 @@ def curvature(
         across = bends * equations.radii[:, None] - gradient[:, None] * gradient
         bends = across / np.where(length > 0, equations.radii[:, None] * length, 1.0)
     bends = pull * bends
-    mixed = _cross(turned[:, None], bends)
+    mixed = _cross(turned[:, None], bends, np.empty_like(bends))
     moment = np.einsum("anN,bnN->abN", pull * (gradient + equations.normals[:, :, None]), turned)
     second = np.empty((6, 6, residual.shape[1]))
-    second[:3, :3] = _cross(turned[:, None], np.swapaxes(mixed, 0, 1)).sum(axis=2)
+    second[:3, :3] = _cross(turned[:, None], np.swapaxes(mixed, 0, 1), np.empty_like(mixed)).sum(axis=2)
     second[:3, :3] += (moment + np.swapaxes(moment, 0, 1)) / 2 - np.eye(3)[..., None] * np.einsum("aaN->N", moment)
     second[:3, 3:] = mixed.sum(axis=2)
     second[3:, :3] = np.swapaxes(second[:3, 3:], 0, 1)
@@ -174,9 +177,12 @@ def _placed(equations: PoseEquations, rotations: Floats, offsets: Floats) -> tup
     return turned, y, np.einsum("abn,bnN->anN", equations.quadrics, y)
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    """a x b along the first axis."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+def _cross(a: Floats, b: Floats, out: Floats) -> Floats:
+    """a x b along the first axis, written to out."""
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[j], b[k], out=out[i])
+        out[i] -= a[k] * b[j]
+    return out
 
 
 def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
