@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tactfix.fixture import Placement
@@ -12,7 +13,7 @@ from tactfix.poses.equations import evaluate
 from tactfix.poses.measured_pose import MeasuredPose
 from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.search_frame import SearchFrame
-from tests.support.problems import BALLS, PLATE, placed, pose_error, pose_of, random_pose, touch_all
+from tests.support.problems import BALLS, CORNER, PLATE, placed, pose_error, pose_of, random_pose, touch_all
 
 UNITS = np.array([1e-4] * 3 + [0.05] * 3)
 
@@ -177,8 +178,6 @@ def test_a_placement_turned_by_half_a_turn_is_no_special_place(degrees):
 
 def test_a_measured_pose_is_six_observations():
     """The pose, chi-square and covariance of an independent least squares over contacts and measurement."""
-    from scipy.optimize import least_squares
-
     rng = np.random.default_rng(11)
     truth = touch_all(PLATE, {"plate": 2, "pin": 1, "ball": 1}, rng, sigma=0.05)
     sigmas = np.array([0.001] * 3 + [0.1] * 3)
@@ -202,6 +201,45 @@ def test_a_measured_pose_is_six_observations():
     covariance = np.linalg.inv(fit.jac.T @ fit.jac)
     np.testing.assert_allclose(np.sqrt(np.diag(result.covariance)), np.sqrt(np.diag(covariance)), rtol=0.05)
     assert result.without_prior.status == "underdetermined"
+
+
+@pytest.mark.parametrize("turn", [1e-4, 0.05, 0.3])
+def test_a_ball_and_a_badly_measured_pose_leave_the_nearest_pose(turn):
+    """Noise is small beside what contacts leave free: the way along that is long, and curved about all but the ball."""
+    rng = np.random.default_rng(20)
+    truth = touch_all(BALLS, {"b": 6}, rng, sigma=2e-5)
+    off = rng.standard_normal(6) * ([turn] * 3 + [20.0] * 3)
+    near = pose_of(Rotation.from_rotvec(off[:3]).as_matrix() @ truth.pose[:3, :3], truth.pose[:3, 3] + off[3:])
+    result = locate(replace(placed(BALLS), placement=Placement(near, sigma=(20.0, turn))), truth.contacts(rng))
+    assert len(result.candidates) == 1
+    found = result.candidates[0].base_from_fixture
+    center = truth.pose[:3, :3] @ BALLS["b"].at + truth.pose[:3, 3]
+    np.testing.assert_allclose(found[:3, :3] @ BALLS["b"].at + found[:3, 3], center, atol=1e-3)
+
+    def away_from_near(vector):
+        rotation = Rotation.from_rotvec(vector).as_matrix() @ near[:3, :3]
+        return np.concatenate([vector / turn, (center - rotation @ BALLS["b"].at - near[:3, 3]) / 20.0])
+
+    expected = least_squares(away_from_near, np.zeros(3), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    np.testing.assert_allclose(pose_error(near, found)[:3], expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("patches", [CORNER, PLATE, BALLS])
+@pytest.mark.parametrize("offset", [0.0, 60.0])
+def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patches, offset):
+    """Three faces leave four poses, mirror images in pairs; a measurement 60 mm off contradicts all of them."""
+    rng = np.random.default_rng(21)
+    truth = touch_all(patches, dict.fromkeys(patches, 4), rng, sigma=0.02)
+    contacts = replace(truth.contacts(rng), approaches=np.full((4 * len(patches), 3), np.nan))
+    bare = locate(placed(patches), contacts)
+    near = pose_of(truth.pose[:3, :3], truth.pose[:3, 3] + offset)
+    measured = locate(replace(placed(patches), placement=Placement(near, sigma=(0.5, 0.01))), contacts)
+    assert measured.without_prior.status == bare.status
+    assert measured.without_prior.poses == sum(candidate.accepted for candidate in bare.candidates)
+    assert measured.status == ("inconsistent" if offset else "located")
+    against = [candidate for candidate in measured.candidates if not candidate.accepted]
+    left = [candidate for candidate in against if {reason.code for reason in candidate.reasons} == {"prior"}]
+    assert len(left) == measured.without_prior.poses - (0 if offset else 1)
 
 
 def test_a_direction_that_cannot_be_held_is_named():

@@ -14,7 +14,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from tactfix.geometry.arrays import TINY, Bools, Floats, Ints
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, cross
 from tactfix.poses.equations import PoseEquations, curvature, evaluate
 from tactfix.poses.zeros import Zeros, together
 
@@ -157,11 +157,16 @@ class _State:
 
 
 def stepped(equations: PoseEquations, step: Floats, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
-    """The poses after steps (u, N) in the unknowns of the equations, in their domain."""
-    if equations.domain.is_free:
-        return turned(step[:3], rotations), offsets + step[3:]
-    whole = np.einsum("iuN,uN->iN", equations.domain.basis(rotations, offsets), step)
-    return equations.domain.onto(turned(whole[:3], rotations), offsets + whole[3:])
+    """The poses after steps (u, N) in the unknowns of the equations, in their domain.
+
+    Where a measured pose takes part, turns are about the middle of the fixture: what contacts leave free of a ball, or
+    of a bar, is a turn about it, and the way along it, which is long where the pose was measured badly, is straight.
+    """
+    if not equations.domain.is_free:
+        step = np.einsum("iuN,uN->iN", equations.domain.basis(rotations, offsets), step)
+    if equations.measured is not None:
+        offsets = turned(step[:3], offsets[:, None])[:, 0] - cross(step[:3].T, offsets.T).T
+    return equations.domain.onto(turned(step[:3], rotations), offsets + step[3:])
 
 
 def turned(vectors: Floats, rotations: Floats) -> Floats:
