@@ -10,7 +10,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Direction, Fixture, Placement
 from tactfix.geometry.arrays import Floats
-from tactfix.localization.outcome import Outcome, outcome_of, status_of
+from tactfix.localization.outcome import Outcome, outcome_from, outcome_of, status_of
 from tactfix.poses.prior import Contradiction, component, contradiction, deviation
 from tactfix.poses.solution import Solution
 from tactfix.results import Candidate, Reason, Status, WithoutPrior
@@ -55,7 +55,7 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     assert placement is not None
     off: Contradicting = []
     if placement.is_in_fit:
-        without, left = _searched_again(fixture, contacts, sigmas)
+        without, left = _found_beside(fixture, contacts, outcome) or _searched_again(fixture, contacts, sigmas)
         off = _contradicting(fixture, left, fitted=False)
     else:
         without = _counted(contacts, outcome)
@@ -68,14 +68,27 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     return ContactsAlone(without, fallen, tuple(told))
 
 
-def _counted(contacts: Contacts, outcome: Outcome) -> WithoutPrior:
-    """What is left where the verdicts of what is known are not counted."""
+def _counted(contacts: Contacts, outcome: Outcome, beside: Sequence[Solution] = ()) -> WithoutPrior:
+    """What is left where the verdicts of what is known are not counted, with what else is left beside."""
     pairs = zip(outcome.solutions.found, outcome.verdicts, strict=True)
-    left = [s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}]
+    left = [*(s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}), *beside]
     return _without(status_of(contacts, outcome.solutions, left), left)
 
 
-def _searched_again(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> tuple[WithoutPrior, Sequence[Solution]]:
+Left: TypeAlias = tuple[WithoutPrior, Sequence[Solution]]
+"""What is left without, and those of its poses that may contradict what is known."""
+
+
+def _found_beside(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Left | None:
+    """What the search with a measured pose has found of the contacts alone, where it has looked for that too."""
+    if outcome.solutions.aside is None:
+        return None
+    alone = replace(outcome.solutions, found=outcome.solutions.aside)
+    beside = outcome_from(_without_placement(fixture), contacts, alone).left
+    return _counted(contacts, outcome, beside), beside
+
+
+def _searched_again(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Left:
     """What a search of half the cost leaves of all six unknowns."""
     if fixture.equations(contacts.features) < 6:
         return WithoutPrior("underdetermined", None), ()

@@ -43,6 +43,10 @@ differs from the geometric one by a few per cent at most, so the pose would be r
 CLOSER_LOOK = 3
 """Coverings of the rotations that are tried where the first one led to no pose."""
 
+SURE_SHARE = 0.02
+"""Of the contacts' spread, by which a pose may move within one sigma of its contacts to be called fixed by them (rad
+for its rotation): a fifth of what makes it worthless (`localization.free_motions`), where fits are linear."""
+
 CONTINUUM_SAMPLES = 8
 """Poses of a continuum that are kept, and beside it."""
 
@@ -52,7 +56,8 @@ class PoseSearch:
     """All poses found, best chi-square first; complete and continuum as in `zeros.Zeros`.
 
     limit is the largest chi-square that still explains the contacts, with dof degrees of freedom; fits above it are
-    only the nearest misses, kept where nothing is below it.
+    only the nearest misses, kept where nothing is below it. aside: where a measured pose took part, the fits without it
+    that it speaks against; None where only another search can tell.
     """
 
     fits: tuple[PoseFit, ...]
@@ -60,6 +65,7 @@ class PoseSearch:
     limit: float
     complete: bool
     continuum: bool
+    aside: tuple[PoseFit, ...] | None = None
 
     @property
     def poses(self) -> Floats:
@@ -92,6 +98,10 @@ def all_poses(
     equations = frame.equations(surfaces, contacts, smallest / sigmas, placement, smallest)
     searched = equations.subset(index)
     unit = (smallest / frame.length) ** 2
+    if searched.measured is not None and searched.domain.is_free:
+        both = _beside_measured(surfaces, contacts, sigmas, frame, equations, searched, placement)
+        if both is not None:
+            return both
     # Directions that are held, and a pose that was measured, are not symmetric as the surfaces are.
     turns = frame.half_turns(surfaces, contacts) if searched.domain.is_free and not searched.measured else []
     zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough, most_starts)
@@ -110,6 +120,51 @@ def all_poses(
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
     return PoseSearch(tuple(kept), dof, limit, zeros.complete, zeros.continuum)
+
+
+def _beside_measured(
+    surfaces: Mapping[str, SidedSurface],
+    contacts: Contacts,
+    sigmas: Floats,
+    frame: SearchFrame,
+    equations: PoseEquations,
+    searched: PoseEquations,
+    placement: Placement | None,
+) -> PoseSearch | None:
+    """One search for the poses with a measured pose and for those without; None where that takes two.
+
+    Where the contacts fix the pose by themselves, a measured one moves each of their poses a little, or rules it out.
+    """
+    bare, alone = searched.without_measured(), equations.without_measured()
+    unit = (float(sigmas.min()) / frame.length) ** 2
+    rotations = rotations_in(bare.domain, surfaces, contacts, sigmas) if len(bare) >= RELY_ON_FEATURES else None
+    if rotations is None:
+        return None
+    turns, many = frame.half_turns(surfaces, contacts), rotations.shape[2] >= TURNS
+    zeros = find_zeros_near(bare, zero_limit(bare.dof, unit), rotations, turns, around_all=many)
+    near = bare.domain.has(zeros.rotations, zeros.offsets)
+    if zeros.continuum or not near.any():
+        return None
+    moved = best_poses(equations, contacts, zeros.subset(near), unit)
+    fits = [fit_at(surfaces, contacts, sigmas, pose, placement) for pose in frame.base_from_fixture(moved)]
+    limit, own_limit = chi_square_limit(equations.dof), chi_square_limit(alone.dof)
+    if len(fits) < near.sum() or not all(fit.chi2 <= limit and _is_sure(fit, contacts, own_limit) for fit in fits):
+        return None
+    aside: list[PoseFit] = []
+    if not near.all():
+        others = best_poses(alone, contacts, zeros.subset(~near), unit)
+        aside = [fit_at(surfaces, contacts, sigmas, pose) for pose in frame.base_from_fixture(others)]
+    fits.sort(key=lambda fit: fit.chi2)
+    kept = tuple(fit for fit in aside if fit.chi2 <= own_limit)
+    return PoseSearch(tuple(fits), equations.dof, limit, zeros.complete, continuum=False, aside=kept)
+
+
+def _is_sure(fit: PoseFit, contacts: Contacts, limit: float) -> bool:
+    """Whether the contacts of a fit explain its pose and fix it by themselves, so surely that a fit is next to it."""
+    own = fit.sensitivity.jacobian[: len(contacts)]
+    chi2 = fit.chi2 - float(fit.off @ fit.off)
+    least = float(np.linalg.svd(own, compute_uv=False)[-1])
+    return chi2 <= limit and least * SURE_SHARE * fit.sensitivity.scale > 1
 
 
 def zero_limit(dof: int, unit: float) -> float:

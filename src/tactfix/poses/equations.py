@@ -16,6 +16,7 @@ Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,6 +61,10 @@ class PoseEquations:
     def turns(self) -> int:
         """How many of the unknowns, the first ones, are rotations."""
         return int(self.domain.turns.sum())
+
+    def without_measured(self) -> "PoseEquations":
+        """Those of the contacts alone, which are looked for near a pose that was measured, and counted elsewhere."""
+        return replace(self, measured=None, domain=replace(self.domain, looks_beyond=True))
 
     def subset(self, index: Sequence[int]) -> "PoseEquations":
         """The equations of some contacts only."""

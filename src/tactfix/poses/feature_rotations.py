@@ -19,13 +19,11 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, off
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
-from tactfix.poses.pose_domain import PoseDomain
+from tactfix.poses.pose_domain import ANGLES_AGREE, PoseDomain
 from tactfix.poses.upright_cylinders import upright_cylinders
 
 WELL_LOCATED = 0.02
 """Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation."""
-ANGLES_AGREE = 0.25
-"""Rad by which angles between directions of features may be off, a dozen times WELL_LOCATED; others are passed over."""
 TURNS = 12
 """Turns about a single direction: one every thirty degrees. Of 11,400 problems three kept a pose from these starts, and
 no more from new ones around what those led to."""
@@ -43,9 +41,9 @@ def rotations_in(
     None too where directions are held: a domain of fewer unknowns needs no such starts.
     """
     rotations = feature_rotations(surfaces, contacts, sigmas) if domain.is_free else None
-    if rotations is None or domain.reach >= np.pi or domain.looks_beyond:
+    if rotations is None or domain.looks_beyond:
         return rotations
-    near = rotations[..., domain.angles(rotations) <= domain.reach + ANGLES_AGREE]
+    near = rotations[..., domain.may_lead_into(rotations)]
     return near if near.shape[2] else None
 
 

@@ -10,8 +10,7 @@ Models, Information Theory, and Lie Groups, vol. 2, section 10.6); a turn of the
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Frozen, lengths
-from tactfix.geometry.rigid import skew
-from tactfix.poses.pose_domain import nearest_quaternions
+from tactfix.geometry.rigid import axial, skew
 from tactfix.values import frozen_value
 
 
@@ -40,11 +39,19 @@ class MeasuredPose:
 
 def turn_vectors(turns: Floats) -> Floats:
     """The rotation vectors (N, 3) of rotations (N, 3, 3), up to pi long, accurate there too."""
-    w, *v = nearest_quaternions(turns, np.ones(3, dtype=bool))
-    axis = np.array(v).T
-    half_sine = lengths(axis)
-    ratio = np.where(half_sine > 0, 2 * np.arctan2(half_sine, w) / np.where(half_sine > 0, half_sine, 1.0), 2.0)
-    return np.asarray(axis * ratio[:, None])
+    # 4 q q^T of the unit quaternion q, scalar first: its column with the largest diagonal entry is q but for a factor.
+    trace = np.trace(turns, axis1=1, axis2=2)
+    squared = np.empty((len(turns), 4, 4))
+    squared[:, 0, 0] = 1 + trace
+    squared[:, 0, 1:] = squared[:, 1:, 0] = 2 * axial(turns)
+    squared[:, 1:, 1:] = turns + np.swapaxes(turns, 1, 2) + (1 - trace)[:, None, None] * np.eye(3)
+    largest = np.argmax(np.einsum("Nii->Ni", squared), axis=1)
+    quaternions = squared[np.arange(len(turns)), largest]
+    scalar, vector = quaternions[:, 0], quaternions[:, 1:]
+    sine = lengths(vector)
+    angle = 2 * np.arctan2(sine, np.abs(scalar)) * np.where(scalar < 0, -1.0, 1.0)
+    # Of no turn at all the vector is zero, whatever it is multiplied by.
+    return np.asarray(vector * (angle / np.where(sine > 0, sine, 1.0))[:, None])
 
 
 def inverse_left_jacobian(vectors: Floats) -> Floats:

@@ -30,6 +30,9 @@ ROTATION_MARGIN = 0.3
 """Rad beyond the limit of rotation that is searched too: five sigma of most poses, and the spacing of the covering."""
 TRANSLATION_MARGIN = 0.5
 """The same for translations, in sizes of the search."""
+ANGLES_AGREE = 0.25
+"""Rad by which rotations that features located alone leave may be off (`feature_rotations`): a dozen times what such
+features are known to."""
 
 
 @frozen_value
@@ -99,6 +102,12 @@ class PoseDomain:
         places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
         gaps = np.sqrt(((places - self.place[:, None]) ** 2).sum(axis=0))
         return np.asarray((self.angles(rotations) <= self.reach) & (gaps <= self.distance + TRANSLATION_MARGIN))
+
+    def may_lead_into(self, rotations: Floats) -> Bools:
+        """Which rotations (3, 3, N), known to ANGLES_AGREE, may be those of a pose within the limits."""
+        if self.reach >= np.pi:
+            return np.ones(rotations.shape[2], dtype=bool)
+        return np.asarray(self.angles(rotations) <= self.reach + ANGLES_AGREE)
 
     def angles(self, rotations: Floats) -> Floats:
         """The angles (N,) in rad by which rotations (3, 3, N) are turned from near."""

@@ -150,7 +150,7 @@ def fit_at(
 
 def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture: Floats) -> tuple[Sensitivity, Floats]:
     """The sensitivity with what is known beforehand, and the residuals (m,) over sigma of a measured pose."""
-    if placement is None:
+    if placement is None or not placement.is_in_fit:
         return seen, np.zeros(0)
     basis, more, rows = terms_at(placement, base_from_fixture, seen.centre, seen.scale)
     return Sensitivity(np.vstack([seen.jacobian, rows]), seen.centre, seen.scale, basis), more

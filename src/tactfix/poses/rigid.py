@@ -1,6 +1,7 @@
 """Solutions for a rigid fixture: every pose of `all_poses`, with its uncertainty."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,7 +36,11 @@ def rigid_solutions(
     single = one_equation_each(surfaces, contacts, sigmas)
     search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses, placement, thorough)
     found = [_solution(fit, surfaces, contacts, single, placement) for fit in distinct(search.fits)]
-    return Solutions(tuple(found), search.dof, search.limit, search.complete, search.continuum)
+    solutions = Solutions(tuple(found), search.dof, search.limit, search.complete, search.continuum)
+    if search.aside is None:
+        return solutions
+    aside = [_solution(fit, surfaces, contacts, single, None) for fit in distinct(search.aside)]
+    return replace(solutions, aside=tuple(aside))
 
 
 def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:

@@ -83,11 +83,13 @@ def find_zeros_near(
 
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.
+    Beyond the limits of what is known beforehand the best translation alone starts, unless nothing is found within.
     """
     search = _Search(equations, cost_limit, turns)
-    offsets = centred_offsets(equations, rotations)[:, None] + SIDES[:, :, None]
-    starts = np.repeat(rotations[:, :, None], SIDES.shape[1], axis=2).reshape(3, 3, -1)
-    zeros = Zeros.none().joined(search.met_from(starts, offsets.reshape(3, -1), NEAR_LOOK))
+    is_near = equations.domain.may_lead_into(rotations)
+    zeros = search.met_near(rotations, is_near)
+    if not is_near.all() and not search.wanted(zeros).any():
+        zeros = search.met_near(rotations, np.ones_like(is_near))
     return search.with_neighbours(zeros, around_all) if thorough else zeros.merged(equations)
 
 
@@ -126,6 +128,15 @@ class _Search:
         found = descend(self.equations, rotations, offsets, self.cost_limit, first_look=first_look)
         return found.with_twins(self.turns)
 
+    def met_near(self, rotations: Floats, to_all_sides: Bools) -> Zeros:
+        """What descents meet from rotations (3, 3, N) and the translation that is best; from all SIDES of those."""
+        offsets = centred_offsets(self.equations, rotations)
+        around = offsets[:, None, to_all_sides] + SIDES[:, 1:, None]
+        aside = np.repeat(rotations[:, :, None, to_all_sides], SIDES.shape[1] - 1, axis=2)
+        starts = np.concatenate([rotations, aside.reshape(3, 3, -1)], axis=2)
+        offsets = np.concatenate([offsets, around.reshape(3, -1)], axis=1)
+        return Zeros.none().joined(self.met_from(starts, offsets, NEAR_LOOK))
+
     def of_coverings(self, starts: int, least: int) -> Zeros:
         """What coverings meet: at least so many, until each zero has been met OFTEN; one where least is 0."""
         zeros, often = Zeros.none(), OFTEN * (1 + len(self.turns))
@@ -133,7 +144,7 @@ class _Search:
             zeros = zeros.joined(self.met_from(*covering(self.equations, starts, number))).merged(self.equations)
             if zeros.continuum or not least:
                 break
-            seldom = self._wanted(zeros) & (zeros.met_nearby() < often)
+            seldom = self.wanted(zeros) & (zeros.met_nearby() < often)
             if number + 1 >= least and not seldom.any():
                 break
         return zeros
@@ -143,15 +154,15 @@ class _Search:
         zeros = zeros.merged(self.equations)
         fresh = zeros if around_all else zeros.best(0)
         for number in range(MOST_ROUNDS):
-            fresh = fresh.subset(self._wanted(fresh))
-            centres = together([fresh, zeros.subset((zeros.counts < 2) & self._wanted(zeros))])
+            fresh = fresh.subset(self.wanted(fresh))
+            centres = together([fresh, zeros.subset((zeros.counts < 2) & self.wanted(zeros))])
             if not len(centres) or zeros.continuum:
                 break
             before = len(zeros)
             found = self.met_from(*around(self.equations.domain, centres, number))
             zeros = zeros.joined(found).merged(self.equations)
             fresh = zeros.since(before)
-        are_settled = not len(fresh) and bool((zeros.counts >= 2)[self._wanted(zeros)].all())
+        are_settled = not len(fresh) and bool((zeros.counts >= 2)[self.wanted(zeros)].all())
         return replace(zeros, complete=are_settled and not zeros.continuum)
 
     def balanced(self, zeros: Zeros, starts: int) -> Zeros:
@@ -165,6 +176,6 @@ class _Search:
                 zeros = self.with_neighbours(more)
         return zeros
 
-    def _wanted(self, zeros: Zeros) -> Bools:
+    def wanted(self, zeros: Zeros) -> Bools:
         """Which are looked for; others within reach of the descents are taken as they come."""
         return self.equations.domain.has(zeros.rotations, zeros.offsets)

@@ -48,7 +48,8 @@ class Solutions:
     """All of them, best first. limit: the chi-square, with dof degrees of freedom, up to which a pose explains them.
 
     complete: whether the search is sure to have found all. continuum: so many that they are samples of a free motion.
-    fallen: what fitted the contacts of each feature and broke a relation.
+    fallen: what fitted the contacts of each feature and broke a relation. aside: where the pose was measured and the
+    contacts fix it by themselves, what they alone would leave beside those found; else None.
     """
 
     found: tuple[Solution, ...]
@@ -57,6 +58,7 @@ class Solutions:
     complete: bool
     continuum: bool
     fallen: tuple[Candidate, ...] = ()
+    aside: tuple[Solution, ...] | None = None
 
 
 _EQUAL_CHI2 = 1e-6

@@ -8,7 +8,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
-from tactfix.fixture import Fixture
+from tactfix.fixture import Fixture, Placement
 from tactfix.frame import frames, recipe_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
@@ -39,7 +39,9 @@ def body_solutions(
 
     Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
-    parts = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses)
+    # Limits are those of one frame, and a search looks near one place.
+    limits = fixture.placement if all(len(shapes) == 1 for shapes in searched) else None
+    parts = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses, limits)
     any_part = next(iter(parts.values()))
     dof, limit = any_part.dof, any_part.limit
     complete = all(part.complete for part in parts.values())
@@ -53,7 +55,11 @@ def body_solutions(
 
 
 def _searched(
-    shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats, with_misses: bool
+    shapes: Sequence[Mapping[str, Surface]],
+    contacts: Contacts,
+    sigmas: Floats,
+    with_misses: bool,
+    limits: Placement | None,
 ) -> dict[int, Solutions]:
     """What a search of each shape gives, by its number; of many shapes those left out that nothing speaks for."""
     chosen = list(range(len(shapes)))
@@ -63,7 +69,7 @@ def _searched(
         if len(chosen) > MOST_THOROUGH:
             return {number: quick[number] for number in chosen}
         chosen = chosen or [_nearest(shapes, contacts, sigmas)]
-    return {number: rigid_solutions(shapes[number], contacts, sigmas, with_misses) for number in chosen}
+    return {number: rigid_solutions(shapes[number], contacts, sigmas, with_misses, limits) for number in chosen}
 
 
 def _nearest(shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats) -> int:
