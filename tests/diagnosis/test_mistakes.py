@@ -119,3 +119,20 @@ def test_two_features_exchanged_are_asked_before_all_other_orders():
     assert {len(one.features) for one in pairs} == {2}
     assert len(pairs) < len(more)
     assert all(len(one.features) > 2 for one in more)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "fixture", "draw"),
+    [
+        ("one radius", "plate, two pins", 9),  # as a bore of that radius the contacts lie right, and come the wrong way
+        ("one feature 0.3-5 mm elsewhere", "plate, pin, ball", 6),  # exchanged coordinates fit so-so by accident
+        ("three contacts", "plate, pin, ball", 9),  # two explain it by accident, one of them good
+        ("one contact 0.14-0.3 mm off", "three balls", 9),  # located; another sigma is about as likely
+    ],
+)
+def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixture, draw):
+    """Draws of the study that were not named."""
+    patches, counts = FIXTURES[fixture]
+    case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
+    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    assert any(is_named(case, cause) for cause in (first.causes or (first,)))

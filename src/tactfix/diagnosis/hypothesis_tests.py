@@ -25,7 +25,7 @@ from tactfix.diagnosis.fixture_mistakes import (
     sides,
     signs,
 )
-from tactfix.diagnosis.ranking import told_apart, without_generalizations
+from tactfix.diagnosis.ranking import says_more, told_apart, without_generalizations
 from tactfix.diagnosis.telling import one_of, told
 from tactfix.diagnosis.trial_search import NO_CHANGE, Explanation, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
@@ -95,7 +95,7 @@ def mistakes_that_explain(
         # There are many, each takes a search, and they are as rare as the mistakes before them are common.
         accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
-        if any(_is_enough(problem, one) for one, _ in accepted) or problem.dof < size:
+        if problem.dof < size or _is_settled(problem, [one for one, _ in accepted], size):
             break
         sets = outliers(problem, search.sets_to_leave_out(size))
         accepted += _accepted(fixture, problem, search.explanations(sets), accepts)
@@ -104,6 +104,15 @@ def mistakes_that_explain(
 
 def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[Hypothesis]:
     return [hypothesis for code in CAUSES if code in makers for hypothesis in makers[code](problem)]
+
+
+def _is_settled(problem: Problem, accepted: Sequence[Explanation], size: int) -> bool:
+    """Whether sets of so many contacts need not be left out: something explains all, and no set that is smaller by one.
+
+    Where fewer contacts explain others by chance, the bad ones together do so better.
+    """
+    enough = [one.hypothesis for one in accepted if _is_enough(problem, one)]
+    return bool(enough) and all(len(hypothesis.deleted) != size - 1 for hypothesis in enough)
 
 
 def _is_enough(problem: Problem, one: Explanation) -> bool:
@@ -120,9 +129,10 @@ def _accepted(
 ) -> list[tuple[Explanation, str]]:
     """Those that explain the contacts, and that nothing else speaks against, with what is to be remarked."""
     explaining = [one for one in found if one.chi2 <= _limit(problem, one, 1e-6)]
-    explaining = without_generalizations(problem, explaining)
-    accepted = []
+    accepted: list[tuple[Explanation, str]] = []
     for one in sorted(explaining, key=lambda one: one.score)[:MOST_TESTED]:
+        if any(says_more(problem, special, one) for special, _ in accepted):
+            continue
         asked = ((way, _remark(fixture, problem, way, accepts)) for way in one.ways)
         left = ((way, remark) for way, remark in asked if remark is not None)
         for way, remark in islice(left, 1):

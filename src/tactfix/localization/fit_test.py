@@ -40,10 +40,9 @@ def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: in
     elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)
     if elsewhere is not None:
         return (elsewhere,)
-    if suspect is not None and _is_one_contact(solution.chi2, suspect[1], dof, len(contacts)):
-        return (_outlier(fixture, contacts, solution, *suspect),)
-    if solution.chi2 > chi_square_limit(dof, SUSPICIOUS):
-        return (_sigma(fixture, contacts, solution, dof, "the residuals are {ratio:.2g} times what sigma allows for"),)
+    all_alike = solution.chi2 > chi_square_limit(dof, SUSPICIOUS)
+    if suspect is not None or all_alike:
+        return _one_contact_or_sigma(fixture, contacts, solution, suspect, dof, all_alike=all_alike)
     if 0 < solution.chi2 < least_chi_square(dof):
         if solution.chi2 < dof * NOMINAL_RESIDUAL**2:
             return ()
@@ -73,15 +72,34 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof
     return Diagnosis("tip_offset", (), (), value, found.chi2, message)
 
 
-def _is_one_contact(chi2: float, size: float, dof: int, count: int) -> bool:
-    """Whether one bad contact of count explains the residuals better than another sigma for all.
+def _one_contact_or_sigma(
+    fixture: Fixture,
+    contacts: Contacts,
+    solution: Solution,
+    suspect: tuple[int, float] | None,
+    dof: int,
+    *,
+    all_alike: bool,
+) -> tuple[Diagnosis, ...]:
+    """The contact that stands out, another sigma where all residuals together are suspicious, or one of these.
 
-    By the Bayesian information criterion: -2 log likelihood plus log n for each number free, and twice the logarithm of
-    the contacts among which the one is chosen (Chen and Chen 2008).
+    In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free, and twice the
+    logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
     """
-    one = chi2 - size**2 + 3 * math.log(count)
-    all_alike = dof * (1 + math.log(chi2 / max(dof, 1))) + math.log(count)
-    return dof < 2 or one <= all_alike
+    from tactfix.diagnosis.ranking import INDISTINCT
+    from tactfix.diagnosis.telling import one_of
+
+    count, scores = len(contacts), []
+    if suspect is not None:
+        score = solution.chi2 - suspect[1] ** 2 + 3 * math.log(count)
+        scores.append((score, _outlier(fixture, contacts, solution, *suspect)))
+    if all_alike and (suspect is None or dof > 1):
+        score = dof * (1 + math.log(solution.chi2 / max(dof, 1))) + math.log(count)
+        words = "the residuals are {ratio:.2g} times what sigma allows for"
+        scores.append((score, _sigma(fixture, contacts, solution, dof, words)))
+    scores.sort(key=lambda pair: pair[0])
+    causes = [cause for _, cause in scores]
+    return (one_of(causes),) if scores[-1][0] - scores[0][0] <= INDISTINCT else tuple(causes)
 
 
 def _stands_out(
