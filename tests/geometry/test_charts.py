@@ -11,6 +11,7 @@ from tactfix.geometry.charts import (
     residual_jacobian,
     rigid_displacements,
 )
+from tactfix.geometry.nearest import direction_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved, residuals
 from tests.support.plain_surfaces import KINDS, any_surface
 
@@ -86,3 +87,13 @@ def test_a_point_carried_by_the_surface(kind):
             assert isinstance(ahead, Cylinder)
             expected = ((ahead.point + 7 * ahead.direction) - (behind.point + 7 * behind.direction)) / (2 * H)
             np.testing.assert_allclose(material_displacement(surface, point)[:, k], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("surface", [Plane((1, 2, 3), (0, 0, 1)), Cylinder((1, 2, 3), (0.6, 0, 0.8), 2.0, "outer")])
+def test_a_stack_of_displacements_gives_the_stack_of_surfaces(surface):
+    steps = np.vstack([np.zeros(dimension(surface)), 0.1 * np.eye(dimension(surface))])
+    stack = displaced(surface, steps)
+    for number, step in enumerate(steps):
+        alone = displaced(surface, step)
+        assert direction_of(stack)[number] == pytest.approx(direction_of(alone), abs=1e-15)
+        assert stack.point[number] == pytest.approx(alone.point, abs=1e-15)

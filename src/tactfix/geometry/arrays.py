@@ -38,14 +38,15 @@ Frozen: TypeAlias = Annotated[Floats, frozen]
 """An array in a value (`values.frozen_value`), which keeps a read-only copy."""
 
 
-def _frozen_unit(vector: ArrayLike) -> Floats:
+def _frozen_unit(vectors: ArrayLike) -> Floats:
     """What is scaled already is kept to the bit, so that a copy, and what is read back from JSON, is the same value."""
-    given = frozen(vector)
-    return given if abs(float(given @ given) - 1.0) <= 4 * EPS else frozen(unit(given))
+    given = frozen(vectors)
+    squares = np.add.reduce(given * given, axis=-1)
+    return given if (np.abs(squares - 1.0) <= 4 * EPS).all() else frozen(unit(given))
 
 
 UnitVector: TypeAlias = Annotated[Floats, _frozen_unit]
-"""A vector (3,) in a value, which keeps it scaled to length one."""
+"""A vector (3,) in a value, or a stack of them (..., 3), which keeps them scaled to length one."""
 
 
 def dot(a: Floats, b: Floats) -> Floats:
