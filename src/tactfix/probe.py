@@ -37,6 +37,15 @@ def residual_sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
     return with_feature_sigmas(contacts.sigmas, (fixture.features[name] for name in contacts.features))
 
 
+def implied_probe_sigma(contacts: Contacts, sigmas: Floats, factor: float) -> float:
+    """The probe's sigma, of half the contacts, with which their residuals' sigmas (n,) are factor times what they are.
+
+    The features keep their own: s^2 = factor^2 sigma^2 - feature^2, 0 where the features' alone are more than that.
+    """
+    features = np.square(sigmas) - np.square(contacts.sigmas)
+    return float(np.sqrt(max(np.median(np.square(factor * sigmas) - features), 0.0)))
+
+
 def with_feature_sigmas(probe_sigmas: Floats, features: Iterable[Feature]) -> Floats:
     """The same (n,) for sigmas (n,) of the probe and the feature of each contact."""
     return np.asarray(np.hypot(probe_sigmas, [feature.sigma for feature in features]))

@@ -45,6 +45,10 @@ def test_the_status_is_right_where_nobody_hears(words: str, status: int) -> None
     assert shell(words).returncode == status
 
 
+def test_a_terminal_of_no_columns_is_one_that_does_not_say() -> None:
+    assert "located" in shell("COLUMNS=0 $T locate -v $F $C").stderr
+
+
 def test_a_summary_that_nobody_reads_does_not_change_the_status(tmp_path: Path) -> None:
     shell(f"{{ $T locate -v $F $C > {tmp_path}/pose; echo $? > {tmp_path}/status; }} 2>&1 | true")
     assert (tmp_path / "status").read_text() == "0\n"

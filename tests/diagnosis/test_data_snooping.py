@@ -86,6 +86,16 @@ def test_sigma_is_doubted_where_no_contact_stands_out(factor, words):
     assert words in cause.message
 
 
+def test_sigma_of_the_probe_is_told_beside_that_of_the_features():
+    """A sigma of the probe that is far below the features' own: what is wrong is told as the probe's."""
+    _, contacts = touched({"plate": 7, "pin": 7, "ball": 7})
+    features = {name: replace(feature, sigma=SIGMA / 20) for name, feature in placed(PLATE).features.items()}
+    result = locate(replace(placed(PLATE), features=features), replace(contacts, sigmas=contacts.sigmas / 1e4))
+    assert result.status == "inconsistent"
+    assert result.diagnosis[0].code == "sigma"
+    assert result.diagnosis[0].value == pytest.approx(SIGMA, rel=0.4)
+
+
 def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
     """Residuals are noise projected off six directions: a thousand times likelier limits, so that there is a number."""
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})

@@ -11,7 +11,12 @@ from tactfix.wording import printable, wrapped, wrapped_comments
 
 
 def settle() -> None:
-    """Give the process the streams it was started without: input without end, output that refuses, silence."""
+    """Give the process the streams it was started without: input without end, output that refuses, silence.
+
+    A COLUMNS of no column says nothing of a terminal: without this rich would print nothing at all.
+    """
+    if not os.environ.get("COLUMNS", "80").strip("0"):
+        del os.environ["COLUMNS"]
     if sys.stdin is None:
         sys.stdin = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY)))
     if sys.stdout is None:

@@ -11,6 +11,7 @@ from tactfix.diagnosis.trial_search import Explanation
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.poses.pose_fit import contact_residuals
+from tactfix.probe import implied_probe_sigma
 from tactfix.results import Diagnosis
 from tactfix.wording import decimals, fixed, listed
 
@@ -130,9 +131,10 @@ def tip_offset_told(contacts: Contacts, change: Floats, units: str, then: str, s
 
 def _sigma(problem: Problem, units: str, factor: float) -> Told:
     said = float(np.median(problem.contacts.sigmas))
-    return factor * said, (
-        f"no contact stands out, and all agree to {factor * said:.2g} {units}: "
-        f"is sigma {factor * said:.2g} instead of {said:.2g}?"
+    right = implied_probe_sigma(problem.contacts, problem.sigmas, factor)
+    return right, (
+        f"no contact stands out, and all agree to {factor * float(np.median(problem.sigmas)):.2g} {units}: "
+        f"is sigma {right:.2g} instead of {said:.2g}?"
     )
 
 

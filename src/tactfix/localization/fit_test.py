@@ -12,7 +12,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.noise import REJECTED_IN_ERROR, SUSPICIOUS, chi_square_limit, least_chi_square, normal_limit
 from tactfix.poses.solution import Solution
-from tactfix.probe import residual_sigmas
+from tactfix.probe import implied_probe_sigma, residual_sigmas
 from tactfix.results import Diagnosis, Reason
 
 NOMINAL_RESIDUAL = 1e-6
@@ -129,11 +129,11 @@ def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, index: in
 
 
 def _sigma(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int, words: str) -> Diagnosis:
+    """Another sigma of the probe; where the features' own allow for more than there is, these are too large."""
     ratio = float(np.sqrt(solution.chi2 / max(dof, 1)))
-    said = float(np.median(contacts.sigmas))
-    about = words.format(ratio=ratio)
-    message = (
-        f"{about}: the contacts agree to {ratio * said:.2g} {fixture.units}; is sigma {ratio * said:.2g} instead of "
-        f"{said:.2g}?"
-    )
-    return Diagnosis("sigma", (), (), ratio * said, float(dof), message)
+    said, sigmas = float(np.median(contacts.sigmas)), residual_sigmas(fixture, contacts)
+    right = implied_probe_sigma(contacts, sigmas, ratio)
+    asked = f"is sigma {right:.2g} instead of {said:.2g}?" if right else "are the features' own sigmas too large?"
+    agree = f"the contacts agree to {ratio * float(np.median(sigmas)):.2g} {fixture.units}"
+    message = f"{words.format(ratio=ratio)}: {agree}; {asked}"
+    return Diagnosis("sigma", (), (), right or None, float(dof), message)
