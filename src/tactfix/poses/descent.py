@@ -56,7 +56,8 @@ def descend(
 ) -> Zeros:
     """Damped steps from rotations (3, 3, N), offsets (3, N): the ends whose cost is below cost_limit, not compared.
 
-    A descent that is below the limit counts wherever most_steps bring it.
+    A descent that is below the limit counts wherever most_steps bring it. The ends stand in the order in which they
+    were reached, without those that are stuck above the limit.
     """
     state = _State.at(equations, rotations, offsets, geometric)
     sight = max(IN_SIGHT, 100 * cost_limit)
@@ -67,8 +68,10 @@ def descend(
             stuck |= state.cost > (sight if step_number < SECOND_LOOK else cost_limit)
         if ended.any():
             ends.append(state.ends(ended))
-        if not state.keep(~(ended | stuck)):
+        goes_on = ~(ended | stuck)
+        if not state.keep(goes_on):
             break
+        equations = equations.of_trials(goes_on)
     return together([*ends, state.ends(~(state.cost > cost_limit))])
 
 
@@ -125,6 +128,7 @@ class _State:
         """Newton's steps (u, k) of those, bent to where the residuals fall as the linear model says."""
         rotations, offsets, damping = self.rotations[..., which], self.offsets[:, which], self.damping[which]
         residual, jacobian = self.residual[:, which], self.jacobian[..., which]
+        equations = equations.of_trials(which)
         bend = curvature(equations, rotations, offsets, residual, geometric)
         # Where the sum of squares is a saddle Gauss-Newton still leads down, Newton nowhere.
         hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)

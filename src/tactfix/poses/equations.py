@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere, offset_radius
 from tactfix.poses.measured_pose import MeasuredPose
 from tactfix.poses.pose_domain import ALL_POSES, PoseDomain
@@ -35,7 +35,7 @@ class PoseEquations:
 
     points (3, n) in base; anchors (3, n): p, quadrics (3, 3, n): Q, normals (3, n): n, constants (n,): k in the fixture
     frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals. domain: the poses asked for; measured: one
-    that was measured before.
+    that was measured before. targets (r, N): what the r residuals should be at each of N trial poses, 0 without.
     """
 
     points: Floats
@@ -47,6 +47,7 @@ class PoseEquations:
     weights: Floats
     domain: PoseDomain = ALL_POSES
     measured: MeasuredPose | None = None
+    targets: Floats | None = None
 
     def __len__(self) -> int:
         """How many contacts there are."""
@@ -66,8 +67,12 @@ class PoseEquations:
         """Those of the contacts alone, which are looked for near a pose that was measured, and counted elsewhere."""
         return replace(self, measured=None, domain=replace(self.domain, looks_beyond=True))
 
+    def of_trials(self, which: Bools | Ints) -> "PoseEquations":
+        """The equations of some of the trial poses: the same ones, each with targets of its own."""
+        return self if self.targets is None else replace(self, targets=self.targets[:, which])
+
     def subset(self, index: Sequence[int]) -> "PoseEquations":
-        """The equations of some contacts only."""
+        """The equations of some contacts only, to hold as they are."""
         arrays = (self.points, self.anchors, self.quadrics, self.normals, self.constants, self.radii, self.weights)
         points, anchors, quadrics, normals, constants, radii, weights = (
             np.ascontiguousarray(array[..., index]) for array in arrays
@@ -106,12 +111,14 @@ def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geome
 
     The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them, or
     what the domain leaves of them (`PoseDomain.basis`); the r residuals those of the contacts, and behind them those of
-    a measured pose.
+    a measured pose. Targets are taken off.
     """
     residual, jacobian = _contact_residuals(equations, rotations, offsets, geometric)
     if equations.measured is not None:
         more, their = equations.measured.evaluate(rotations, offsets)
         residual, jacobian = np.concatenate([residual, more]), np.concatenate([jacobian, their], axis=1)
+    if equations.targets is not None:
+        residual = residual - equations.targets
     if not equations.domain.is_free:
         basis = equations.domain.basis(rotations, offsets)
         jacobian = np.einsum("iuN,irN->urN", basis, jacobian)

@@ -14,9 +14,10 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Bools, Floats, cross
-from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
-from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, residuals
-from tactfix.poses.placement_terms import onto_placement, terms_at
+from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, rescaled, residuals
+from tactfix.poses.equations import PoseEquations, pose_equations
+from tactfix.poses.placement_terms import onto_placement, terms_at, with_placement
 from tactfix.values import frozen_value
 
 MOST_REFIT_STEPS = 50
@@ -117,8 +118,10 @@ def refine(
 ) -> PoseFit:
     """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
 
-    placement: what is known of the pose beforehand. Gauss-Newton with step halving. A motion that the contacts leave
-    free is not moved along.
+    placement: what is known of the pose beforehand. A motion that the contacts leave free is not moved along.
+
+    Gauss-Newton with step halving on the distances themselves, and not `descent`: design checks refit contacts with a
+    tip that does not fit into a bore, of which there are distances but no equations.
     """
     start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
     fit = fit_at(surfaces, contacts, sigmas, start, placement)
@@ -131,6 +134,42 @@ def refine(
         if gain <= 1e-12 * better.chi2 and np.abs(step).max() < 1e-6 * fit.sensitivity.scale:
             break
     return fit
+
+
+def equations_near(
+    fit: PoseFit, contacts: Contacts, sigmas: Floats, placement: Placement | None = None
+) -> PoseEquations:
+    """The residuals over sigma as functions of a motion of the contacts about their centroid, in units of their spread.
+
+    At no motion they are those of the fit: its surfaces in base are the fixture of these equations.
+    """
+    centre, scale = fit.sensitivity.centre, fit.sensitivity.scale
+    names = list(contacts.by_feature)
+    surfaces = [rescaled(fit.surfaces[name], centre, scale) for name in names]
+    index = [names.index(name) for name in contacts.features]
+    points = (contacts.points - centre) / scale
+    equations = pose_equations(surfaces, index, points, scale / sigmas, contacts.tip_radius / scale)
+    if placement is None:
+        return equations
+    frame_from_fixture = fit.base_from_fixture.copy()
+    frame_from_fixture[:3, 3] -= centre
+    return with_placement(equations, placement, centre, frame_from_fixture, scale, scale)
+
+
+def no_motion(count: int) -> tuple[Floats, Floats]:
+    """Rotations (3, 3, count) and offsets (3, count) of `equations_near` at the fit itself."""
+    return np.repeat(np.eye(3)[:, :, None], count, axis=2), np.zeros((3, count))
+
+
+def moved_poses(fit: PoseFit, rotations: Floats, offsets: Floats) -> Floats:
+    """The poses (m, 4, 4) of the fixture from which the contacts look as they do from the fit after these motions.
+
+    rotations (3, 3, m), offsets (3, m): as in `equations_near`.
+    """
+    to_centre = homogeneous(np.eye(3), -fit.sensitivity.centre)
+    turns = orthonormalized(np.moveaxis(rotations, -1, 0))
+    contacts_moved = homogeneous(turns, fit.sensitivity.scale * offsets.T)
+    return np.asarray(inverse(to_centre) @ inverse(contacts_moved) @ to_centre @ fit.base_from_fixture)
 
 
 def fit_at(

@@ -38,8 +38,8 @@ MOST_MISSING = 1.0
 """Chi-square by which a pose may miss the residuals it is asked for."""
 
 Reach: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
-"""Poses (m, 4, 4) at which the residuals are as asked for by columns of linear steps (u, m), and the chi-squares (m,)
-missing."""
+"""Poses (m, 4, 4), in any order, at which the residuals are what the linear model has after steps (u, m), and the
+chi-squares (m,) by which they are not."""
 
 
 @frozen_value
