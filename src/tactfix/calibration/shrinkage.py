@@ -49,7 +49,7 @@ FACTORS: Final = (
 """Factors tried, each about 0.7 of the one before."""
 SCORES_ALIKE: Final = 0.15
 """Of the smallest score, by which another is larger at most and still alike."""
-_LEAST_GAIN: Final = 0.002
+_WORTH_SHRINKING: Final = 0.002
 """Of the nominal robot's score, by which the best one must be smaller."""
 
 
@@ -114,7 +114,7 @@ def _smallest_alike(scores: Floats) -> int:
     mean = scores.mean(axis=0)
     best = int(np.argmin(mean))
     gain = float(mean[-1] - mean[best])
-    if gain <= _LEAST_GAIN * mean[-1]:
+    if gain <= _WORTH_SHRINKING * mean[-1]:
         return int(scores.shape[1]) - 1
     worse = scores - scores[:, best, None]
     errors = worse.std(axis=0, ddof=1) / np.sqrt(len(scores))

@@ -11,7 +11,7 @@ import numpy as np
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.qualification.result import Drift, Step
 
-BY_CHANCE = 1e-3
+TOLD_BY_CHANCE = 1e-3
 """How often something is told of readings that only scatter."""
 MOST_OUTLIERS = 10
 """Outliers that are taken out one after the other at most."""
@@ -44,7 +44,7 @@ def outliers(readings: Floats, dof: int) -> list[int]:
             break
         scale = float(np.sqrt((readings[left] ** 2).sum() / rest))
         worst = int(left[np.argmax(size[left])])
-        quantile = float(stdtrit(rest - 1, 1 - BY_CHANCE / (2 * len(left) * readings.shape[1])))
+        quantile = float(stdtrit(rest - 1, 1 - TOLD_BY_CHANCE / (2 * len(left) * readings.shape[1])))
         limit = (len(left) - 1) * quantile / np.sqrt((rest - 1 + quantile**2) * len(left))
         taken.append(worst)
         left = left[left != worst]
@@ -77,7 +77,7 @@ def is_significant(found: Drift, dof: int, directions: int) -> bool:
 
     if found.sigma == 0:
         return found.per_touch != 0
-    return bool(fdtrc(directions, dof - directions, (found.per_touch / found.sigma) ** 2 / directions) < BY_CHANCE)
+    return bool(fdtrc(directions, dof - directions, (found.per_touch / found.sigma) ** 2 / directions) < TOLD_BY_CHANCE)
 
 
 def step(readings: Floats, rows: Sequence[int], dof: int) -> Step | None:
@@ -98,4 +98,4 @@ def step(readings: Floats, rows: Sequence[int], dof: int) -> Step | None:
         return None
     t = float(np.sqrt(gain[at] * (dof - 1) / rest))
     chance = 2 * float(stdtr(dof - 1, -t)) * len(before)
-    return Step(rows[int(before[at])], float(change[at])) if chance < BY_CHANCE else None
+    return Step(rows[int(before[at])], float(change[at])) if chance < TOLD_BY_CHANCE else None
