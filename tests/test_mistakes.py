@@ -41,6 +41,15 @@ def test_a_mistake_that_is_made_is_named(mistake):
     assert mistake.cause in {cause.code for cause in first.causes or (first,)}, result.warnings
 
 
+@pytest.mark.parametrize("fault", ["wrong-tip", "wrong-label", "wrong-side", "wrong-place"])
+def test_it_is_named_among_many_contacts_too(fault):
+    (mistake,) = (one for one in MISTAKES if one.fault == fault)
+    contacts = simulate(RICH, seed=1, fault=Fault(fault), orientations=4, count=60, **PROBE).contacts
+    first = locate(RICH, contacts).diagnosis[0]
+    assert (first.code, first.one_of) == (mistake.cause, False)
+    assert ("judged by 30 contacts" in first.message) == (not first.rows)
+
+
 def test_design_check_judges_the_same_mistakes():
     plan = simulate(RICH, seed=2, orientations=4, **PROBE).contacts
     judged = {spot.error for spot in design_check(RICH, plan, wishes=Wishes(layouts=0)).blind_spots}

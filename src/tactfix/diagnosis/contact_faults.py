@@ -36,13 +36,16 @@ MUCH_EXPLAINED = 0.1
 def few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> Iterator[Stage]:
     """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
     if len(contacts) >= SINGLE_FAULT_CONTACTS:
-        yield without_each(contacts, [i for i in doubts.singly[:CONTACTS_DOUBTED] if doubts.are_all([i])])
+        alone = [i for i in doubts.singly[:CONTACTS_DOUBTED] if doubts.are_all([i])]
+        yield relabelled(contacts, alone[:1])
+        yield without_each(contacts, alone)
     wrong = _wrong_ones(fixture, contacts, doubts, solve)
     if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
         yield swapped_labels(contacts, [(wrong[0], wrong[1])])
     if len(wrong) > 1:
         yield _without_all(contacts, wrong)
     else:
+        yield relabelled(contacts, wrong)
         yield without_each(contacts, wrong)
 
 
@@ -61,6 +64,21 @@ def _wrong_ones(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Sol
             residuals, _ = contact_residuals(best.surfaces, contacts)
             return [int(i) for i in np.flatnonzero(np.abs(residuals) > SURE * residual_sigmas(fixture, contacts))]
     return []
+
+
+def relabelled(contacts: Contacts, index: Sequence[int]) -> Stage:
+    """Each of these contacts on each other feature that is touched."""
+    for i in index:
+        for feature in contacts.by_feature:
+            if feature == contacts.features[i]:
+                continue
+            features = (*contacts.features[:i], feature, *contacts.features[i + 1 :])
+            message = (
+                f"{contacts.label(i)} is labelled {contacts.features[i]}; on {feature} it fits, and the contacts are "
+                "consistent"
+            )
+            other = replace(contacts, features=features)
+            yield Hypothesis("relabel", message, other, (contacts.rows[i],), (feature,))
 
 
 def without_each(contacts: Contacts, index: Sequence[int]) -> Stage:

@@ -12,6 +12,7 @@ it out (`screen`): that leaves few of the units, and of the pairs whose labels m
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, islice
 from typing import TypeAlias
 
@@ -32,8 +33,11 @@ from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, wh
 from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
 from tactfix.diagnosis.screen import Screen
+from tactfix.diagnosis.telling import one_of
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
+from tactfix.poses.all_poses import spread_indices
+from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import few_shapes, fixture_scale
@@ -45,6 +49,8 @@ MOST_SHAPES = 2
 MANY = 48
 """Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
 none to find."""
+PART = 30
+"""Contacts of many, well spread, by which mistakes are told that concern all of them: as many as have been timed."""
 Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
 """The chi-square of the pose that is left for corrected contacts, with a remark where it is weak; None for none."""
 
@@ -66,17 +72,33 @@ def diagnosed(
     the fixture free or one of many, or contacts are many.
     """
     shapes = few_shapes(fixture)
-    if not shapes or len(contacts) >= MANY:
+    if not shapes:
         return suspicious()
+    if len(contacts) >= MANY and (few := suspicious()):
+        return few
     slack = float(
         np.linalg.norm([r.sigma * (fixture_scale(fixture) if r.kind == "angle" else 1.0) for r in fixture.relations])
     )
     sigmas = np.hypot(residual_sigmas(fixture, contacts), slack)
-    found = [
-        mistakes_that_explain(fixture, Problem(shape, contacts, sigmas), solutions, accepts)
-        for shape in shapes[:MOST_SHAPES]
-    ]
+    problems = [Problem(shape, contacts, sigmas) for shape in shapes[:MOST_SHAPES]]
+    explain = mistakes_that_explain if len(contacts) < MANY else _mistakes_of_all
+    found = [explain(fixture, problem, solutions, accepts) for problem in problems]
     return min((one for one in found if one), key=lambda one: one[0].chi2 or 0.0, default=())
+
+
+def _mistakes_of_all(
+    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
+) -> tuple[Diagnosis, ...]:
+    """The mistakes that concern all contacts, or all on a feature, of many: those that explain a part of them."""
+    index = spread_indices(problem.contacts, PART)
+    part = Problem(problem.surfaces, problem.contacts.subset(index), problem.sigmas[index])
+    there = [solution_at(s.base_from_fixture, part.surfaces, part.contacts, part.sigmas) for s in solutions]
+    entries = mistakes_that_explain(fixture, part, there, accepts)
+    kept = ([cause for cause in entry.causes or (entry,) if not cause.rows] for entry in entries)
+    judged = f" (judged by {len(index)} contacts)"
+    return tuple(
+        one_of([replace(cause, message=cause.message + judged) for cause in causes]) for causes in kept if causes
+    )
 
 
 def suspicions(
