@@ -11,7 +11,8 @@ that has none (`equations`). How they are searched depends on what the relations
 - They leave something of the shape open, or contacts locate each feature well: the features are located alone, the
   paper's way (`combinations`); each combination of candidates, on each branch of the relations that contacts leave
   open (`branches`), starts the same least squares.
-- Else it starts from features at random, and what contacts and relations leave free shows in samples.
+- Else it starts from a hundred placements of the features that are not located, at random, followed side by side
+  (`placements`); what contacts and relations leave free shows in samples.
 
 Solutions that no contact tells apart are one, its covariance large enough for all of them (`unresolved`).
 """
@@ -29,7 +30,7 @@ from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import BRANCH_FITS, Start, branch_fit, starts_from
 from tactfix.relations.broken_relations import broken_candidates
-from tactfix.relations.combinations import combinations
+from tactfix.relations.combinations import combinations, located_alone
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
 from tactfix.relations.realization import FEW_BODIES, bodies, body_number, fixture_scale
@@ -62,9 +63,10 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
     if is_exact and len(shapes) <= FEW_BODIES:
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
-    located = combinations(fixture, contacts, sigmas, SHAPE_COMBINATIONS + 1)
+    alone = located_alone(fixture, contacts, sigmas)
+    located = combinations(fixture, contacts, alone, SHAPE_COMBINATIONS + 1)
     if located is None and not shapes:
-        return sampled_solutions(fixture, problem, with_misses)
+        return sampled_solutions(fixture, problem, alone.candidates)
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
         if is_exact:
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)

@@ -40,11 +40,16 @@ class Combinations:
     thinned: bool = False
 
 
-def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int) -> Combinations | None:
-    """Every combination of candidate surfaces, at most so many; None where a feature cannot be located so.
+@frozen_value
+class LocatedAlone:
+    """The candidates of each feature that its own contacts locate; thinned as in `Combinations`."""
 
-    sigmas (n,) of the residuals. A feature whose contacts no surface explains leaves no combination.
-    """
+    candidates: Mapping[str, Sequence[FeatureCandidate]]
+    thinned: bool
+
+
+def located_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> LocatedAlone:
+    """What contacts say of each feature alone; sigmas (n,) of the residuals."""
     alone: dict[str, Sequence[FeatureCandidate]] = {}
     thinned = False
     for name, feature in fixture.features.items():
@@ -52,15 +57,21 @@ def combinations(fixture: Fixture, contacts: Contacts, sigmas: Floats, most: int
             continue
         try:
             candidates = candidates_alone(feature, contacts.on(name), sigmas[contacts.by_feature[name]])
-            flat = len(candidates) > FLAT_CANDIDATES and is_flat(feature, contacts.on(name))
-            thinned |= flat
-            alone[name] = (
-                sorted(candidates, key=lambda candidate: candidate.chi2)[:FLAT_CANDIDATES] if flat else candidates
-            )
         except DegenerateContactsError:
             continue
-    found = combinations_of(fixture, contacts, alone, most)
-    return None if found is None else replace(found, thinned=thinned)
+        flat = len(candidates) > FLAT_CANDIDATES and is_flat(feature, contacts.on(name))
+        thinned |= flat
+        alone[name] = sorted(candidates, key=lambda c: c.chi2)[:FLAT_CANDIDATES] if flat else candidates
+    return LocatedAlone(alone, thinned)
+
+
+def combinations(fixture: Fixture, contacts: Contacts, alone: LocatedAlone, most: int) -> Combinations | None:
+    """Every combination of candidate surfaces, at most so many; None where a feature cannot be located so.
+
+    A feature whose contacts no surface explains leaves no combination.
+    """
+    found = combinations_of(fixture, contacts, alone.candidates, most)
+    return None if found is None else replace(found, thinned=alone.thinned)
 
 
 def combinations_of(

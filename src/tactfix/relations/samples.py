@@ -1,61 +1,128 @@
-"""Where features can be located neither alone nor as one rigid body: fits from features placed at random.
+"""Where features can be located neither alone nor as one rigid body: fits from where many placements lead.
 
-They show what contacts and relations leave free. Where they leave nothing free together, though no feature could be
-located alone, they are the solutions; but nothing says that they are all.
+Features that are located alone begin at one of the places they may have, all others at random. Where contacts and
+relations leave nothing free together, the ends are the solutions; else they are samples of what is free.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import islice, product
 from random import Random
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Fixture
+from tactfix.fixture import Feature, Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Sphere, Surface
 from tactfix.noise import chi_square_limit
+from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import branch_fit, nearest_start
+from tactfix.relations.features_alone import FeatureCandidate
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import RELATIONS_HOLD, joint_solutions
+from tactfix.relations.placements import settled
 from tactfix.relations.realization import random_surface
+from tactfix.relations.unresolved import seen_difference
 
-SAMPLE_STARTS = 16
-"""Random starts from which FREE_SAMPLES are collected."""
+SAMPLE_STARTS = 128
+"""Placements that are followed side by side: a slab with few contacts on its hole has eight solutions, of which sixteen
+starts met two."""
+START_COMBINATIONS = 64
+"""Combinations of places of the features located alone, that the placements begin at in turn."""
 FREE_SAMPLES = 8
 """Configurations that show what contacts and relations leave free."""
+FITTED_ENDS = 12
+"""Ends of placements that differ and are fitted: those first that the approaches allow, and of these the best."""
+END_LIMIT = 2.0
+"""Times the limit of chi-square that is left where a placement that explains the contacts ends: a few steps from it."""
+ONE_END = 10.0
+"""Sigmas, in all, within which two placements have ended at one solution."""
+OFTEN_MET = 4
+"""Placements that must have led to each solution for all of them to count as found: one as rare as the rarest is then
+missed once in fifty times."""
 
 
-def sampled_solutions(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
-    """The least chi-squares next to random configurations; marked as a continuum unless all motions are held."""
-    if not with_misses:
-        return joint_solutions(fixture, problem, [], continuum=True)
-    rng = Random(20261122)
-    fits = []
-    for _ in range(SAMPLE_STARTS):
-        surfaces = {
-            name: _moved_to(random_surface(feature, problem.scale, rng), _middle(name, problem.contacts))
-            for name, feature in fixture.features.items()
-        }
+def sampled_solutions(
+    fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
+) -> Solutions:
+    """The least chi-squares where placements lead; marked as a continuum unless all motions are held.
+
+    alone: the features that their own contacts locate, and where.
+    """
+    ends = _distinct_ends(problem, *settled(fixture, problem, _starts(fixture, problem, alone)))
+    ends.sort(key=lambda end: _comes_out(problem.contacts, end[0]))
+    fits: list[JointFit] = []
+    for surfaces, _ in ends[:FITTED_ENDS]:
         fits.append(branch_fit(problem, nearest_start(problem, surfaces)))
-    held = [fit for fit in fits if _explains(fit) and not len(fit.spread()[1])]
+        if len(fits) >= FREE_SAMPLES and not any(_is_held(fit) for fit in fits):
+            break
+    held = [fit for fit in fits if _is_held(fit)]
     if held:
-        return replace(joint_solutions(fixture, problem, held), complete=False)
+        complete = len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
+        return replace(joint_solutions(fixture, problem, held), complete=complete)
     best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]
     return joint_solutions(fixture, problem, best, continuum=True)
 
 
-def _explains(fit: JointFit) -> bool:
-    return fit.missing < RELATIONS_HOLD and fit.dof >= 0 and fit.chi2 <= chi_square_limit(fit.dof)
+def _starts(
+    fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
+) -> list[dict[str, Surface]]:
+    rng, contacts = Random(20261122), problem.contacts
+    combinations = list(islice(product(*alone.values()), START_COMBINATIONS)) or [()]
+    starts = []
+    for number in range(SAMPLE_STARTS):
+        chosen = combinations[number % len(combinations)]
+        known = {name: candidate.surface for name, candidate in zip(alone, chosen, strict=False)}
+        starts.append(
+            {
+                name: known[name] if name in known else _anywhere(feature, contacts, problem.scale, rng)
+                for name, feature in fixture.features.items()
+            }
+        )
+    return starts
 
 
-def _middle(name: str, contacts: Contacts) -> Floats:
-    """The middle of a feature's contacts, or of all."""
-    index = contacts.by_feature.get(name)
-    return contacts.centre if index is None else np.asarray(contacts.points[index].mean(axis=0))
+def _anywhere(feature: Feature, contacts: Contacts, scale: float, rng: Random) -> Surface:
+    """The feature in any direction, somewhere at its contacts, or anywhere in the fixture where it has none."""
+    index = contacts.by_feature.get(feature.name)
+    near = scale if index is None else feature.radius or scale
+    middle = contacts.centre if index is None else contacts.points[index].mean(axis=0)
+    return _shifted(random_surface(feature, near, rng), middle)
 
 
-def _moved_to(surface: Surface, middle: Floats) -> Surface:
+def _shifted(surface: Surface, shift: Floats) -> Surface:
     if isinstance(surface, Sphere):
-        return replace(surface, center=surface.center + middle)
-    return replace(surface, point=surface.point + middle)
+        return replace(surface, center=surface.center + shift)
+    return replace(surface, point=surface.point + shift)
+
+
+def _distinct_ends(
+    problem: JointProblem, ends: Sequence[Mapping[str, Surface]], chi2: Floats
+) -> list[tuple[Mapping[str, Surface], int]]:
+    """Ends that differ, best first, and how many placements led to each; a few where none is within the limit."""
+    order = np.argsort(chi2, kind="stable").tolist()
+    explaining = [n for n in order if chi2[n] <= END_LIMIT * chi_square_limit(len(problem.contacts))]
+    found: list[tuple[Mapping[str, Surface], int]] = []
+    for number in explaining or order[:FREE_SAMPLES]:
+        for k, (surfaces, count) in enumerate(found):
+            if seen_difference(surfaces, ends[number], problem.contacts, problem.sigmas, problem.scale) < ONE_END:
+                found[k] = surfaces, count + 1
+                break
+        else:
+            found.append((ends[number], 1))
+    return found
+
+
+def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:
+    """Whether the probe would have come out of the material at some contact."""
+    _, normals = contact_residuals(surfaces, contacts)
+    return bool((np.einsum("ij,ij->i", contacts.approaches, normals) > 0).any())
+
+
+def _is_held(fit: JointFit) -> bool:
+    """Whether a fit explains the contacts and nothing moves on it."""
+    if fit.missing >= RELATIONS_HOLD or fit.dof < 0 or fit.chi2 > chi_square_limit(fit.dof):
+        return False
+    return not len(fit.spread()[1])

@@ -1,0 +1,84 @@
+"""Placements followed side by side: they end where contacts and relations have the features, whatever holds them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import tactfix
+from tactfix.geometry.charts import dimension, displaced
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
+from tactfix.probe import residual_sigmas
+from tactfix.relations.joint_problem import JointProblem
+from tactfix.relations.placements import settled
+from tactfix.relations.realization import fixture_scale
+from tests.validation.relation_geometry import KINDS, Angle
+from tests.validation.relation_touches import by_geometry, by_relations, touches
+
+ANGLE = {"slab with hole": 20.0, "pins of equal lean": 20.0}
+
+
+def touched_part(kind, folder, seed, noise=0.0, most=99):
+    """Fixture files, the touches, and what is read of them; most: contacts a feature."""
+    rng = np.random.default_rng([seed, *kind.encode()])
+    degrees = ANGLE.get(kind, 60.0)
+    part = KINDS[kind].make(Angle(degrees, 0.0, degrees, 0.0))
+    base = np.eye(4)
+    base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
+    touched = touches(part, base, rng, nominal=False)
+    few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < most]
+    parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
+    touched = replace(touched, names=tuple(touched.names[i] for i in few), **parts)
+    (folder / "relations.yaml").write_text(by_relations(part))
+    (folder / "geometry.yaml").write_text(by_geometry(part))
+    (folder / "contacts.csv").write_text(touched.csv(0.01, noise * rng.standard_normal(len(few))))
+    fixture = tactfix.load_fixture(folder / "relations.yaml")
+    return part, touched, fixture, tactfix.load_contacts(folder / "contacts.csv", fixture)
+
+
+def in_base(thing, base):
+    at, along = base[:3, :3] @ thing.at + base[:3, 3], base[:3, :3] @ thing.along
+    if thing.kind == "sphere":
+        return Sphere(at, thing.radius, thing.side)
+    return Plane(at, along) if thing.kind == "plane" else Cylinder(at, along, thing.radius, thing.side)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_placement_near_the_truth_ends_there(kind, tmp_path):
+    """Each residual vanishes there, and nowhere next to it: the parts are built without the package."""
+    part, touched, fixture, contacts = touched_part(kind, tmp_path, seed=1)
+    problem = JointProblem(contacts, residual_sigmas(fixture, contacts), fixture.relations, fixture_scale(fixture))
+    truth = {name: in_base(thing, touched.base_from_part) for name, thing in part.things.items()}
+    rng = np.random.default_rng(4)
+
+    def off(surface):
+        step = rng.normal(size=dimension(surface))
+        tilts = 0 if isinstance(surface, Sphere) else 2
+        return displaced(surface, np.concatenate([0.02 * step[:tilts], step[tilts:]]))
+
+    ends, chi2 = settled(fixture, problem, [{name: off(s) for name, s in truth.items()} for _ in range(3)])
+    assert len(ends) == len(chi2) == 3
+    assert chi2 == pytest.approx(0, abs=1e-3)
+    for name, surface in ends[0].items():
+        expected = truth[name]
+        if isinstance(expected, Sphere):
+            assert surface.center == pytest.approx(expected.center, abs=1e-3)
+        else:
+            along = surface.normal if isinstance(expected, Plane) else surface.direction
+            other = expected.normal if isinstance(expected, Plane) else expected.direction
+            assert along == pytest.approx(other, abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["slab with hole", "bar beside ball on plate", "pins of equal lean"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_with_few_contacts_a_feature_the_pose_is_still_found(kind, seed, tmp_path):
+    """Three contacts locate no bar alone; of the places that relations leave it the one that they explain is found."""
+    _, touched, fixture, contacts = touched_part(
+        kind, tmp_path, seed, noise=1.0, most=4 if kind != "slab with hole" else 3
+    )
+    by_relation = tactfix.locate(fixture, contacts)
+    assert by_relation.status in ("located", "ambiguous")
+    left = [c.base_from_fixture for c in by_relation.candidates if c.accepted]
+    apart = [np.abs(pose[:3, :3] - touched.base_from_fixture[:3, :3]).max() for pose in left]
+    assert min(apart) < 0.02
