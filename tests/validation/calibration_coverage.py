@@ -10,7 +10,7 @@ geometry of the arm (Everett and Hsu) and is written out here.
 
 import argparse
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,23 +27,29 @@ NORMAL_95 = 1.959964
 
 @dataclass
 class Coverage:
-    """What has been counted: calibrated robots, parameters, those within, and refused robots."""
+    """What has been counted: calibrated robots, refused robots, and by kind of parameter whether each was within."""
 
     robots: int = 0
-    parameters: int = 0
-    within: int = 0
     refused: int = 0
+    within: dict[str, list[bool]] = field(default_factory=dict)
 
-    @property
-    def share(self) -> float:
-        """Of the parameters, in per cent."""
-        return 100.0 * self.within / max(self.parameters, 1)
+    def __str__(self) -> str:
+        kinds = [f"{share(within)} of {len(within)} by kind {kind}" for kind, within in self.within.items()]
+        every = [inside for within in self.within.values() for inside in within]
+        head = f"{self.robots} calibrated, {self.refused} refused; {share(every)} of {len(every)} parameters"
+        return f"{head} within 95 per cent ({', '.join(kinds)})"
+
+
+def share(within: list[bool]) -> str:
+    """In per cent."""
+    return f"{100.0 * np.mean(within):.2f}" if within else "none"
 
 
 def coverage(draws: int, seed: int) -> Coverage:
     """Count over so many robots."""
     found = Coverage()
     cell = arm_cell(("all",), {name: fixture(dict(SEATS)) for name in ("front", "left", "high")})
+    kinds = {parameter.name: parameter.kind for parameter in cell.parameters}
     for draw in range(draws):
         rng = np.random.default_rng([seed, draw])
         errors = {
@@ -57,8 +63,8 @@ def coverage(draws: int, seed: int) -> Coverage:
         for item in result.parameters:
             if item.sigma > 0:
                 true = errors.get(item.name, 0.0) * (180 / np.pi if item.unit == "deg" else 1.0)
-                found.parameters += 1
-                found.within += abs(item.value - true) <= NORMAL_95 * item.sigma
+                inside = abs(item.value - true) <= NORMAL_95 * item.sigma
+                found.within.setdefault(kinds[item.name], []).append(inside)
     return found
 
 
@@ -69,8 +75,7 @@ def main() -> None:
     said = parser.parse_args()
     start = time.process_time()
     found = coverage(said.draws, said.seed)
-    print(f"{found.robots} calibrated, {found.refused} refused, {found.parameters} parameters,", end=" ")
-    print(f"{found.share:.2f} per cent within 95 per cent; {time.process_time() - start:.0f} s")
+    print(f"{found}; {time.process_time() - start:.0f} s")
 
 
 if __name__ == "__main__":
