@@ -67,6 +67,29 @@ def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touche
     assert "tip" in by_name["joint_6.offset"]
 
 
+def test_how_wide_the_prior_is_does_not_decide_what_is_determined(offsets: tuple[Cell, Touches]) -> None:
+    """The scale of the errors is taken from the nominal robot's residuals; but for the tip's, which is small here."""
+    cell, touches = offsets
+    few = touches.subset(np.flatnonzero(np.arange(len(touches)) % 4 < 2))
+    p = cell.prior
+    wide = replace(cell, prior=replace(p, joint_offset=5 * p.joint_offset, length=5 * p.length, angle=5 * p.angle))
+    narrow, wider = (calibrate(cell, few).undetermined for cell in (cell, wide))
+    assert 0 < narrow < 0.5
+    assert wider == pytest.approx(narrow, rel=0.05)
+
+
+def test_the_tip_alone_is_calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+    rng = np.random.default_rng(13)
+    cell = replace(session[0], unknown=("tip",))
+    errors = {"tip.x": 1.5, "tip.y": -0.8, "tip.z": 2.1}
+    result = calibrate(cell, touched_seats(cell, errors, 2, 0.03, rng))
+    assert result.status == "calibrated"
+    assert result.shrinkage > 0
+    for item in result.parameters:
+        assert item.value == pytest.approx(errors[item.name], abs=4 * item.sigma)
+    assert all(left.rms_after < 0.1 < left.rms_before for left in result.left_out)
+
+
 def test_a_place_held_out_takes_no_part(offsets: tuple[Cell, Touches]) -> None:
     cell, touches = offsets
     spoilt = replace(touches, joints=touches.joints + np.array([p == "high" for p in touches.places])[:, None] * 0.3)

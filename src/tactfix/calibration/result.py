@@ -127,6 +127,9 @@ class Calibration:
         The factor from 0 to 1 by which the prior was believed.
     prediction : tuple of two floats
         rms sigma of the tip's place over the joint ranges, before and after.
+    undetermined : float
+        Of errors of the robot as large as its residuals leave room for, what the touches leave over the joint
+        ranges, from 0 to 1; a robot of which they leave half is not calibrated.
     workspace : Workspace
         The same place by place.
     scores : tuple of FactorScore
@@ -159,6 +162,7 @@ class Calibration:
     left_out: tuple[LeftOut, ...]
     shrinkage: float
     prediction: tuple[float, float]
+    undetermined: float
     workspace: Workspace
     scores: tuple[FactorScore, ...]
     observability: Mapping[str, float]

@@ -22,16 +22,20 @@ def placed(cell: Cell, groups: tuple[Group, ...], values: Floats, spread: Floats
 def nominal(cell: Cell, groups: tuple[Group, ...], weights: Floats, free: Bools, spread: Floats) -> State:
     """The nominal robot with its tip and places fitted: what a calibrated robot is held against."""
     start = placed(cell, groups, np.zeros(len(weights)), np.where(free, spread, 0.0))
-    return estimated(cell, groups, start, weights, free & tips(cell))
+    return estimated(cell, groups, start, weights, tips(cell, free))
 
 
 def full(cell: Cell, groups: tuple[Group, ...], start: State, weights: Floats, free: Bools) -> State:
     """The estimate with weights (m,), from the nominal robot: offsets first, then all that is free."""
     offsets = np.array([parameter.kind == "joint_offset" for parameter in cell.parameters])
-    first = estimated(cell, groups, start, weights, free & (offsets | tips(cell)), 6)
+    first = estimated(cell, groups, start, weights, (free & offsets) | tips(cell, free), 6)
     return estimated(cell, groups, first, weights, free)
 
 
-def tips(cell: Cell) -> Bools:
-    """Which parameters (m,) are the tip's: what is mounted anew is fitted, whatever is believed of the robot."""
-    return np.array([parameter.kind == "tip" for parameter in cell.parameters])
+def tips(cell: Cell, free: Bools) -> Bools:
+    """Which of the free parameters (m,) are the tip's: mounted anew, it is fitted whatever is believed of the robot.
+
+    None where nothing else is free: then the tip is what is to be calibrated.
+    """
+    found = free & np.array([parameter.kind == "tip" for parameter in cell.parameters])
+    return np.asarray(found & (free & ~found).any())

@@ -4,14 +4,12 @@ The residuals of the touches that a robot was fitted to cannot tell a calibrated
 not flat, contacts press, and parameters take that up. What tells is another place. For each factor the robot is fitted
 without one place, that place alone is then located with the robot as fitted, and its residuals there are the score.
 
-Three limits keep a few places from being believed too much:
+The factor taken is the one with the smallest residuals there, 0 where nothing is better than the nominal robot. Two
+limits keep a few places from being believed too much:
 - sigma: where the residuals of the best fit are larger than sigma says, they and not sigma are weighed against the
 prior;
 - the prior is believed no further than the nominal robot's residuals leave room for: a prior that alone would make them
-  larger than they are is too wide, whatever the places left out say;
-- among factors that the places left out do not tell apart (within one standard error of the smallest score, as in
-  L. Breiman and others, 1984; within half of what is gained, and within SCORES_ALIKE of the score) the
-  smallest is taken.
+  larger than they are is too wide, whatever the places left out say.
 """
 
 from typing import Final
@@ -47,8 +45,6 @@ FACTORS: Final = (
     0.0,
 )
 """Factors tried, each about 0.7 of the one before."""
-SCORES_ALIKE: Final = 0.15
-"""Of the smallest score, by which another is larger at most and still alike."""
 _WORTH_SHRINKING: Final = 0.002
 """Of the nominal robot's score, by which the best one must be smaller."""
 
@@ -80,7 +76,7 @@ def chosen_factor(
         for column, factor in enumerate(factors):
             state = shrunk(cell, train, state, prior, free, noise, factor)
             scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)
-    best = _smallest_alike(scores)
+    best = _best(scores)
     told = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
     overall = np.sqrt((rms**2).mean(axis=0)).tolist()
     return Choice(factors[best], told, tuple(map(FactorScore, factors, overall)))
@@ -90,13 +86,18 @@ def shrunk(
     cell: Cell, groups: tuple[Group, ...], near: State, prior: Floats, free: Bools, noise: float, factor: float
 ) -> State:
     """The estimate with factor times the prior; the tip keeps its own in full. Factor 0: the nominal robot."""
-    own = tips(cell)
-    width = np.where(own, prior, prior * factor)
+    own = tips(cell, free)
+    width = believed(cell, prior, free, factor)
     weights = np.divide(noise, width, out=np.zeros_like(width), where=width > 0)
     if factor == 0:
         values = np.where(own, near.values, 0.0)
-        return estimated(cell, groups, State(values, near.poses), weights, free & own)
+        return estimated(cell, groups, State(values, near.poses), weights, own)
     return estimated(cell, groups, near, weights, free, steps=6)
+
+
+def believed(cell: Cell, prior: Floats, free: Bools, factor: float) -> Floats:
+    """Sigmas (m,) with this factor on the prior (m,): the tip keeps its own in full."""
+    return np.where(tips(cell, free), prior, prior * factor)
 
 
 def left_out(cell: Cell, test: Group, near: State, values: Floats) -> tuple[float, float]:
@@ -109,26 +110,21 @@ def left_out(cell: Cell, test: Group, near: State, values: Floats) -> tuple[floa
     return float(used @ used / count), float(sigma * np.sqrt(used @ used / count))
 
 
-def _smallest_alike(scores: Floats) -> int:
+def _best(scores: Floats) -> int:
     """The column of the factor to take, scores (places, factors), factors from large to small, the last one 0."""
     mean = scores.mean(axis=0)
     best = int(np.argmin(mean))
-    gain = float(mean[-1] - mean[best])
-    if gain <= _WORTH_SHRINKING * mean[-1]:
-        return int(scores.shape[1]) - 1
-    worse = scores - scores[:, best, None]
-    errors = worse.std(axis=0, ddof=1) / np.sqrt(len(scores))
-    alike = mean - mean[best] <= np.minimum(errors, min(gain / 2, SCORES_ALIKE * mean[best]))
-    return int(np.flatnonzero(alike)[-1])
+    return best if mean[-1] - mean[best] > _WORTH_SHRINKING * mean[-1] else len(mean) - 1
 
 
 def room(cell: Cell, groups: tuple[Group, ...], start: State, prior: Floats, free: Bools) -> float:
-    """The factor at which the prior alone explains all of the nominal robot's residuals, 1 at most.
+    """The factor at which the prior alone explains all of the nominal robot's residuals.
 
-    start: the nominal robot, tip and places fitted; its residuals hold noise besides, so this is an upper limit.
+    start: the nominal robot, tip and places fitted. Its residuals hold noise besides, and count as one sigma each at
+    least, so this is an upper limit. Above 1 where the robot is off by more than its prior says, or noise is large.
     """
     parts = reduced(cell, groups, start)
-    own = free & tips(cell)
+    own = tips(cell, free)
     robot = np.concatenate([part.robot for part in parts])
     rows = np.concatenate([part.rows for part in parts])
     basis, values, _ = np.linalg.svd(robot[:, own] * prior[own], full_matrices=False)
@@ -136,4 +132,4 @@ def room(cell: Cell, groups: tuple[Group, ...], start: State, prior: Floats, fre
     rest = robot[:, free & ~own] * prior[free & ~own]
     rest, rows = rest - basis @ (basis.T @ rest), rows - basis @ (basis.T @ rows)
     predicted = float((rest**2).sum())
-    return 1.0 if predicted == 0 else min(1.0, float(np.sqrt(rows @ rows / predicted)))
+    return 1.0 if predicted == 0 else float(np.sqrt(max(rows @ rows, len(rows)) / predicted))

@@ -137,7 +137,7 @@ def _matrix(cell: Cell, touches: Touches, poses: Mapping[str, Floats], free: Boo
 def _certainty(
     cell: Cell, touches: Touches, poses: Mapping[str, Floats], free: Bools, prior: Floats, names: tuple[str, ...]
 ) -> accuracy.Certainty:
-    return accuracy.certainty(_matrix(cell, touches, poses, free), prior[free], 1.0, 1.0, names)
+    return accuracy.certainty(_matrix(cell, touches, poses, free), prior[free], prior[free], 1.0, names)
 
 
 def _parameters(cell: Cell, free: Bools, spreads: Sequence[Floats], identified: Bools) -> tuple[PlannedParameter, ...]:

@@ -58,6 +58,7 @@ def calibration_json(result: Calibration) -> Json:
         "shrinkage": result.shrinkage,
         "factors": [{"factor": score.factor, "rms": number(score.rms)} for score in result.scores],
         "prediction": {"before": number(result.prediction[0]), "after": number(result.prediction[1])},
+        "undetermined": number(result.undetermined),
         "observability": {name: number(value) for name, value in result.observability.items()},
         "outliers": list(result.outliers),
         "touches": [

@@ -267,6 +267,7 @@ class CalibrateJson(TypedDict):
     shrinkage: float
     factors: list[FactorJson]
     prediction: BeforeAfterJson
+    undetermined: Number
     observability: dict[str, Number]
     outliers: list[int]
     touches: list[TouchJson]

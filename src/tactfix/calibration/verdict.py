@@ -1,0 +1,98 @@
+"""Whether a fitted robot may be written, and what has to be said of it.
+
+The residuals at the places left out have the first word: where no factor on the prior is better than the nominal robot,
+nothing is written. They have not the last one. A place left out sees what its features see, a table heights alone, and
+tables that lie alike agree on what bends the robot, or them, alike; a robot with many parameters can follow that, and
+be worse anywhere else. So the touches must besides tell the robot: of errors as large as the nominal robot's residuals
+leave room for, they may leave less than half over its joint ranges (`accuracy.undetermined`, `IDENTIFIED`), as of a
+parameter that counts as identified. What the tip's offset or the base would make good is not asked for. How wide the
+prior is plays no part in this, only how its kinds compare.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from tactfix.calibration import accuracy
+from tactfix.calibration.cell import Cell
+from tactfix.calibration.result import Calibration, CalibrationStatus, PlaceResult
+from tactfix.calibration.robot_fit import RobotFit
+from tactfix.geometry.arrays import Floats
+from tactfix.noise import SUSPICIOUS, chi_square_limit
+from tactfix.poses.prior import contradiction
+from tactfix.values import frozen_value
+from tactfix.wording import listed
+
+GROSS_RESIDUAL: Final = 50.0
+"""Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
+
+
+def status_of(
+    fit: RobotFit, told: accuracy.Certainty, result: Calibration, unchecked: bool
+) -> tuple[CalibrationStatus, tuple[str, ...]]:
+    """The status, and why it is not "calibrated"."""
+    rows = sum(len(group.touches) for group in fit.groups)
+    if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
+        named = listed([str(row) for row in fit.suspicious])
+        return "inconsistent", (f"row {named}: no robot explains them beside all others; touch there anew",)
+    reasons = [reason for place in result.places if (reason := _against_placement(fit.cell, place))]
+    if fit.noise > GROSS_RESIDUAL:
+        what = f"the residuals are {fit.noise:.0f} times sigma after calibration"
+        reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
+    if reasons:
+        return "inconsistent", tuple(reasons)
+    if len(fit.touches.touched) < 2:
+        reasons.append("touches at one place cannot check a calibration: touch the fixture at another place too")
+    elif fit.choice.factor == 0:
+        reasons.append("no calibrated robot is better than the nominal one at the places left out")
+    if result.undetermined >= accuracy.IDENTIFIED:
+        left = f"the touches leave {100 * result.undetermined:.0f} per cent of the robot's errors over its joint ranges"
+        remedy = "touch at more places and features that face other ways, or let fewer parameters be unknown"
+        reasons.append(f"{left}, {100 * accuracy.IDENTIFIED:.0f} or more is too much: {remedy}")
+    names = [parameter.name for parameter, free in zip(fit.cell.parameters, fit.free, strict=True) if free]
+    unknown = [name for name, known in zip(names, told.identified, strict=True) if not known]
+    asked = [name for name in unknown if name in fit.cell.unknown and "." in name]
+    if asked:
+        reasons.append(f"the touches do not tell {listed(asked)}, asked for by name")
+    only_checked = unchecked and len(fit.touches.touched) < 2 and not asked
+    return ("calibrated" if not reasons or only_checked else "underdetermined"), tuple(reasons)
+
+
+@frozen_value
+class _Standing:
+    """A place as it was found; infinite variances where its touches leave motions free."""
+
+    base_from_fixture: Floats
+    covariance: Floats
+    free_twists: Floats
+
+
+def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
+    """What is known of a place beforehand, where it contradicts where the place was found."""
+    placement = cell.places[place.name].placement
+    if placement is None:
+        return None
+    covariance = np.full((6, 6), np.inf) if place.covariance is None else place.covariance
+    found = contradiction(
+        placement, _Standing(place.base_from_fixture, covariance, np.zeros((0, 6))), cell.units, fitted=True
+    )
+    remedy = "check its placement in the cell file, and that the touches are of this place"
+    return (
+        None if found is None else f"what is known of {place.name!r} contradicts the touches: {found.message}; {remedy}"
+    )
+
+
+def warnings_of(fit: RobotFit) -> tuple[str, ...]:
+    """What else there is to say of a fit."""
+    found = []
+    if fit.noise > 1.5:
+        what = f"the residuals are {fit.noise:.2g} times what sigma allows for"
+        found.append(f"{what}: surfaces are not as the file says, or the robot bends; sigmas are scaled up by it")
+    if fit.suspicious:
+        named = listed([f"row {row}" for row in fit.suspicious[:10]])
+        found.append(f"beyond noise: {named} (data snooping): touch there anew")
+    if fit.choice.left_out and fit.choice.factor > 0:
+        worse = [name for name, (before, after) in fit.choice.left_out.items() if after > 1.05 * before]
+        if worse:
+            found.append(f"left out, {listed(worse)} is worse with the calibrated robot than with the nominal one")
+    return tuple(found)

@@ -1,0 +1,42 @@
+"""What is said of how sure a calibrated robot is, against draws of the linear model that it is said of."""
+
+import numpy as np
+import pytest
+
+from tactfix.calibration.accuracy import covariance, undetermined
+
+PRIOR = np.array([1.0, 0.5, 2.0])
+MATRIX = np.array([[1.0, 2.0, 0.0], [0.5, -1.0, 0.3], [0.0, 0.2, 0.1], [1.0, 1.0, 0.1]])
+VARIANCE = 2.0
+
+
+@pytest.mark.parametrize("believed", [(1.0, 0.5, 2.0), (0.3, 0.15, 2.0), (0.0, 0.0, 2.0)])
+def test_the_covariance_is_that_of_draws(believed: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(1)
+    true = rng.normal(size=(40_000, 3)) * PRIOR
+    seen = true @ MATRIX.T + rng.normal(size=(40_000, 4)) * np.sqrt(VARIANCE)
+    # Least squares of rows and prior, one below the other; what is not believed has no column.
+    free = np.array(believed) > 0
+    stacked = np.vstack([MATRIX[:, free] / np.sqrt(VARIANCE), np.diag(1 / np.array(believed)[free])])
+    rows = np.hstack([seen / np.sqrt(VARIANCE), np.zeros((40_000, int(free.sum())))])
+    estimate = np.zeros_like(true)
+    estimate[:, free] = np.linalg.lstsq(stacked, rows.T, rcond=None)[0].T
+    off = (estimate - true) / PRIOR
+    found = covariance(MATRIX, PRIOR, np.array(believed), VARIANCE) / np.outer(PRIOR, PRIOR)
+    assert found == pytest.approx(off.T @ off / len(off), abs=0.02)
+
+
+def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -> None:
+    moves = np.random.default_rng(2).normal(size=(50, 3, 3))
+    tip = np.array([False, False, True])
+    nothing, all_of_it = np.zeros((1, 3)), 1e6 * np.eye(3)
+    assert undetermined(nothing, PRIOR, tip, moves, 1.0) == pytest.approx(1.0)
+    assert undetermined(all_of_it, PRIOR, tip, moves, 1.0) < 1e-5
+    # Neither what the touches tell of the tip nor how unsure it is counts.
+    of_tip = np.array([[0.0, 0.0, 100.0]])
+    assert undetermined(of_tip, PRIOR, tip, moves, 1.0) == pytest.approx(1.0)
+    assert undetermined(of_tip, PRIOR * [1, 1, 99], tip, moves, 1.0) == pytest.approx(1.0)
+    # One of two parameters that move the tip alike, known: the square root of the other's share is left.
+    alike = np.stack([moves[:, :, 0], moves[:, :, 0], moves[:, :, 2]], axis=2)
+    first = np.array([[1e6, 0.0, 0.0]])
+    assert undetermined(first, PRIOR, tip, alike, 1.0) == pytest.approx(np.sqrt(0.25 / 1.25), rel=1e-3)
