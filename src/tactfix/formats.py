@@ -1,9 +1,11 @@
-"""What help and completion tell of the formats of poses and contacts: names, endings, and a default.
+"""What is told of the formats of poses and contacts without them: names, endings, and what numbers they allow.
 
-It stands apart from the formats themselves (`pose_formats`, `files.logs`), which need numpy: help does not wait for it.
-A format has no other name than one of these, which mypy sees to, and each of these has a format, or the import fails.
+It stands apart from the formats themselves (`pose_formats`, `files.logs`), which take long to import: help, JSON and
+contact files do not wait for them. A format has no other name than one of these, which mypy sees to, and each of these
+has a format, or the import fails.
 """
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, get_args
@@ -63,3 +65,9 @@ SUFFIXES: Final[Mapping[str, PoseFormat]] = MappingProxyType(
 
 LEVER_ARM_MM: Final = 500.0
 """How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
+LOCATE_SCHEMA: Final = "tactfix/locate/1"
+"""What the JSON of `locate` calls itself; a pose is read from it too."""
+MOST_OFF_UNIT: Final = 1e-3
+"""A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion."""
+MOST_RADIANS: Final = 2 * math.pi + 0.01
+"""Rad: a full turn, and what rounding adds to it; what is more was hardly meant as an angle in rad."""

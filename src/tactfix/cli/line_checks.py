@@ -37,7 +37,8 @@ class CheckedCommand(QuickCommand):
 
 def _check_outputs(values: Mapping[str, Any]) -> None:
     for output in (values.get(name) for name in _OUTPUTS):
-        if isinstance(output, Path) and any(_is_one_file(given, output) for given in _files(values)):
+        # Before typer 0.29 the values of paths are texts here.
+        if isinstance(output, Path | str) and any(_is_one_file(given, Path(output)) for given in _files(values)):
             raise UsageError(f"{output} is read by this command; write the result to another file")
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from tactfix.errors import Problem
 from tactfix.files.contact_header import ORIENTATION_COLUMNS
 from tactfix.files.contact_table import Table, numbers
+from tactfix.formats import MOST_OFF_UNIT, MOST_RADIANS
 from tactfix.geometry.arrays import Bools, Floats, lengths
 from tactfix.geometry.rigid import rotation_from_quaternion, rotation_from_vector
-from tactfix.pose_formats.orientation import MOST_OFF_UNIT, MOST_RADIANS
 from tactfix.units import MOST_LENGTH
 
 _MOST_DEGREES: Final = 720.0

@@ -11,16 +11,13 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from tactfix.formats import MOST_OFF_UNIT, MOST_RADIANS
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.pose import syntax_error
 from tactfix.values import frozen_value
 
 # Numbers this small are what rounding leaves of a zero; they do not settle a sign.
 _ZERO = 1e-12
-# A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion.
-MOST_OFF_UNIT = 1e-3
-# Rad: a full turn, and what rounding adds to it; what is more was hardly meant as an angle in rad.
-MOST_RADIANS = 2 * np.pi + 0.01
 # scipy calls it a lock when the middle angle is within 1e-7 rad of one, and then drops a rotation up to that size.
 LOCK_SLACK = 2e-7
 

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
+from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.dialect import Dialect, Numbers, decoded
 from tactfix.pose_formats.matrix_text import read_matrix
@@ -23,7 +24,6 @@ from tactfix.wording import printable
 from tactfix.yaml_tree import read_tree
 
 POSE_SCHEMA: Final = "tactfix/pose/1"
-LOCATE_SCHEMA: Final = "tactfix/locate/1"
 _MOST_BYTES: Final = 1 << 16
 """Of a file that may hold a pose: a larger one is something else."""
 # Glued to a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damage.

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from tactfix.errors import UsageError
+from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.pose_formats.plain import LOCATE_SCHEMA
 from tactfix.report.json_report import Json
 from tactfix.results import (
     POSE_UNKNOWNS,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from tactfix.acceptance import point_covariance, sigma_at
+from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.pose_formats.plain import LOCATE_SCHEMA
 from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, NextContact, Reason, TipEstimate
 from tactfix.version import VERSION
 
