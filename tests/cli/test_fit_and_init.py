@@ -75,6 +75,7 @@ def test_usage(asked: list[tuple[object, ...]], tmp_path: Path, options: list[st
     path = str(written(tmp_path, PLANE, "c.csv"))
     assert main(["fit", "sphere", path, *options]) == 2
     assert main(["fit", "plane", path, "--radius", "1"]) == 2
+    assert main(["fit", "plane", path, "--side", "inner"]) == 2
     assert main(["fit", "cone", path]) == 2
     assert asked == []
 

@@ -1,5 +1,7 @@
 """Simulated contacts: on the surface but for their noise, in the box, reachable, the same for the same seed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,8 @@ from tactfix.contacts import Contacts
 from tactfix.errors import TipDoesNotFitError, UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
-from tactfix.simulation.simulate import CONE_DEG, random_pose, simulate, streams
+from tactfix.simulation.placed_poses import random_pose
+from tactfix.simulation.simulate import CONE_DEG, simulate, streams
 from tests.support.placed_cells import all_cells, ball_and_bar, box, placed, plate_with_all, surfaces_of, three_balls
 from tests.support.ray_walk import deepest, depth_in_ball
 
@@ -112,6 +115,8 @@ def test_a_plan_is_followed():
     assert np.allclose(larger.contacts.points, [[30, 0, 12], [42, 0, 0], [0, 20, 10]], atol=1e-4)
     with pytest.raises(UsageError, match="leave out"):
         simulate(ball_and_bar(), plan, count=5)
+    with pytest.raises(UsageError, match="row 2 is 500 off ball: a plan is in the fixture frame"):
+        simulate(ball_and_bar(), replace(plan, points=points + np.array([500.0, 0, 0])))
 
 
 @pytest.mark.parametrize("fixture", all_cells(), ids=lambda fixture: fixture.name)

@@ -67,6 +67,8 @@ def command(
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
+    if kind is Kind.PLANE and side is Side.INNER:
+        raise UsageError("--side inner is of a bore or socket; a plane has one side, and the approaches tell it")
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
     chosen = _one_feature(read.contacts, feature)
     result = _fit(kind, chosen, radius, side)

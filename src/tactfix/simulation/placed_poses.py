@@ -7,12 +7,26 @@ quaternions whose axis has the free components alone, translations over the ball
 
 import numpy as np
 
-from tactfix.fixture import Placement
+from tactfix.fixture import Fixture, Placement
 from tactfix.geometry.arrays import Floats, unit
-from tactfix.geometry.rigid import homogeneous, rotation_from_vector
+from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, rotation_from_vector
+from tactfix.units import factor
 
 TABLE_STEPS = 512
 """Of the table from which angles are drawn: their share is exact at each, linear between."""
+
+
+def drawn_pose(fixture: Fixture, rng: np.random.Generator) -> Floats:
+    """base_from_fixture (4, 4): where the fixture's placement lets it stand, anywhere where it says nothing."""
+    metre = factor("m", fixture.units)
+    return random_pose(rng, metre) if fixture.placement is None else placed_pose(fixture.placement, rng, metre)
+
+
+def random_pose(rng: np.random.Generator, metre: float) -> Floats:
+    """base_from_fixture (4, 4): uniform over all rotations, one to three metres from the base's origin."""
+    rotation = rotation_from_quaternion(unit(rng.standard_normal(4)))
+    translation = unit(rng.standard_normal(3)) * metre * rng.uniform(1.0, 3.0)
+    return homogeneous(rotation, translation)
 
 
 def placed_pose(placement: Placement, rng: np.random.Generator, metre: float) -> Floats:

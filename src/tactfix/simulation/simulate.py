@@ -16,16 +16,15 @@ from tactfix.accessibility.touchable import extent_of, sample_touches
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, Frozen, circle_axes, unit
-from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, transform_points
+from tactfix.geometry.arrays import Floats, Frozen, circle_axes, lengths
+from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
 from tactfix.simulation.faults import CONTACT_FAULTS, Fault, check_fault, growth, mistaken, scatter, touching_radius
 from tactfix.simulation.fixture_faults import Touches, really
 from tactfix.simulation.orientations import in_turn, tool_orientations
-from tactfix.simulation.placed_poses import placed_pose
-from tactfix.units import factor
+from tactfix.simulation.placed_poses import drawn_pose
 from tactfix.values import frozen_value
 
 # Half angle of the cone around the inward normal in which a random touch comes.
@@ -36,6 +35,8 @@ _ENOUGH_ON_A_BALL = 4
 """The same for a sphere, whose radius is known."""
 MOST_SIMULATED: Final = 100_000
 """Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
+_PLAN_OFF: Final = 0.1
+"""Of the plan's spread: how far from its surface a planned touch may be, as people write plans by hand."""
 # Points to choose from for each random touch.
 _PLACES_PER_TOUCH = 64
 
@@ -232,23 +233,17 @@ def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
     )
 
 
-def drawn_pose(fixture: Fixture, rng: np.random.Generator) -> Floats:
-    """base_from_fixture (4, 4): where the fixture's placement lets it stand, anywhere where it says nothing."""
-    metre = factor("m", fixture.units)
-    return random_pose(rng, metre) if fixture.placement is None else placed_pose(fixture.placement, rng, metre)
-
-
-def random_pose(rng: np.random.Generator, metre: float) -> Floats:
-    """base_from_fixture (4, 4): uniform over all rotations, one to three metres from the base's origin."""
-    rotation = rotation_from_quaternion(unit(rng.standard_normal(4)))
-    translation = unit(rng.standard_normal(3)) * metre * rng.uniform(1.0, 3.0)
-    return homogeneous(rotation, translation)
-
-
 def _planned_touches(access: Access, plan: Contacts) -> Touches:
     """Where the plan's contacts touch; square to the surface where it does not say the approach."""
     surfaces = access.surfaces
     points = np.array([feet(surfaces[f], p) for f, p in zip(plan.features, plan.points, strict=True)])
+    off = lengths(points - plan.points) - plan.tip_radius
+    if off.max() > _PLAN_OFF * plan.spread:
+        worst = int(off.argmax())
+        raise UsageError(
+            f"{plan.label(worst)} is {off[worst]:.3g} off {plan.features[worst]}: a plan is in the fixture frame; "
+            f"contacts that were made in base are none"
+        )
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
     return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches, access.tip_radius)
