@@ -28,26 +28,38 @@ def assert_alike(printed: str, said: str) -> None:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "console")], ids=name_of)
 def test_console_examples(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command with the status of the one before it; what needs no shell is run in this process."""
+    """Each command with the status of the one before it."""
     monkeypatch.chdir(folder_for_examples(page, tmp_path))
     for name, value in environment().items():
         monkeypatch.setenv(name, value)
     for block in blocks(page, "console"):
         status = 0
         for command, said in zip(commands(block), shown(block), strict=True):
-            if re.fullmatch(r"tactfix [\w\s./:-]+", command):
-                done = tactfix(*command.split()[1:], together=True)
-            else:
-                done = subprocess.run(
-                    ["bash", "-c", f"(exit {status}); {command}"],
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.STDOUT,
-                    text=True,
-                    check=False,
-                )
-            status = done.returncode
-            assert_alike(done.stdout, said)
+            status, printed = typed(command, status)
+            assert_alike(printed, said)
+
+
+PLAIN = re.compile(r"tactfix [\w\s./:,-]+")
+"""A command of tactfix that needs no shell."""
+
+
+def typed(command: str, status: int) -> tuple[int, str]:
+    """Status and output of a command after one that left status; what needs no shell is run in this process."""
+    first, pipe, rest = command.partition(" | ")
+    if not PLAIN.fullmatch(first):
+        return in_shell(f"(exit {status}); {command}", "")
+    done = tactfix(*first.split()[1:], together=not pipe)
+    if not pipe:
+        return done.returncode, done.stdout
+    status, printed = in_shell(rest, done.stdout)
+    return status, done.stderr + printed
+
+
+def in_shell(command: str, given: str) -> tuple[int, str]:
+    """Status and output, standard error with it, of a command that is given this on its standard input."""
+    bash = ["bash", "-c", command]
+    done = subprocess.run(bash, input=given, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    return done.returncode, done.stdout
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=name_of)

@@ -97,6 +97,7 @@ def test_a_study_of_layouts_survives_a_killed_worker(cluster: Cluster, tmp_path:
     assert killed
 
 
+@pytest.mark.slow
 def test_a_search_for_a_plan_survives_a_killed_worker(cluster: Cluster, tmp_path: Path) -> None:
     path, _ = write_cell(tmp_path, 0)
     fixture = load_fixture(path)

@@ -30,6 +30,8 @@ FIXTURES = {
     "machine-tool-ball-bar": (ROOT / "fixtures" / "machine-tool-ball-bar.yaml", 12),
     "equal-balls": (BAD_DESIGNS / "equal-balls.yaml", 12),
 }
+FAST = ("corner", "robot-cell-plate", "equal-balls")
+"""What hides and what shows is among these; a ball bar shows what a plate does."""
 
 
 def normal(surface, x):
@@ -244,7 +246,7 @@ def noisy(fixture, contacts, normals, seed):
 
 
 @pytest.mark.parametrize("error", JUDGED)
-@pytest.mark.parametrize("name", FIXTURES)
+@pytest.mark.parametrize("name", [*FAST, *(pytest.param(n, marks=pytest.mark.slow) for n in FIXTURES if n not in FAST)])
 def test_the_mistake_made_on_purpose(name, error):
     _, _, _, normals, report = judged(name)
     spots = [s for s in report.blind_spots if s.error == error]

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import pytest
@@ -78,12 +79,17 @@ def mutants(document: Any) -> Iterator[tuple[str, Any]]:
                 yield f"{'.'.join(map(str, (*way, key)))} <- the whole", mutant
 
 
+SHARE = 5
+"""Of so many mutants the fast test reads one. Prime to the 41 or 42 of a place, it meets each value somewhere."""
+
+
+@pytest.mark.parametrize("share", [SHARE, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_no_mutant_ends_in_an_exception(name: str) -> None:
+def test_no_mutant_ends_in_an_exception(name: str, share: int) -> None:
     document = read_tree(DOCUMENTS[name]).value
     assert isinstance(read_fixture(document, "sound", no_files), Fixture)
     refused = 0
-    for what, mutant in mutants(document):
+    for what, mutant in islice(mutants(document), 0, None, share):
         try:
             answer = read_fixture(mutant, "mutant", no_files)
         except Exception as error:
@@ -92,7 +98,7 @@ def test_no_mutant_ends_in_an_exception(name: str) -> None:
             what
         )
         refused += not isinstance(answer, Fixture)
-    assert refused > 1000
+    assert refused > 1000 / share
 
 
 def test_a_malformed_file_is_told_all_its_malformations() -> None:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import time
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,8 +26,14 @@ def statuses(*words: object, stdin: str = "") -> tuple[int, list[dict]]:
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()]
 
 
+@cache
+def of_the_sample() -> tuple[int, list[dict]]:
+    """Status and steps of the sample's contacts, for all tests that compare with them."""
+    return statuses(CONTACTS_PATH)
+
+
 def test_each_step_is_what_locate_says_of_the_touches_so_far() -> None:
-    status, steps = statuses(CONTACTS_PATH)
+    status, steps = of_the_sample()
     assert status == 0
     assert [step["touches"] for step in steps] == list(range(1, len(steps) + 1))
     assert [step["done"] for step in steps] == [False] * (len(steps) - 1) + [True]
@@ -38,8 +45,10 @@ def test_each_step_is_what_locate_says_of_the_touches_so_far() -> None:
 
 
 def test_standard_input_says_the_same_as_the_file() -> None:
-    assert statuses(stdin=CONTACTS_PATH.read_text()) == statuses(CONTACTS_PATH)
-    assert statuses("-", stdin=CONTACTS_PATH.read_text().rstrip("\n")) == statuses(CONTACTS_PATH)
+    assert statuses(stdin=CONTACTS_PATH.read_text()) == of_the_sample()
+    # The last line, without an end, counts.
+    _, steps = statuses("-", stdin="".join(LINES[: HEADER + 4]).rstrip("\n"))
+    assert steps == of_the_sample()[1][:4]
 
 
 @pytest.mark.parametrize(("touches", "status"), [(0, 4), (3, 4), (8, 4)])
@@ -51,7 +60,7 @@ def test_touches_that_end_too_early_leave_with_the_status_of_what_is_left(touche
 
 
 def test_gates_keep_it_going() -> None:
-    _, steps = statuses(CONTACTS_PATH)
+    _, steps = of_the_sample()
     status, gated = statuses(CONTACTS_PATH, "--max-sigma", "1e-6")
     assert status == 1
     assert len(gated) == len(CONTACTS) >= len(steps)

@@ -146,7 +146,7 @@ def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
     [
         ("robot-cell-plate", Wishes().layouts, ["--sigma", "0.01", "--tip-radius", "1"]),
         ("cylinder-sphere", 2, []),
-        ("three-spheres", 2, []),
+        pytest.param("three-spheres", 2, [], marks=pytest.mark.slow),
     ],
 )
 def test_a_design_has_a_record_too(name, layouts, options, tmp_path, monkeypatch):

@@ -39,7 +39,7 @@ def assert_same_answer(kind: str, layout: str, number: int, compiled) -> None:
         assert np.abs(b - pose).max(axis=(1, 2)).min() < 1e-6
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in KINDS if k not in QUICK)])
 def test_derivatives_are_those_of_the_stored_forms(kind: str, compiled) -> None:
     start = load(kind)
     other = random_complex_problem(kind, np.random.default_rng(1))
@@ -53,6 +53,7 @@ def test_derivatives_are_those_of_the_stored_forms(kind: str, compiled) -> None:
             assert apart.min(axis=1).max() < 1e-11 * np.abs(z_wanted).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sphere2+plane2+plane2", "cylinder2+plane3+plane1", "cylinder3+plane3"])
 def test_paths_end_at_the_same_roots(kind: str, compiled) -> None:
     start, target = load(kind), random_complex_problem(kind, np.random.default_rng(2))
@@ -64,6 +65,7 @@ def test_paths_end_at_the_same_roots(kind: str, compiled) -> None:
     assert np.abs(same[arrived] - 1).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", QUICK)
 def test_answers_are_the_same(kind: str, compiled) -> None:
     for layout in LAYOUTS:

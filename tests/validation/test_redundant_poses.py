@@ -36,7 +36,7 @@ def test_both_places_on_a_line_are_found(kind: str, more: int, layout: str, seed
 BETWEEN_SAMPLES = (
     ("cylinder2+sphere1+plane3", 8, "axis-parallel", 1, 5),
     ("cylinder2+cylinder2+plane2", 4, "symmetric", 1, 1),
-    ("cylinder3+cylinder1+plane2", 5, "symmetric", 1, 22),
+    pytest.param("cylinder3+cylinder1+plane2", 5, "symmetric", 1, 22, marks=pytest.mark.slow),
 )
 # Held weakly in one direction, in which noise bends the sum of squares as much as the Jacobian: of twelve thousand
 # descents three thousand crept across the true pose until they were given up.
