@@ -109,7 +109,7 @@ def test_without_a_number_the_fewest_unique_contacts_and_a_table():
         assert step.gain == pytest.approx(1 - step.worst_sigma / before.worst_sigma)
 
 
-@pytest.mark.parametrize("criterion", ["worst", "d", "e"])
+@pytest.mark.parametrize("criterion", ["worst", "d", pytest.param("e", marks=pytest.mark.slow)])
 def test_of_more_starts_some_agree_and_the_best_is_no_worse(criterion):
     few, many = (plan(CELLS[2], 7, criterion=criterion, starts=starts) for starts in (2, 20))
     assert (few.starts, many.starts) == (2, 20)
@@ -165,7 +165,7 @@ def test_existing_contacts_that_give_no_pose_are_refused():
         plan(fixture, existing=replace(made, points=far), add=1)
 
 
-@pytest.mark.parametrize("rows", [[0], [0, 1, 2], [0, 1, 2, 7]])
+@pytest.mark.parametrize("rows", [[0], [0, 1, 2], pytest.param([0, 1, 2, 7], marks=pytest.mark.slow)])
 def test_contacts_that_leave_motions_free_are_extended_by_what_holds_them(rows):
     """As many as motions are free, in the fixture frame; made where the fixture truly stands they give its pose."""
     fixture = plate_with_all()
