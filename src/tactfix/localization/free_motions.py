@@ -14,6 +14,9 @@ TOLD = 1e-6
 """Ratio below which a motion is told as a special one: a slide, or a rotation without advance."""
 WORTHLESS_SHIFT = 0.25
 """The same for the place of a contact on its surface, as a share of the spread of the contacts."""
+UNKNOWN_SHIFT = 10.0
+"""Times the contacts' spread beyond which a sigma says no more than that noise alone holds the fixture; half a turn is
+as much of a rotation."""
 
 
 def is_worthless(solution: Solution, contacts: Contacts) -> bool:
@@ -30,6 +33,8 @@ def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tu
         return tuple(in_words(fixture, solution, twist, "", contacts.spread) for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
+    if worst > np.pi or shift > UNKNOWN_SHIFT * contacts.spread:
+        note = ", which these contacts hardly resist"
     return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)
 
 
