@@ -136,3 +136,10 @@ def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixt
     case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
     first = locate(placed(case.said), case.contacts).diagnosis[0]
     assert any(is_named(case, cause) for cause in (first.causes or (first,)))
+
+
+def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
+    """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
+    case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))
+    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    assert (frozenset(first.rows), first.one_of) == (case.rows, False)

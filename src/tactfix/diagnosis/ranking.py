@@ -28,7 +28,9 @@ def says_more(problem: Problem, special: Explanation, general: Explanation) -> b
     more = general.hypothesis.numbers(problem) - special.hypothesis.numbers(problem)
     if more < 1 or not _is_general(general.hypothesis, special.hypothesis):
         return False
-    return special.chi2 - general.chi2 <= chi_square_limit(more, BY_CHANCE)
+    # One more contact that is left out is the one of all without which chi-square falls most.
+    chosen_among = len(problem.contacts) if special.hypothesis.deleted else 1
+    return special.chi2 - general.chi2 <= chi_square_limit(more, BY_CHANCE / chosen_among)
 
 
 def _is_general(general: Hypothesis, special: Hypothesis) -> bool:
