@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2 as chi_square
 
 from tactfix import LocateResult, UsageError, contacts_from_arrays, locate
-from tactfix.geometry.surfaces import Plane, Point
+from tactfix.geometry.surfaces import Plane, Point, Sphere
 from tactfix.unknowns.equations import TipEquations
 from tests.support.flange_touches import (
     NOMINAL,
@@ -247,6 +247,39 @@ def test_a_tip_far_off_is_found_where_nothing_bounds_it_and_nothing_is_claimed()
     assert result.status == "located"
     np.testing.assert_allclose(result.tip.offset, problem.tip, atol=0.5)
     assert "not certain" in result.tip.message
+
+
+def test_a_bound_as_wide_as_the_features_are_apart_hides_no_pose() -> None:
+    """With 14 mm for the tip a seat and a plate 25 mm from it are one blur."""
+    rng, tools = np.random.default_rng(3), Rotation.random(3, random_state=3)
+    flat = rng.uniform([-25, -25, RADIUS], [25, 25, RADIUS], (4, 3))
+    seat = np.tile([12.0, 8.0, 15.0], (4, 1))
+    ways = np.vstack([np.tile([0.0, 0.0, -1.0], (4, 1)), np.full((4, 3), np.nan)])
+    cell = Cell(["plate"] * 4 + ["seat"] * 4, np.vstack([flat, seat]), ways)
+    problem = touched(cell, rng, tools, 0.2 * SIDEWAYS, sigma=0.0005)
+    fixture = fixture_of({"plate": PLATE["plate"], "seat": Point(seat[0])}, within=14.0)
+    result = locate(fixture, problem.contacts, unknown=["tip"])
+    assert result.status == "underdetermined"  # the plate turns about its normal
+    np.testing.assert_allclose(result.tip.offset, NOMINAL + 0.2 * SIDEWAYS, atol=0.01)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0])
+def test_a_radius_that_trades_against_a_turn_is_not_told(scale: float) -> None:
+    """Two contacts on a ball and one in a seat: the ball turns about the seat, and its radius follows, by little."""
+    fixture = fixture_of(
+        {"seat": Point(np.array([0.0, 0.0, 0.0])), "ball": Sphere(np.array([100.0, 0.0, 0.0]) * scale, 20.0 * scale)},
+        units="m" if scale < 1 else "mm",
+    )
+    for lean in (1e-3, 0.01, 0.3):
+        # Nearly in line with the seat the radius hardly changes with the turn.
+        up = np.array([np.sin(lean), 0.0, np.cos(lean)])
+        across = np.array([0.0, 0.6, 0.0])
+        ball = np.array([100.0, 0.0, 0.0]) + 23.0 * np.array([up * 0.8 + across, up * 0.8 - across])
+        points = np.vstack([np.zeros(3), ball]) * scale
+        contacts = contacts_from_arrays(["seat", "ball", "ball"], points, sigma=1e-3 * scale, tip_radius=2.0 * scale)
+        result = locate(fixture, contacts, unknown=["tip-radius"])
+        assert result.status == "underdetermined"
+        assert result.tip is None
 
 
 def test_a_contact_that_is_wrong_is_no_tip() -> None:

@@ -91,11 +91,12 @@ def _levels(
     contacts: Contacts, sigmas: Floats, unknown: frozenset[Unknown], within: float | None
 ) -> Iterator[tuple[float, bool]]:
     """How far the tip is taken to be off, level by level, and whether a search with that is complete."""
+    levels = [FIRST_TIP_SIGMAS * float(sigmas.max()), *(share * contacts.spread for share in FIRST_TIP_SHARES)]
     if within is not None and "tip" in unknown:
         yield within, "tip-radius" not in unknown
-        return
-    yield FIRST_TIP_SIGMAS * float(sigmas.max()), False
-    yield from ((share * contacts.spread, False) for share in FIRST_TIP_SHARES)
+        # A bound as wide as the contacts lie apart blurs their poses into one.
+        levels = [level for level in levels if level < within]
+    yield from ((level, False) for level in levels)
 
 
 def _starts(
@@ -171,4 +172,6 @@ def _solution(
     solution = solution_from(
         pose, in_base, corrected, residuals, normals, chi2, Spread(factor[:6], free[:, :6].T, trusted=True)
     )
-    return TipSolution(solution, corrected, change, factor, weak, known.sigmas(known.is_weak), equations.centre)
+    return TipSolution(
+        solution, corrected, change, factor, weak, known.sigmas(known.is_weak), equations.centre, known.tells_tip
+    )

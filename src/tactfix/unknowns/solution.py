@@ -15,6 +15,11 @@ from tactfix.values import frozen_value
 TELLS_NOTHING = 0.1
 """A motion that is known only to this, in rad or lengths of the problem, one sigma, tells nothing: as good as free."""
 
+STILL = 1e-6
+"""Share of a free motion, in rad and lengths of the problem, up to which it moves the tip by rounding only."""
+HARDLY_MOVED = 1e-3
+"""The same of a motion that is weak: what it does to the tip is in the covariance, to first order."""
+
 
 @frozen_value
 class TipSolution:
@@ -24,7 +29,7 @@ class TipSolution:
     S S^T of rotation (rad) and place of the fixture's origin in base axes, then of what of tip and radius is unknown,
     of what is not free. weak (k, 10): motions that are free or as good as free: rotation and translation of the fixture
     about the centre (3,) of the contacts as they were reported, tip, radius; sigmas (k,): how surely each is known, inf
-    where free.
+    where free. tip_is_known: whether none of those moves the tip in its flange, or changes its radius.
     """
 
     solution: Solution
@@ -34,6 +39,7 @@ class TipSolution:
     weak: Floats
     sigmas: Floats
     centre: Floats
+    tip_is_known: bool
 
     @property
     def covariance(self) -> Floats:
@@ -41,11 +47,6 @@ class TipSolution:
         if np.isinf(self.sigmas).any():
             return np.full((len(self.factor), len(self.factor)), np.inf)
         return np.asarray(self.factor @ self.factor.T)
-
-    @property
-    def tip_is_known(self) -> bool:
-        """Whether no free motion moves the tip in its flange, or changes its radius."""
-        return not len(self.weak) or float(np.abs(self.weak[:, 6:]).max()) < 1e-3 * float(np.abs(self.weak).max())
 
 
 @frozen_value
@@ -79,6 +80,14 @@ class Knowledge:
     def is_weak(self) -> Bools:
         """Which motions (u,) are free, or as good as free."""
         return np.asarray(self.is_free | (self.svd[0] * TELLS_NOTHING < 1))
+
+    @property
+    def tells_tip(self) -> bool:
+        """Whether no motion that is free moves the tip or changes its radius, and none that is weak does so much."""
+        motions = np.zeros((len(self.svd[1]), 10))
+        motions[:, self.equations.columns] = self.svd[1]
+        moved = np.abs(motions[:, 6:]).max(axis=1)
+        return bool((moved[self.is_free] < STILL).all() and (moved[self.is_weak] < HARDLY_MOVED).all())
 
     def motions(self, which: Bools) -> Floats:
         """Those motions (k, 10) in rad and fixture units, about the contacts' centre, not known ones 0."""
