@@ -69,15 +69,31 @@ def test_one_and_two_orientations_do_not_tell_the_tip_unless_a_measurement_does(
 def test_what_cannot_be_asked_is_refused():
     with pytest.raises(UsageError, match="one or more"):
         plan(CELL, 9, starts=1, orientations=0)
-    with pytest.raises(UsageError, match="already made"):
-        plan(CELL, existing=simulate(CELL, seed=1).contacts, orientations=3)
+    with pytest.raises(UsageError, match="how the flange stood"):
+        plan(CELL, existing=simulate(CELL, seed=1).contacts, orientations=3, starts=1)
+
+
+@pytest.mark.parametrize("error", [0.0, 2.0])
+def test_contacts_already_made_count_with_their_orientations(error):
+    """Nine in two orientations leave the tip free; so wrong a tip that they fit no pose with it gives one without."""
+    made = simulate(CELL, plan(CELL, 9, starts=1).contacts, seed=1, orientations=2).contacts
+    made = replace(made, points=made.points - made.flange_rotations @ [error, -error, 0.0])
+    assert (locate(CELL, made, explain=False).status == "inconsistent") == bool(error)
+    added = plan(CELL, existing=made, add=3, orientations=3, starts=1)
+    assert added.frame == "base"
+    assert len(added.contacts) == 3
+    joined = replace(made + replace(added.contacts, units=made.units), tip_offset=made.tip_offset)
+    covariance = np.linalg.inv(information(joined))[6:, 6:]
+    # Simulated touches are nominal but for noise, a wrong tip turns their normals a little.
+    assert added.tip_sigma == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), rel=0.01 + 0.05 * error)
+    assert np.isfinite(added.tip_sigma)
 
 
 def test_the_command_writes_orientations_that_simulate_takes(tmp_path, capsys):
     fixture, file = str(ROOT / "fixtures" / "robot-cell-plate.yaml"), tmp_path / "plan.csv"
     words = ["plan", fixture, "--orientations", "4", "--contacts", "12", "--starts", "1", "--quiet"]
     assert run([*words, "--output", str(file)]) == 0
-    assert "with locate --unknown tip the tip is known to" in file.read_text()
+    assert "where the tip is unknown, locate finds it to" in file.read_text()
     assert (
         run(
             [

@@ -67,7 +67,8 @@ def command(
         typer.Option(
             metavar="K",
             min=1,
-            help="Plan K tool orientations too, for a tip that is found with the pose (locate --unknown tip).",
+            help="Plan K tool orientations too, for a tip that is found with the pose (locate --unknown tip); those of "
+            "CONTACTS count.",
         ),
     ] = None,
     near: Near = None,

@@ -43,10 +43,20 @@ class Made:
     base_from_fixture: Floats | None
 
 
-def contacts_made(fixture: Fixture, existing: Contacts) -> Made:
-    """The contacts in the fixture frame. Raises UsageError where no pose explains them."""
+def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = False) -> Made:
+    """The contacts in the fixture frame; tip_unknown: by a pose that another place of the tip gives, where none else.
+
+    Raises UsageError where no pose explains them.
+    """
     result = locate(fixture, existing, explain=False)
     accepted = sorted((c for c in result.candidates if c.accepted), key=lambda candidate: candidate.chi2)
+    if not accepted and tip_unknown and existing.flange_rotations is not None:
+        with_tip = locate(fixture, existing, unknown=["tip"])
+        for candidate in with_tip.candidates:
+            if candidate.accepted:
+                # What too few orientations leave free moves fixture and tip together, which is little.
+                pose = candidate.base_from_fixture
+                return Made(existing.moved(inverse(pose)), pose)
     if not accepted:
         raise UsageError(
             f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"

@@ -14,8 +14,10 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.rigid import inverse
 from tactfix.planning.exchange import WORTH_A_STEP
+from tactfix.planning.nominal import joined_contacts
 from tactfix.planning.result import Plan
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
@@ -32,29 +34,43 @@ TIP_UNDETERMINED: Final = 1e-9
 """Ratio of singular values below which the tip is not determined."""
 
 
-def with_orientations(plan: Plan, fixture: Fixture, count: int) -> Plan:
-    """The plan, which is in the fixture frame, in count tool orientations, each contact in that which tells most.
+def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts | None = None) -> Plan:
+    """The plan in count tool orientations, each contact in that which tells most.
 
-    Raises UsageError for less than one.
+    made: contacts already made, in the fixture frame: how the flange stood at them counts.
+    Raises UsageError for less than one, and where those made do not say how the flange stood.
     """
     if count < 1:
         raise UsageError(f"{count} tool orientations cannot be planned; ask for one or more")
-    rotations = tool_orientations(count, plan.contacts.approaches)
-    chosen = in_turn(plan.contacts.features, count)
-    seen = _Seen(fixture, plan.contacts)
-    best = seen.tip_sigma(rotations[chosen])
+    if made is not None and made.flange_rotations is None:
+        raise UsageError(
+            "the contacts already made do not say how the flange stood, and the tip is found from all contacts; "
+            "give columns such as qw,qx,qy,qz, or plan without those contacts"
+        )
+    stands = plan.base_from_fixture if plan.frame == "base" else None
+    new = plan.contacts if stands is None else plan.contacts.moved(inverse(stands))
+    rotations = tool_orientations(count, new.approaches)
+    chosen = in_turn(new.features, count)
+    seen = _Seen(fixture, new if made is None else joined_contacts(made, new))
+    fixed = np.zeros((0, 3, 3)) if made is None or made.flange_rotations is None else made.flange_rotations
+
+    def tip_sigma(which: Ints) -> float:
+        return seen.tip_sigma(np.concatenate([fixed, rotations[which]]))
+
+    best = tip_sigma(chosen)
     for _ in range(ORIENTATION_PASSES):
         before = best
         for i in range(len(chosen)):
             for other in range(count):
                 tried = chosen.copy()
                 tried[i] = other
-                if (sigma := seen.tip_sigma(rotations[tried])) < (1 - WORTH_A_STEP) * best:
+                if (sigma := tip_sigma(tried)) < (1 - WORTH_A_STEP) * best:
                     chosen, best = tried, sigma
         if best == before:
             break
     offset = np.array(fixture.probe.tip_offset or (0.0, 0.0, 0.0))
-    contacts = replace(plan.contacts, flange_rotations=rotations[chosen], tip_offset=offset)
+    turned = rotations[chosen] if stands is None else stands[:3, :3] @ rotations[chosen]
+    contacts = replace(plan.contacts, flange_rotations=turned, tip_offset=offset)
     return replace(plan, contacts=contacts, tip_sigma=float(best))
 
 

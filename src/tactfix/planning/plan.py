@@ -54,7 +54,8 @@ def plan(
         Who follows the starts: `map`, one after the other, or its like.
     orientations : int, optional
         Of the tool: each contact is planned in one of so many, chosen so that the tip's place in the flange is known
-        best where it is found with the pose. Without contacts twelve are then planned.
+        best where it is found with the pose. Without contacts twelve are then planned. How the flange stood at existing
+        contacts counts, and must be known.
 
     Returns
     -------
@@ -92,15 +93,17 @@ def plan(
     if starts is not None and starts < 1:
         raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")
     told = progress or (lambda share, what: None)
-    task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over)
+    task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over, orientations is not None)
     if existing is not None:
-        if orientations is not None:
-            raise UsageError("tool orientations are planned for all contacts; leave out those already made")
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")
-        return task.single(task.fewest if add is None else add)
-    if add is not None:
+        found = task.single(task.fewest if add is None else add)
+    elif add is not None:
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
-    if orientations is None:
+    elif orientations is None:
         return task.table() if contacts is None else task.single(contacts)
-    return with_orientations(task.single(USUAL_CONTACTS if contacts is None else contacts), fixture, orientations)
+    else:
+        found = task.single(USUAL_CONTACTS if contacts is None else contacts)
+    if orientations is None:
+        return found
+    return with_orientations(found, fixture, orientations, None if task.made is None else task.made.contacts)

@@ -74,14 +74,15 @@ class Task:
         progress: Progress,
         starts: int | None,
         over: Over,
+        tip_unknown: bool,
     ) -> "Task":
-        """The task of planning on this fixture; see `tactfix.plan.plan`."""
+        """The task of planning on this fixture; see `tactfix.plan.plan`. tip_unknown: as in `contacts_made`."""
         probe = probe_settings(fixture, existing, sigma, tip_radius)
         surfaces = nominal_surfaces(fixture)
         access = access_of(fixture, surfaces, probe[1])
         sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
         pool = pool_of(access, sigmas)
-        made = None if existing is None else contacts_made(fixture, existing)
+        made = None if existing is None else contacts_made(fixture, existing, tip_unknown)
         stands = standing(fixture) if made is None or made.base_from_fixture is None else made.base_from_fixture
         known = known_of(fixture.placement, stands, access.centre, access.radius)
         _refuse_free_motion(fixture, pool.touches, known)

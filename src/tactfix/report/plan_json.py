@@ -78,7 +78,10 @@ def _planned(plan: Plan) -> list[Json]:
 def _flange(plan: Plan, i: int) -> object:
     """How the flange stands in the fixture frame (3, 3), null where no orientations were planned."""
     rotations = plan.contacts.flange_rotations
-    return None if rotations is None else array(rotations[i])
+    if rotations is None:
+        return None
+    stands = plan.base_from_fixture
+    return array(rotations[i] if plan.frame == "fixture" or stands is None else stands[:3, :3].T @ rotations[i])
 
 
 def _contacts(contacts: Contacts) -> list[Json]:
