@@ -143,3 +143,9 @@ def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))
     first = locate(placed(case.said), case.contacts).diagnosis[0]
     assert (frozenset(first.rows), first.one_of) == (case.rows, False)
+
+
+def test_no_second_contact_is_blamed_beside_a_wrong_label():
+    case = made("one label wrong", "plate, pin, ball", [4, len("plate, pin, ball"), len("one label wrong")])
+    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    assert (first.code, frozenset(first.rows), first.one_of) == ("relabel", case.rows, False)

@@ -1,5 +1,6 @@
 """Which explanations are told, and which the contacts cannot tell apart."""
 
+import math
 from collections.abc import Sequence
 
 from tactfix.diagnosis.corrections import Hypothesis, Problem
@@ -28,8 +29,9 @@ def says_more(problem: Problem, special: Explanation, general: Explanation) -> b
     more = general.hypothesis.numbers(problem) - special.hypothesis.numbers(problem)
     if more < 1 or not _is_general(general.hypothesis, special.hypothesis):
         return False
-    # One more contact that is left out is the one of all without which chi-square falls most.
-    chosen_among = len(problem.contacts) if special.hypothesis.deleted else 1
+    # A contact that is left out beside those concerned is the one of all without which chi-square falls most.
+    beside = len(set(general.hypothesis.deleted) - set(special.hypothesis.index))
+    chosen_among = math.comb(len(problem.contacts), beside)
     return special.chi2 - general.chi2 <= chi_square_limit(more, BY_CHANCE / chosen_among)
 
 
