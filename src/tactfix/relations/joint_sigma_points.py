@@ -1,4 +1,8 @@
-"""How far a fixture by relations may stand from its best pose: sigma points of all observed (`poses.spread`)."""
+"""How far a fixture by relations may stand from its best pose: sigma points (`poses.sigma_points`).
+
+Features have more displacements than the frame has motions. Sigma points lie along the six that move the frame, to
+first order; the others move it in second order at most.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -40,7 +44,10 @@ class JointSpread:
         if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < NEARLY_LINEAR:
             return Spread(linear, moving, trusted=True)
         centre = self.problem.contacts.centre
-        return curved_spread(base_from_fixture, centre, linear, factor, self._bend, self._reach(base_from_fixture))
+        # Of all directions those along which the frame moves: a fold of a feature aside from it is none of its own.
+        along = np.linalg.svd(linear, full_matrices=False)[2].T
+        reach = self._reach(base_from_fixture, self.fit.jacobian @ factor)
+        return curved_spread(base_from_fixture, centre, linear @ along, factor @ along, self._bend, reach)
 
     def _most_bend(self, factor: Floats, origin: Floats) -> float:
         contacts = self.problem.contacts
@@ -58,7 +65,13 @@ class JointSpread:
             bends.append(np.linalg.norm(there - self.fit.observed - self.fit.jacobian @ step))
         return np.array(bends)
 
-    def _reach(self, base_from_fixture: Floats) -> Callable[[Floats], tuple[Floats, Floats]]:
+    def _reach(self, base_from_fixture: Floats, tangents: Floats) -> Callable[[Floats], tuple[Floats, Floats]]:
+        """As `curved_spread` wants it; tangents (m, k): an orthonormal basis of how the residuals move.
+
+        Missing is only what displacements might make up for: of more observations than unknowns the residuals also bend
+        away from the tangents, without any fold.
+        """
+
         def reach(steps: Floats) -> tuple[Floats, Floats]:
             reached = np.repeat(base_from_fixture[None], steps.shape[1], axis=0)
             missing = np.full(steps.shape[1], np.inf)
@@ -66,7 +79,8 @@ class JointSpread:
                 wanted = self.fit.observed + self.fit.jacobian @ step
                 problem = replace(self.problem, wanted=wanted)
                 there = joint_fit(problem, self.fit.surfaces, self.fit.equations, JOINT_SIGMA_POINT_STEPS)
-                if there.chi2 > MOST_MISSING:
+                along = tangents.T @ there.observed
+                if along @ along > MOST_MISSING:
                     break
                 try:
                     poses = np.array(frames(self.recipe, there.surfaces))
@@ -75,7 +89,7 @@ class JointSpread:
                 # Of the frames that the recipe allows the one with the same signs.
                 alike = np.einsum("mij,ij->m", poses[:, :3, :3], base_from_fixture[:3, :3])
                 reached[number] = poses[np.argmax(alike)]
-                missing[number] = there.chi2
+                missing[number] = along @ along
             return reached, missing
 
         return reach
