@@ -7,6 +7,7 @@ from tactfix.errors import TipDoesNotFitError
 from tactfix.poses.all_poses import all_poses, spread_indices
 from tests.support.plain_surfaces import depth
 from tests.support.problems import BALLS, CORNER, CYLINDER_SPHERE, PLATE, Patch, pose_error, random_pose, touch_all
+from tests.validation.poses_of_package import poses_of
 
 SKEW = {
     "one": Patch("cylinder", (0, 0, 0), (1, 0, 0), 8.0, length=20.0, middle=30.0),
@@ -43,11 +44,11 @@ def test_truth_is_among_them_and_all_of_them_fit(name):
         rng = np.random.default_rng([1, seed])
         truth = touch_all(patches, counts, rng, sigma=1e-6, tip=0.5)
         contacts = truth.contacts()
-        found = all_poses(surfaces, contacts, contacts.sigmas)
-        assert len(found.poses) >= 1
-        assert most is None or len(found.poses) <= most
-        assert min(np.linalg.norm(pose_error(pose, truth.pose)) for pose in found.poses) < 1e-4
-        for pose in found.poses:
+        poses = poses_of(all_poses(surfaces, contacts, contacts.sigmas))
+        assert len(poses) >= 1
+        assert most is None or len(poses) <= most
+        assert min(np.linalg.norm(pose_error(pose, truth.pose)) for pose in poses) < 1e-4
+        for pose in poses:
             assert off_by(surfaces, contacts, pose) < 1e-6
             np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
             assert np.linalg.det(pose[:3, :3]) > 0
@@ -62,8 +63,8 @@ def test_moving_everything_moves_every_pose(name):
     contacts = truth.contacts()
     other = random_pose(rng, 3000.0)
     there = truth.contacts(points=contacts.points @ other[:3, :3].T + other[:3, 3])
-    here_poses = all_poses(surfaces, contacts, contacts.sigmas).poses
-    there_poses = all_poses(surfaces, there, there.sigmas).poses
+    here_poses = poses_of(all_poses(surfaces, contacts, contacts.sigmas))
+    there_poses = poses_of(all_poses(surfaces, there, there.sigmas))
     assert len(here_poses) == len(there_poses)
     for pose in here_poses:
         assert min(np.abs(other @ pose - moved).max() for moved in there_poses) < 1e-4
@@ -84,9 +85,9 @@ def test_a_double_root_that_noise_has_made_complex_is_still_found():
         points = np.vstack(places)
         truth = touch_all(BALLS, {"a": 3, "b": 2, "c": 1}, np.random.default_rng(0), pose=np.eye(4), sigma=1e-3)
         contacts = truth.contacts(points=points)
-        found = all_poses(surfaces, contacts, contacts.sigmas)
-        assert len(found.poses) >= 1, outwards
-        assert min(np.linalg.norm(pose_error(pose, np.eye(4))[:3]) for pose in found.poses) < 0.05
+        poses = poses_of(all_poses(surfaces, contacts, contacts.sigmas))
+        assert len(poses) >= 1, outwards
+        assert min(np.linalg.norm(pose_error(pose, np.eye(4))[:3]) for pose in poses) < 0.05
 
 
 def test_a_tip_that_does_not_fit_the_bore_is_refused():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.poses.balance import are_balanced
 from tactfix.poses.equations import pose_equations
-from tactfix.poses.zeros import Zeros
+from tactfix.poses.zeros import Zeros, are_balanced
 from tests.validation.pose_oracle import all_real_poses
 from tests.validation.pose_problems import oracle_features, problem_number
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.surfaces import Plane, Sphere, moved
-from tactfix.poses.contact_certainty import contact_certainty
+from tactfix.poses.solution import contact_certainty
 from tests.support.problems import PLATE, Patch, pose_of, touch_all
 
 FOUR = {**PLATE, "bore": Patch("cylinder", (100, -50, 0), (0.6, 0, 0.8), 15.0, side="inner", length=10.0)}

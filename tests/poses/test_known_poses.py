@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 from tactfix.fixture import Placement
 from tactfix.localization.locate import locate
 from tactfix.poses.equations import evaluate
-from tactfix.poses.measured_pose import MeasuredPose
-from tactfix.poses.pose_domain import PoseDomain
+from tactfix.poses.pose_domain import MeasuredPose, PoseDomain
 from tactfix.poses.search_frame import SearchFrame
 from tests.support.problems import BALLS, CORNER, PLATE, placed, pose_error, pose_of, random_pose, touch_all
 

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tactfix.localization.locate import locate
-from tactfix.poses.polish import THINNED
+from tactfix.poses.subsets import THINNED
 from tests.support.problems import CORNER, PLATE, placed, touch_all
 
 

@@ -5,6 +5,8 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.poses.all_poses import all_poses
+from tactfix.poses.pose_fit import PoseFit
+from tactfix.poses.solution import Found
 from tests.validation.pose_problems import PoseProblem
 
 SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
@@ -30,4 +32,9 @@ def poses_of_package(problem: PoseProblem, sigma: float = SIGMA) -> np.ndarray:
         rows=tuple(range(1, n + 1)),
         ids=(None,) * n,
     )
-    return np.asarray(all_poses(surfaces, contacts, np.full(n, sigma)).poses)
+    return poses_of(all_poses(surfaces, contacts, np.full(n, sigma)))
+
+
+def poses_of(fits: Found[PoseFit]) -> np.ndarray:
+    """The poses (k, 4, 4) that explain the contacts."""
+    return np.array([fit.base_from_fixture for fit in fits.found if fit.chi2 <= fits.limit]).reshape(-1, 4, 4)

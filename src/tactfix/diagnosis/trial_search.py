@@ -222,7 +222,7 @@ def _fits_anew(problem: Problem) -> Sequence[PoseFit]:
     search = all_poses(
         single.surfaces, single.contacts, single.sigmas, with_misses=False, thorough=False, most_starts=FEW_STARTS
     )
-    return search.fits
+    return search.found
 
 
 def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:

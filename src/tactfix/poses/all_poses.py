@@ -1,8 +1,13 @@
 """Every pose of a rigid fixture at which each contact lies on its feature, within noise.
 
-Contacts and fixture are centred and scaled, and a well spread part of the contacts is searched: from the rotations
-that features located alone leave where contacts are plenty (`feature_rotations`), else from all rotations
-(`search`). Every pose found is refined on all contacts by geometric least squares. Nothing is chosen here.
+1. Contacts and fixture are centred and scaled, and a well spread part of the contacts is chosen (`search_frame`).
+2. That part is searched: from the rotations that features located alone leave where contacts are plenty
+   (`feature_rotations`), else from all rotations (`search`). What is found is a set of `Zeros`.
+3. Where no zero explains the part, others, chosen blindly, are searched for what most contacts agree on (`subsets`).
+4. Every zero is refined on all contacts by geometric least squares (`subsets`); those that meet are one.
+5. Each becomes a `PoseFit` in the user's frames and unit: residuals, chi-square, what the contacts see of a motion.
+
+Nothing is chosen here.
 
 Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three
 spheres 3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two
@@ -21,14 +26,13 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import TURNS, rotations_in
-from tactfix.poses.polish import best_poses
 from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
+from tactfix.poses.solution import Found
 from tactfix.poses.starts import BEYOND_SHARE, domain_rotations, start_count
-from tactfix.poses.subsets import PART_CONTACTS, agreed_poses
+from tactfix.poses.subsets import PART_CONTACTS, agreed_poses, best_poses
 from tactfix.poses.zeros import Zeros, together
-from tactfix.values import frozen_value
 
 SEARCHED = 18
 """Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
@@ -51,29 +55,6 @@ CONTINUUM_SAMPLES = 8
 """Poses of a continuum that are kept, and beside it."""
 
 
-@frozen_value
-class PoseSearch:
-    """All poses found, best chi-square first; complete and continuum as in `zeros.Zeros`.
-
-    limit is the largest chi-square that still explains the contacts, with dof degrees of freedom; fits above it are
-    only the nearest misses, kept where nothing is below it. aside: where a measured pose took part, the fits without it
-    that it speaks against; None where only another search can tell.
-    """
-
-    fits: tuple[PoseFit, ...]
-    dof: int
-    limit: float
-    complete: bool
-    continuum: bool
-    aside: tuple[PoseFit, ...] | None = None
-
-    @property
-    def poses(self) -> Floats:
-        """base_from_fixture (k, 4, 4) of every pose that explains the contacts."""
-        kept = [fit.base_from_fixture for fit in self.fits if fit.chi2 <= self.limit]
-        return np.array(kept).reshape(-1, 4, 4)
-
-
 def all_poses(
     surfaces: Mapping[str, SidedSurface],
     contacts: Contacts,
@@ -82,7 +63,7 @@ def all_poses(
     placement: Placement | None = None,
     thorough: bool = True,
     most_starts: int | None = None,
-) -> PoseSearch:
+) -> Found[PoseFit]:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
     Where there is none the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond
@@ -92,7 +73,7 @@ def all_poses(
     With fewer contacts than unknowns, or contacts that leave a motion free, the fits are samples of a continuum.
     Raises TipDoesNotFitError when the tip is larger than a touched bore.
     """
-    index = spread_indices(contacts, SEARCHED)
+    index = spread_indices(contacts, SEARCHED)  # step 1
     frame = SearchFrame.of(surfaces, contacts.subset(index))
     smallest = float(sigmas.min())
     equations = frame.equations(surfaces, contacts, smallest / sigmas, placement, smallest)
@@ -104,22 +85,25 @@ def all_poses(
             return both
     # Directions that are held, and a pose that was measured, are not symmetric as the surfaces are.
     turns = frame.half_turns(surfaces, contacts) if searched.domain.is_free and not searched.measured else []
+    # Step 2.
     zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough, most_starts)
     dof, limit = equations.dof, chi_square_limit(equations.dof)
     least = zeros.costs.min(initial=np.inf) / zero_limit(searched.dof, unit)
     if zeros.continuum:
         zeros = zeros.split_off(searched, CONTINUUM_SAMPLES)
     elif least > FAR_OFF and not with_misses:
-        return PoseSearch((), dof, limit, zeros.complete, continuum=False)
+        return Found((), dof, limit, zeros.complete, continuum=False)
     elif least > 1 and len(contacts) > SEARCHED and thorough:
+        # Step 3.
         part_dof = dof - len(contacts) + PART_CONTACTS
         starts, part_limit = _starts(surfaces, contacts, part_dof), zero_limit(part_dof, unit)
         zeros = together([zeros, *agreed_poses(surfaces, contacts, sigmas, equations, part_limit, starts, turns)])
-    zeros = best_poses(equations, contacts, zeros, unit)
+    zeros = best_poses(equations, contacts, zeros, unit)  # step 4
+    # Step 5.
     fits = [fit_at(surfaces, contacts, sigmas, pose, placement) for pose in frame.base_from_fixture(zeros)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = [fit for fit in fits if fit.chi2 <= limit] or fits[: int(with_misses)]
-    return PoseSearch(tuple(kept), dof, limit, zeros.complete, zeros.continuum)
+    return Found(tuple(kept), dof, limit, zeros.complete, zeros.continuum)
 
 
 def _beside_measured(
@@ -130,7 +114,7 @@ def _beside_measured(
     equations: PoseEquations,
     searched: PoseEquations,
     placement: Placement | None,
-) -> PoseSearch | None:
+) -> Found[PoseFit] | None:
     """One search for the poses with a measured pose and for those without; None where that takes two.
 
     Where the contacts fix the pose by themselves, a measured one moves each of their poses a little, or rules it out.
@@ -156,7 +140,7 @@ def _beside_measured(
         aside = [fit_at(surfaces, contacts, sigmas, pose) for pose in frame.base_from_fixture(others)]
     fits.sort(key=lambda fit: fit.chi2)
     kept = tuple(fit for fit in aside if fit.chi2 <= own_limit)
-    return PoseSearch(tuple(fits), equations.dof, limit, zeros.complete, continuum=False, aside=kept)
+    return Found(tuple(fits), equations.dof, limit, zeros.complete, continuum=False, aside=kept)
 
 
 def _is_sure(fit: PoseFit, contacts: Contacts, limit: float) -> bool:

@@ -9,8 +9,8 @@ all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial
 axis, so Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the
 geometric form |P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
 
-A pose that was measured before adds six equations (`measured_pose`), directions that are held take unknowns away
-(`pose_domain`).
+A pose that was measured before adds six equations, directions that are held take unknowns away: both in
+`pose_domain`.
 
 Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are scaled by the caller.
 """
@@ -22,8 +22,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere, offset_radius
-from tactfix.poses.measured_pose import MeasuredPose
-from tactfix.poses.pose_domain import ALL_POSES, PoseDomain
+from tactfix.poses.pose_domain import ALL_POSES, MeasuredPose, PoseDomain
 from tactfix.values import frozen_value
 
 OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])

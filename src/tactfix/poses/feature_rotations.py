@@ -13,14 +13,13 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
-from tactfix.geometry.arrays import Bools, Floats, basis_across, unit
+from tactfix.geometry.arrays import TINY, Bools, Floats, basis_across, cross, lengths, unit
 from tactfix.geometry.rigid import rotation_from_vector
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, offset_radius, radius_of
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.poses.pose_domain import ANGLES_AGREE, PoseDomain
-from tactfix.poses.upright_cylinders import upright_cylinders
 
 WELL_LOCATED = 0.02
 """Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation."""
@@ -31,6 +30,10 @@ ONE_DIRECTION = 0.2
 """Sine of the angle below which a second direction is not used."""
 MOST_ROTATION_COMBINATIONS = 64
 """Combinations of candidates that are worth a start; beyond, all rotations are."""
+CIRCLE_CONTACTS = 3
+"""Contacts that a circle needs."""
+UPRIGHT = 1e-3
+"""Sine of the angle between an axis and the normal up to which the cylinder stands on the plane."""
 
 
 def rotations_in(
@@ -174,3 +177,52 @@ def _turns_about(axis: Floats, from_axis: Floats) -> Floats:
 def _frame_about(axis: Floats) -> Floats:
     """Rows of a right-handed frame whose third is axis."""
     return np.vstack([basis_across(axis), axis])
+
+
+def upright_cylinders(
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, plane: Plane, normal: Floats, tilt: float
+) -> dict[str, tuple[Cylinder, float]]:
+    """The cylinders on a plane that their contacts locate, each in base, and how surely its axis stands there.
+
+    Pins and bores of a plate are most of them. The normal of a located plane is the direction of every axis square to
+    it. Along that direction the contacts of such a cylinder lie on a circle, and the linear fit of a circle gives where
+    the axis stands.
+
+    surfaces and plane, the located one, in the fixture frame; sigmas (n,) of the residuals; normal (3,): that of the
+    plane in base, on either side; tilt: one standard deviation of it (rad). Each cylinder comes with the standard
+    deviation of its axis across its direction, as a share of the extent of the contacts.
+    """
+    found: dict[str, tuple[Cylinder, float]] = {}
+    for name, index in contacts.by_feature.items():
+        surface = surfaces[name]
+        if len(index) >= CIRCLE_CONTACTS and isinstance(surface, Cylinder) and _stands_on(surface, plane):
+            center, sigma, extent = _circle(contacts.points[index], normal, float(sigmas[index].max()), tilt)
+            found[name] = (Cylinder(center, normal, surface.radius, surface.side), sigma / max(extent, TINY))
+    return found
+
+
+def _stands_on(cylinder: Cylinder, plane: Plane) -> bool:
+    return bool(lengths(cross(cylinder.direction, plane.normal)) < UPRIGHT)
+
+
+def _circle(points: Floats, normal: Floats, sigma: float, tilt: float) -> tuple[Floats, float, float]:
+    """The centre (3,) of the circle on which contacts (n, 3) lie along normal, its sigma, and their extent across.
+
+    |x|^2 - 2 c . x is made as constant as can be; its values are off by twice sigma times the radius.
+    """
+    middle = points.mean(axis=0)
+    arms = points - middle
+    across = basis_across(normal)
+    flat = arms @ across.T
+    squared = (flat**2).sum(axis=1)
+    u, spread, vh = np.linalg.svd(flat, full_matrices=False)
+    if spread[-1] <= TINY:
+        return middle, np.inf, 1.0
+    center = ((squared - squared.mean()) @ u / (2 * spread)) @ vh
+    radius = np.sqrt(squared.mean() + center @ center)
+    height = float(np.ptp(arms @ normal))
+    return (
+        middle + center @ across,
+        float(np.hypot(sigma * radius / spread[-1], tilt * height)),
+        float(np.sqrt((np.ptp(flat, axis=0) ** 2).sum())),
+    )

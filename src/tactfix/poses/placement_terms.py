@@ -14,8 +14,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, transform_points
 from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
-from tactfix.poses.measured_pose import MeasuredPose
-from tactfix.poses.pose_domain import PoseDomain
+from tactfix.poses.pose_domain import MeasuredPose, PoseDomain
 
 
 def with_placement(

@@ -14,7 +14,7 @@ import numpy as np
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import SURE, chi_square_limit
-from tactfix.poses.measured_pose import turn_vectors
+from tactfix.poses.pose_domain import turn_vectors
 from tactfix.values import frozen_value
 
 

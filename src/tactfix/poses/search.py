@@ -11,7 +11,7 @@ the covering. Basins differ: with two or three cylinders and few contacts the sm
 thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
 as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the
 equations, close to others: every zero found is a centre for new starts at all scales from 0.05 to 1.2 (rad,
-and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`balance`):
+and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`zeros`):
 where they do not, one is missing, and coverings go on. `complete` says whether all that was reached. The symmetries of
 the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
 complex zeros stands in tests/README.md.
@@ -23,11 +23,10 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats
-from tactfix.poses.balance import are_balanced
 from tactfix.poses.descent import FIRST_LOOK, MOST_DESCENT_STEPS, descend
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.starts import SIDES, around, covering
-from tactfix.poses.zeros import Zeros, together
+from tactfix.poses.zeros import Zeros, are_balanced, together
 from tactfix.values import frozen_value
 
 OFTEN = 6

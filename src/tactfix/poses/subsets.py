@@ -1,4 +1,4 @@
-"""Poses that most of many contacts agree on, where none explains them all.
+"""From a few contacts to all: poses that most of many agree on where none explains them all, and the best for all.
 
 The search looks at a few contacts, those far from the others of their feature first, and a contact with a wrong label
 is just that: with one among them no pose explains the few, and the least of their residuals is nowhere near the truth.
@@ -13,15 +13,22 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import SidedSurface
+from tactfix.noise import chi_square_limit
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import rotations_in
-from tactfix.poses.search import find_zeros, find_zeros_near
-from tactfix.poses.zeros import Zeros
+from tactfix.poses.search import find_zeros, find_zeros_near, polish
+from tactfix.poses.zeros import Zeros, together
 
 PART_CONTACTS = 12
 """Contacts in a part: with two wrong ones among forty every other part is free of them."""
 PARTS_SEARCHED = 6
 """Parts that are searched: with every other one free of wrong contacts, one of six is, but for once in 64 times."""
+THINNED = 1000
+"""Contacts that decide what is followed on all of them."""
+MISS_STEPS = 60
+"""Steps down to a miss: its minimum is flat, and no pose to within rounding is wanted."""
+MISSES_FOLLOWED = 2
+"""Misses that are followed on all of very many contacts."""
 
 
 def agreed_poses(
@@ -64,3 +71,33 @@ def _shuffled(index: Ints, number: int) -> Ints:
     # Blind enough, and without numpy.random, whose import takes longer than the search.
     key = (np.arange(1, len(index) + 1) + 7919 * number) ** 2 * 40503 % 65537
     return np.asarray(index[np.argsort(key, kind="stable")])
+
+
+def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit: float) -> Zeros:
+    """The minima that zeros lead to and that explain the contacts; where there is none, the nearest misses.
+
+    Where contacts are very many, the zeros are first brought to where a thousand of them want to be: most zeros of the
+    few turn out to be none there, and what is left is next to where all contacts want it.
+
+    equations: scaled, of all contacts; unit: the cost of a chi-square of one.
+    """
+    if len(contacts) <= THINNED:
+        return _settled(equations, zeros, unit)
+    few = equations.subset(blind_part(contacts, THINNED, 0).tolist())
+    zeros = _settled(few, zeros, unit)
+    if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
+        zeros = zeros.best(MISSES_FOLLOWED)
+    # One at a time: the residuals and Jacobians of a million contacts fill some hundred megabytes for each.
+    each = [zeros.subset(np.array([number])) for number in range(len(zeros))]
+    return together([_settled(equations, zero, unit) for zero in each])
+
+
+def _settled(equations: PoseEquations, zeros: Zeros, unit: float) -> Zeros:
+    """The minima within the limit, or those near the misses."""
+    found = polish(equations, zeros, _limit(equations.dof, unit))
+    return found if len(found) else polish(equations, zeros, most_steps=MISS_STEPS)
+
+
+def _limit(dof: int, unit: float) -> float:
+    # What rounding makes of exact contacts is below 1e-11 of the size of the fixture.
+    return float(chi_square_limit(dof) * unit + 1e-22)

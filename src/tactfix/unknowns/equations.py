@@ -24,7 +24,7 @@ from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
 from tactfix.geometry.rigid import orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.poses.measured_pose import inverse_left_jacobian, turn_vectors
+from tactfix.poses.pose_domain import inverse_left_jacobian, turn_vectors
 from tactfix.values import frozen_value
 
 

@@ -109,7 +109,7 @@ def _starts(
 ) -> Trials:
     """Every pose for contacts with these sigmas, with the tip as reported and at half of off to all sides; and near."""
     single = one_equation_each(surfaces, contacts, sigmas)
-    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).fits[:MOST_POSES]
+    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).found[:MOST_POSES]
     tips = 0.5 * off * (TIP_STARTS if off else TIP_STARTS[:1])
     near = [] if placement is None else [placement.near]
     poses = np.array([fit.base_from_fixture for fit in fits] + near)
