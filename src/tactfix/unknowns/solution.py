@@ -15,7 +15,7 @@ from tactfix.values import frozen_value
 TELLS_NOTHING = 0.1
 """A motion that is known only to this, in rad or lengths of the problem, one sigma, tells nothing: as good as free."""
 
-STILL = 1e-6
+TIP_AT_REST = 1e-6
 """Share of a free motion, in rad and lengths of the problem, up to which it moves the tip by rounding only."""
 HARDLY_MOVED = 1e-3
 """The same of a motion that is weak: what it does to the tip is in the covariance, to first order."""
@@ -87,7 +87,7 @@ class Knowledge:
         motions = np.zeros((len(self.svd[1]), 10))
         motions[:, self.equations.columns] = self.svd[1]
         moved = np.abs(motions[:, 6:]).max(axis=1)
-        return bool((moved[self.is_free] < STILL).all() and (moved[self.is_weak] < HARDLY_MOVED).all())
+        return bool((moved[self.is_free] < TIP_AT_REST).all() and (moved[self.is_weak] < HARDLY_MOVED).all())
 
     def motions(self, which: Bools) -> Floats:
         """Those motions (k, 10) in rad and fixture units, about the contacts' centre, not known ones 0."""
