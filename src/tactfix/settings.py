@@ -83,3 +83,5 @@ FOR_LOGS: Final = (
 """What is said where one of them is given for a contact file, which says these things itself."""
 LOCATE_JSON: Final = Wording("what result.to_json() gives", "the output of locate --json")
 """A located pose in a file, by what writes it."""
+ONE_FEATURE: Final = Wording("take those on one with contacts.on(name)", "choose one with --feature")
+"""How contacts on several features become those on one."""

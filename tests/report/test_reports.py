@@ -178,7 +178,8 @@ def test_the_summary_tells_a_point_that_is_asked_for() -> None:
 
 def test_bars_grow_with_the_residual_and_point_its_way() -> None:
     lines = [line for line in printed("located", ascii_only=True).splitlines() if "|" in line and "bar " in line]
-    bars = [line[line.index("e-0") + 4 :].split("deg")[0] for line in lines]
+    assert [line.split()[2] for line in lines] == ["+0.0000333", "-0.0000667", "+0.0001000"]
+    bars = [line.split(maxsplit=3)[3] for line in lines]
     left_and_right = [tuple(side.count("#") for side in bar.partition("|")[::2]) for bar in bars]
     assert left_and_right == [(0, 3), (7, 0), (0, 10)]
 

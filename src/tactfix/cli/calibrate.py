@@ -103,10 +103,15 @@ def command(
         emit(_page(result, cell_path, touches_path, settings), output)
     elif output is not None:
         _write(file, result, output)
+    for_people = wants_summary(quiet=quiet, verbose=verbose)
+    if for_people:
+        from tactfix.report.calibration_summary import print_calibration_sentence
+
+        print_calibration_sentence(result, standard_error())
     _print(file, result, dialect, as_json=as_json, is_written=output is not None)
     tell(f"{result.status}: {reason}" for reason in result.reasons if result.status != "calibrated")
     tell(result.warnings, quiet=quiet)
-    if wants_summary(quiet=quiet, verbose=verbose):
+    if for_people:
         from tactfix.report.calibration_summary import print_calibration
 
         print_calibration(result, standard_error())

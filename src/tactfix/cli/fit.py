@@ -72,14 +72,20 @@ def command(
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
     chosen = _one_feature(read.contacts, feature)
     result = _fit(kind, chosen, radius, side)
+    for_people = wants_summary(quiet=quiet, verbose=verbose)
+    if for_people and result.surface is not None:
+        from tactfix.report.fit_summary import print_fit_sentence
+
+        print_fit_sentence(result, read.units, standard_error())
     as_json = as_json or (output is not None and output.suffix.lower() == ".json")
     if as_json:
         emit(text_of(fit_json(result, read.units)), output)
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
-    tell(fit_verdict_lines(result, LISTED_BY_JSON))
+    size = "" if radius is None else f" of radius {radius:g} {read.units}"
+    tell(fit_verdict_lines(result, LISTED_BY_JSON, size))
     tell(result.warnings, quiet=quiet)
-    if wants_summary(quiet=quiet, verbose=verbose):
+    if for_people:
         from tactfix.report.fit_summary import print_fit
 
         print_fit(result, chosen, read.units, standard_error())

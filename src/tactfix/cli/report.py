@@ -30,7 +30,8 @@ from tactfix.cli.options import (
     Within,
     WorkOffset,
 )
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, tell, wants_summary
+from tactfix.cli.streams import standard_error
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -147,6 +148,10 @@ def command(
         gates={name: f"{limit:g} {result.units}" for name, limit in gates.items() if limit is not None},
         exceeded=exceeded_gates(result, point, max_sigma, max_rms) if located else [],
     )
+    if located and wants_summary(quiet=quiet, verbose=False):
+        from tactfix.report.summary import print_sentence
+
+        print_sentence(result, standard_error())
     emit(in_form(locate_page(record, read.contacts, result, judgement), suffix), output)
     tell(verdict_lines(result))
     tell(result.warnings, quiet=quiet)

@@ -1,6 +1,8 @@
 """The calibrated robot as text: the corrected URDF, or Denavit-Hartenberg rows as YAML."""
 
 from pathlib import Path
+from textwrap import wrap
+from typing import Final
 
 import numpy as np
 
@@ -10,6 +12,9 @@ from tactfix.errors import UsageError
 from tactfix.files.cell_file import CellFile
 from tactfix.kinematics.denavit_hartenberg import corrected_rows
 from tactfix.kinematics.urdf import UrdfRobot, corrected_urdf
+
+_ROW_WIDTH: Final = 78
+"""Characters of a line of the YAML rows, so that a terminal 80 wide breaks no number."""
 
 
 def write_robot(cell: CellFile, result: Calibration) -> str:
@@ -61,7 +66,13 @@ def robot_text(file: CellFile, result: Calibration) -> str:
     for row in rows:
         numbers = [row.a, row.d, *np.rad2deg([row.alpha, row.theta]).tolist()]
         numbers += [float(np.rad2deg(row.beta))] if row.beta else []
-        lines.append(f"  - [{', '.join(repr(float(number)) for number in numbers)}]")
+        lines += wrap(
+            ", ".join(repr(float(number)) for number in numbers),
+            width=_ROW_WIDTH,
+            initial_indent="  - [",
+            subsequent_indent="     ",
+        )
+        lines[-1] += "]"
     types = ["fixed" if row.joint is None else "prismatic" if row.joint.is_prismatic else "revolute" for row in rows]
     if set(types) != {"revolute"}:
         lines.append(f"types: [{', '.join(types)}]")
@@ -91,7 +102,8 @@ def _notes(result: Calibration) -> list[str]:
     x, y, z = (repr(round(float(value), 9) + 0.0) for value in result.tip.flange_from_tip[:3, 3])
     return [
         f"calibrated by tactfix; shrinkage {result.shrinkage:g}",
-        f"tip in {result.tip.flange}: {x} {y} {z} {result.units}",
+        f"tip ({result.units}) in {result.tip.flange}:",
+        f"{x} {y} {z}",
         "parameter, error of the nominal robot, sigma",
         *(f"{item.name} {item.value:.6g} {item.sigma:.2g} {item.unit}" for item in result.parameters if item.sigma > 0),
     ]

@@ -3,6 +3,7 @@
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Feature, Fixture
+from tactfix.settings import ONE_FEATURE
 from tactfix.wording import did_you_mean, listed
 
 
@@ -19,5 +20,5 @@ def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = Non
         what = f"no contact touches {name or f'a sphere of {fixture.name}'}"
         raise UsageError(f"{what}; touch a ball of known radius from all sides")
     if len(touched) > 1:
-        raise UsageError(f"the contacts touch {listed(touched)}; name the feature that is the reference ball")
+        raise UsageError(f"the contacts touch {listed(touched)}, and one is the reference ball; " + ONE_FEATURE)
     return fixture.features[touched[0]], contacts.on(touched[0])

@@ -19,6 +19,7 @@ from tactfix.localizers.sphere import localize_sphere
 from tactfix.qualification.result import DirectionMean, QualifyResult
 from tactfix.qualification.sequence import drift, interval, is_significant, outliers, step
 from tactfix.units import factor
+from tactfix.wording import listed
 
 FEWEST_ON_BALL = 5
 """Touches of a ball that leave a degree of freedom beyond centre and radius."""
@@ -164,12 +165,13 @@ def _deviations(contacts: Contacts, places: Sequence[Ints]) -> tuple[Floats, lis
 
 
 def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
-    """A warning for each set of touches that is taken for one place and can hardly be one."""
+    """A warning where touches are taken for those of one place and can hardly be."""
+    elsewhere = [contacts.features[place[0]] for place in places if _are_elsewhere(contacts, place)]
+    if not elsewhere:
+        return []
     return [
-        f"the touches of {contacts.features[place[0]]} are not all of one place, and sigma is then none of the probe; "
-        "say with a column target which are, or give the radius if they are of a reference ball"
-        for place in places
-        if _are_elsewhere(contacts, place)
+        f"the touches of {listed(list(dict.fromkeys(elsewhere)))} are not all of one place, and sigma is then none of "
+        "the probe; say with a column target which are, or give the radius if they are of a reference ball"
     ]
 
 

@@ -9,6 +9,13 @@ from tactfix.version import VERSION
 CALIBRATE_SCHEMA: Final = "tactfix/calibrate/1"
 
 
+def calibration_sentence(result: Calibration) -> str:
+    """The answer in one sentence: how surely the tip's place is known over the joint ranges, and was before."""
+    before, after = result.prediction
+    sure = f"known to {after:.2g} {result.units} (rms sigma over the joint ranges; {before:.2g} before)"
+    return f"{result.status}; the robot's parameters leave the place of its tip {sure}"
+
+
 def calibration_json(result: Calibration) -> Json:
     """Everything that a calibration says, in base and the cell's units; angles of parameters in degrees."""
     return {

@@ -8,10 +8,17 @@ from rich.table import Table
 from rich.text import Text
 
 from tactfix.calibration.result import Calibration, ParameterResult
+from tactfix.report.calibration_json import calibration_sentence
 
 _BAR: Final = 24
 """Characters of the longest bar."""
 _CALIBRATION_COLORS: Final = {"calibrated": "green", "underdetermined": "yellow", "inconsistent": "red"}
+
+
+def print_calibration_sentence(result: Calibration, file: IO[str]) -> None:
+    """Print the answer in one sentence on a file."""
+    style = f"bold {_CALIBRATION_COLORS[result.status]}"
+    Console(file=file, highlight=False).print(Text(calibration_sentence(result), style))
 
 
 def print_calibration(result: Calibration, file: IO[str]) -> None:
@@ -21,9 +28,7 @@ def print_calibration(result: Calibration, file: IO[str]) -> None:
 
 
 def _summary(result: Calibration, *, ascii_only: bool) -> RenderableType:
-    head = Text.assemble("calibrate  ", (result.status, f"bold {_CALIBRATION_COLORS[result.status]}"))
-    head.append(f"  shrinkage {result.shrinkage:g}, tip's place over the joint ranges: rms sigma ")
-    head.append(f"{result.prediction[0]:.3g} before, {result.prediction[1]:.3g} {result.units} after")
+    head = Text(f"{len(result.touches)} touches, shrinkage {result.shrinkage:g} (share of the prior that is believed)")
     parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]
     parts += [Text(f"not known: {words}", "yellow") for words in result.not_identified if "held at" not in words]
     return Group(*(Padding(part, (0, 0, 1, 1)) for part in parts))

@@ -10,6 +10,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.comparison import Limits, Movement, exceeded
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
+from tactfix.wording import decimals
 
 COMPARE_SCHEMA: Final = "tactfix/compare/1"
 
@@ -37,12 +38,14 @@ def compare_json(movement: Movement, limits: Limits) -> Json:
 def compare_lines(movement: Movement) -> list[str]:
     """What moved, in words and both frames."""
     unit = f" {movement.units}" if movement.units else ""
+    shift, turn = movement.distance_sigma, _degrees(movement.angle_sigma)
     lines = [
-        f"moved {movement.distance:.6g}{unit}{_sigma(movement.distance_sigma, unit)}, "
-        f"turned {np.rad2deg(movement.angle):.6g} deg{_sigma(_degrees(movement.angle_sigma), ' deg')}",
-        f"in base:    {_triple(movement.translation, unit)}; {_triple(np.rad2deg(movement.rotation), ' deg')}",
-        f"in fixture: {_triple(movement.translation_in_fixture, unit)}; "
-        f"{_triple(np.rad2deg(movement.rotation_in_fixture), ' deg')}",
+        f"moved {_borne(movement.distance, shift)}{unit}{_sigma(shift, unit)}, "
+        f"turned {_borne(float(np.rad2deg(movement.angle)), turn)} deg{_sigma(turn, ' deg')}",
+        f"in base:    {_triple(movement.translation, shift, unit)}; "
+        f"{_triple(np.rad2deg(movement.rotation), turn, ' deg')}",
+        f"in fixture: {_triple(movement.translation_in_fixture, shift, unit)}; "
+        f"{_triple(np.rad2deg(movement.rotation_in_fixture), turn, ' deg')}",
     ]
     if movement.chance is not None:
         lines.append(f"chance: a fixture that stood still would show this much or more with probability {_p(movement)}")
@@ -84,8 +87,15 @@ def _sigma(sigma: float | None, unit: str) -> str:
     return "" if sigma is None else f" (sigma {sigma:.2g}{unit})"
 
 
-def _triple(values: Sequence[float] | Floats, unit: str) -> str:
-    return ", ".join(f"{axis} {value + 0.0:+.6g}" for axis, value in zip("xyz", values, strict=True)) + unit
+def _borne(value: float, sigma: float | None, sign: str = "") -> str:
+    """A number in the digits that its sigma bears; six where there is none."""
+    rounded = value if sigma is None or sigma <= 0 else round(value, decimals(sigma))
+    return f"{rounded + 0.0:{sign}.6g}"
+
+
+def _triple(values: Sequence[float] | Floats, sigma: float | None, unit: str) -> str:
+    told = [f"{axis} {_borne(float(value), sigma, '+')}" for axis, value in zip("xyz", values, strict=True)]
+    return ", ".join(told) + unit
 
 
 def _p(movement: Movement) -> str:

@@ -12,12 +12,23 @@ from tactfix.contacts import Contacts
 from tactfix.fitting.result import FitResult
 from tactfix.geometry.surfaces import Plane, Point, Surface
 from tactfix.report.summary import freedom, residual_table, upright_table
-from tactfix.report.text_report import surface_rows
+from tactfix.report.text_report import SIGMAS_95, surface_rows
 from tactfix.results import ContactResidual
 from tactfix.wording import decimals
 
 _UNITLESS: Final = ("normal", "direction")
 """Names of numbers that have no unit."""
+
+
+def print_fit_sentence(result: FitResult, units: str, file: IO[str]) -> None:
+    """Print the answer in one sentence on a file."""
+    what, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
+        result.kind
+    ]
+    sure = SIGMAS_95 * float(result.sigma[name].max())
+    Console(file=file, highlight=False).print(
+        Text(f"located; the {what} is known to {sure:.2g} {units} (95 %, along the worst axis)", "bold green")
+    )
 
 
 def print_fit(result: FitResult, contacts: Contacts, units: str, file: IO[str]) -> None:

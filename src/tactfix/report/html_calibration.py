@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from tactfix.calibration.result import Calibration
+from tactfix.report.calibration_json import calibration_sentence
 from tactfix.report.html_page import Provenance, render
 from tactfix.report.html_scene import frame_traces, layout
 
@@ -32,6 +33,7 @@ def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
         figure=_figure(result),
         conventions=CALIBRATION_CONVENTIONS,
         result=result,
+        sentence=calibration_sentence(result),
         places=places,
         most_of_places=max((max(before, after) for _, before, after in places), default=0.0) or 1.0,
         most_of_touches=max((max(abs(t.before), abs(t.after)) for t in result.touches), default=0.0) or 1.0,

@@ -16,7 +16,7 @@ from tactfix.errors import MissingExtraError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, accused_rows, feature_colors, locate_figure, pose_colors
-from tactfix.report.text_report import decimal, matrix_text, reason_text, sentence, verdict_lines
+from tactfix.report.text_report import decimal, matrix_text, reason_text, residual_text, sentence, verdict_lines
 from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
@@ -112,6 +112,8 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         sigmas=_sigmas(result.covariance),
         residual_scale=max([limits, *(abs(contact.residual) for contact in result.contacts)]),
         reason_text=reason_text,
+        residual_text=residual_text,
+        largest_residual=max((abs(contact.residual) for contact in result.contacts), default=0.0),
         judgement=judgement,
         sigma_at=None if judgement.at is None else shown_sigma(result, judgement.at),
         probe=_probe(contacts, result.units),

@@ -6,6 +6,7 @@ from typing import Final
 from tactfix.qualification.result import QualifyResult
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
+from tactfix.wording import decimals
 
 QUALIFY_SCHEMA: Final = "tactfix/qualify/1"
 
@@ -45,13 +46,14 @@ def qualify_json(result: QualifyResult) -> Json:
 def qualify_lines(result: QualifyResult) -> Iterator[str]:
     """Name and numbers of each figure, as lines."""
     low, high = result.sigma_interval
-    yield f"sigma {result.sigma:.6g} {result.units}, 95 % between {low:.4g} and {high:.4g}"
+    yield f"sigma {result.sigma:.3g} {result.units}, 95 % between {low:.3g} and {high:.3g}"
     places = "one place" if result.places == 1 else f"{result.places} places"
-    yield f"range {result.range:.6g} {result.units} in {result.touches} touches of {places}"
+    yield f"range {result.range:.3g} {result.units} in {result.touches} touches of {places}"
     if result.drift is not None:
         yield f"drift {result.drift.per_touch:.3g} {result.units} a touch, sigma {result.drift.sigma:.2g}"
-    if result.tip_radius is not None:
-        yield f"tip radius {result.tip_radius:.8g} {result.units}, sigma {result.tip_radius_sigma:.2g}"
+    tip, sigma = result.tip_radius, result.tip_radius_sigma
+    if tip is not None and sigma is not None:
+        yield f"tip radius {tip:.{decimals(sigma)}f} {result.units}, sigma {sigma:.2g}"
     for mean in result.directions:
         direction = " ".join(f"{value + 0.0:+.3f}" for value in mean.direction)
         yield f"direction {direction} {result.direction_frame}: mean {mean.mean:+.4g}, sigma {mean.sigma:.2g}"

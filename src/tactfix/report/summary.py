@@ -14,9 +14,9 @@ from rich.text import Text
 
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
-from tactfix.report.text_report import reason_text, sentence, verdict_lines
+from tactfix.report.text_report import reason_text, residual_text, sentence, verdict_lines
 from tactfix.results import Candidate, ContactResidual, LocateResult, Status
-from tactfix.wording import decimals
+from tactfix.wording import decimals, fixed
 
 _CONTACTS_LISTED: Final = 20
 """Contacts that are listed on a terminal."""
@@ -83,7 +83,10 @@ def _fit(result: LocateResult) -> Text:
 
 def freedom(dof: int, contacts: int) -> str:
     """How many contacts there are, and how many of them are not needed."""
-    return f"{dof} degree{'' if dof == 1 else 's'} of freedom, {contacts} contact{'' if contacts == 1 else 's'}"
+    given = f"{contacts} contact{'' if contacts == 1 else 's'}"
+    if dof < 0:
+        return f"{given}: {-dof} equation{'' if dof == -1 else 's'} too few"
+    return f"{dof} degree{'' if dof == 1 else 's'} of freedom, {given}"
 
 
 def _pose(result: LocateResult, base_from_fixture: Floats) -> Table:
@@ -119,7 +122,7 @@ def _point(result: LocateResult, base_from_fixture: Floats, at: Floats) -> Table
 def _rounded(values: Floats, sigmas: Floats | None = None) -> list[str]:
     """Numbers to the digits that their sigmas bear."""
     digits = [6] * len(values) if sigmas is None else [decimals(float(sigma)) for sigma in sigmas]
-    return [f"{value + 0.0:.{n}f}" for value, n in zip(values, digits, strict=True)]
+    return [fixed(value, n) for value, n in zip(values, digits, strict=True)]
 
 
 def upright_table(columns: Mapping[str, Sequence[str]]) -> Table:
@@ -176,7 +179,7 @@ def residual_table(contacts: Sequence[ContactResidual], units: str, *, ascii_onl
     for contact in shown:
         angle = "" if contact.approach_angle_deg is None else f"{contact.approach_angle_deg:.0f}"
         bar = _bar(contact.residual / largest, ascii_only)
-        table.add_row(str(contact.row), Text(contact.feature), f"{contact.residual:+.2e}", bar, angle)
+        table.add_row(str(contact.row), Text(contact.feature), residual_text(contact.residual, largest), bar, angle)
     _keep_whole(table)
     table.columns[3].no_wrap = True
     return table
@@ -196,7 +199,7 @@ def _candidates(result: LocateResult) -> Table:
     table = Table("pose", "origin in base", "chi2", "verdict", box=None, pad_edge=False, header_style="dim")
     table.columns[2].justify = "right"
     for number, candidate in enumerate(result.candidates[:_CANDIDATES_LISTED], 1):
-        origin = " ".join(f"{value:.4f}" for value in candidate.base_from_fixture[:3, 3] + 0.0)
+        origin = " ".join(fixed(value, 4) for value in candidate.base_from_fixture[:3, 3])
         table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _verdict(candidate))
     _keep_whole(table)
     more = len(result.candidates) - _CANDIDATES_LISTED

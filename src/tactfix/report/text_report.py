@@ -104,8 +104,11 @@ def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
         yield f"next contact: {result.next_contact.message}"
 
 
-def fit_verdict_lines(result: "FitResult", listed: str = "") -> Iterator[str]:
-    """Why there is no surface; nothing where there is one. listed: as of `verdict_lines`."""
+def fit_verdict_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
+    """Why there is no surface; nothing where there is one.
+
+    listed: as of `verdict_lines`. size: the radius that was given, with its unit, in words after the kind.
+    """
     match result.status:
         case "underdetermined":
             yield f"underdetermined: the contacts leave the {result.kind} free to move"
@@ -113,16 +116,28 @@ def fit_verdict_lines(result: "FitResult", listed: str = "") -> Iterator[str]:
             left = [candidate for candidate in result.candidates if candidate.accepted]
             yield f"ambiguous: {len(left)} {result.kind}s explain the contacts{listed}"
         case "inconsistent":
-            yield f"inconsistent: no {result.kind} explains the contacts"
+            yield f"inconsistent: no {result.kind}{size} explains the contacts"
             for candidate in result.candidates[:_MOST_REASONS]:
                 yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
         case "located":
             pass
 
 
+LEAST_RESIDUAL: Final = 1e-6
+"""Residuals (units) that are all smaller are written in powers of ten: contacts that were computed, not touched."""
+
+
+def residual_text(residual: float, largest: float) -> str:
+    """A residual with its sign, those of one table in the decimals that give the largest three digits."""
+    if largest <= LEAST_RESIDUAL:
+        return f"{residual:+.2e}"
+    return f"{residual + 0.0:+.{decimals(largest) + 1}f}"
+
+
 def reason_text(reason: Reason) -> str:
-    """Why a candidate fell, with the feature and the row."""
-    place = ", ".join(part for part in (reason.feature, f"row {reason.row}" if reason.row else None) if part)
+    """Why a candidate fell, with the feature and the row, unless the message names that."""
+    row = f"row {reason.row}" if reason.row else ""
+    place = ", ".join(part for part in (reason.feature, row) if part and (part != row or row not in reason.message))
     return f"{reason.code}: {place}: {reason.message}" if place else f"{reason.code}: {reason.message}"
 
 
