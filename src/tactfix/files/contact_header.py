@@ -7,6 +7,7 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_settings import SettingLines
+from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
 APPROACH_COLUMNS: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
@@ -17,6 +18,8 @@ _USUAL_COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny",
 COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACH_COLUMNS + ORIENTATION_COLUMNS, ()), "id", "sigma", "target")
 _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
+_OF_A_MACHINE: Final = "; for the log of a machine give " + Setting.LOG_FORMAT.word
+"""What is said besides where a file does not begin as contact files do."""
 
 
 @frozen_value(eq=True)
@@ -91,9 +94,12 @@ def _header_problem(names: list[str]) -> tuple[str, str] | None:
         if any(re.fullmatch(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", name) for name in names):
             return (
                 f"there is no header row, the first row is {shown!r}",
-                f"begin with the names of the columns: {_EXAMPLE}",
+                f"begin with the names of the columns: {_EXAMPLE}" + _OF_A_MACHINE,
             )
-        return f"the header {shown!r} has no known column", f"divide by comma, semicolon or tab: {_EXAMPLE}"
+        return (
+            f"the header {shown!r} has no known column",
+            f"divide by comma, semicolon or tab: {_EXAMPLE}" + _OF_A_MACHINE,
+        )
     return None
 
 

@@ -73,6 +73,9 @@ def _finding(error: Any) -> Finding:
     path = _plain_path(error["loc"])
     if kind == "extra_forbidden":
         known = _known_keys(error["loc"])
+        if str(path[-1]).isdecimal():
+            what = f"{path[-1]} stands alone after a comma"
+            return Finding(path, what, "write a decimal point: 10.5, not 10,5", at_key=True)
         return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(str(path[-1]), known), at_key=True)
     if kind == "missing":
         key = error["loc"][-1]
@@ -143,7 +146,9 @@ def _untagged(path: Path, value: Any) -> Finding:
         if not isinstance(value, dict) or "type" not in value:
             return Finding(path, f"{place} has no type", "add type: plane, sphere, cylinder or point", at_key=True)
         remedy = did_you_mean(str(value["type"]), _FEATURES)
-        return Finding((*path, "type"), f"{place} has the unknown type {_shown(value['type'])}", remedy)
+        return Finding(
+            (*path, "type"), f"{place} has the unknown type {_shown(value['type']).removeprefix('the text ')}", remedy
+        )
     if path[0] == "placement":
         remedy = (
             _NEAR_REMEDY if path[1] == "near" else "write {translation: 0.5, rotation: 0.1} or {file: yesterday.json}"
