@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactfix.contacts import Contacts
 from tactfix.diagnosis.corrections import Problem
 from tactfix.diagnosis.fixture_mistakes import exchanges, reorderings
+from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
-from tests.support.problems import CORNER, Patch, placed
+from tests.support.problems import CORNER, Patch, placed, random_pose
 from tests.validation.diagnosis import is_named
 from tests.validation.made_mistakes import FIXTURES, MISTAKES, touched
 
@@ -149,3 +151,34 @@ def test_no_second_contact_is_blamed_beside_a_wrong_label():
     case = made("one label wrong", "plate, pin, ball", [4, len("plate, pin, ball"), len("one label wrong")])
     first = locate(placed(case.said), case.contacts).diagnosis[0]
     assert (first.code, frozenset(first.rows), first.one_of) == ("relabel", case.rows, False)
+
+
+NESTS = """
+tactfix: 1
+name: nests
+units: mm
+probe: {tip_radius: 3.0, sigma: 0.05}
+features:
+  a: {type: point, point: [0, 0, 0]}
+  b: {type: point, point: [300, 20, 0]}
+  c: {type: point, point: [120, 210, 30]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("labels", "code", "rows"),
+    [("aabbcb", "relabel", (6,)), ("abbacc", "swapped_labels", (2, 4)), ("aabbcc", "outlier", (3,))],
+)
+def test_a_wrong_nest_is_told_from_a_bad_touch(tmp_path, labels, code, rows):
+    path = tmp_path / "nests.yaml"
+    path.write_text(NESTS, encoding="utf-8")
+    fixture = load_fixture(path)
+    rng = np.random.default_rng(2)
+    points = np.array([[0, 0, 0], [300, 20, 0], [120, 210, 30]]).repeat(2, axis=0) + 0.05 * rng.standard_normal((6, 3))
+    points = points @ random_pose(rng)[:3, :3].T
+    if code == "outlier":
+        points[2] += (0.0, 0.0, 2.0)
+    nowhere = np.full((6, 3), np.nan)
+    contacts = Contacts(tuple(labels), points, nowhere, np.full(6, 0.05), 3.0, tuple(range(1, 7)), (None,) * 6)
+    first = locate(fixture, contacts).diagnosis[0]
+    assert (first.code, first.rows) == (code, rows)

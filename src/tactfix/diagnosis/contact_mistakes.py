@@ -29,9 +29,18 @@ def single_outliers(problem: Problem) -> list[Hypothesis]:
 
 
 def relabels(problem: Problem) -> list[Hypothesis]:
-    """Each contact on each other feature; points, whose contacts are three equations, are left as they are."""
-    names, sided = problem.contacts.features, _sided(problem)
-    pairs = [(i, f) for i, name in enumerate(names) for f in sided if f != name and name in sided]
+    """Each contact on each other feature, but for points, whose contacts are three equations."""
+    return [one for one in _relabels(problem) if not _concerns_point(problem, one)]
+
+
+def relabels_of_points(problem: Problem) -> list[Hypothesis]:
+    """Each contact on a point on each other feature, and each other contact on each point."""
+    return [one for one in _relabels(problem) if _concerns_point(problem, one)]
+
+
+def _relabels(problem: Problem) -> list[Hypothesis]:
+    names = problem.contacts.features
+    pairs = [(i, f) for i, name in enumerate(names) for f in problem.surfaces if f != name]
     return [
         Hypothesis(
             "relabel",
@@ -45,10 +54,18 @@ def relabels(problem: Problem) -> list[Hypothesis]:
 
 
 def swaps(problem: Problem) -> list[Hypothesis]:
-    """The labels of each two contacts on different features swapped."""
-    names, sided = problem.contacts.features, _sided(problem)
-    usable = [i for i, name in enumerate(names) if name in sided]
-    pairs = [(i, k) for i, k in combinations(usable, 2) if names[i] != names[k]]
+    """The labels of each two contacts on different features swapped, but for points."""
+    return [one for one in _swaps(problem) if not _concerns_point(problem, one)]
+
+
+def swaps_with_points(problem: Problem) -> list[Hypothesis]:
+    """The same where a point is among the two."""
+    return [one for one in _swaps(problem) if _concerns_point(problem, one)]
+
+
+def _swaps(problem: Problem) -> list[Hypothesis]:
+    names = problem.contacts.features
+    pairs = [(i, k) for i, k in combinations(range(len(names)), 2) if names[i] != names[k]]
     found = []
     for i, k in pairs:
         labels = list(names)
@@ -58,5 +75,6 @@ def swaps(problem: Problem) -> list[Hypothesis]:
     return found
 
 
-def _sided(problem: Problem) -> list[str]:
-    return [name for name, surface in problem.surfaces.items() if not isinstance(surface, Point)]
+def _concerns_point(problem: Problem, one: Hypothesis) -> bool:
+    names = {*one.features, *(problem.contacts.features[i] for i in one.index)}
+    return any(isinstance(problem.surfaces[name], Point) for name in names)

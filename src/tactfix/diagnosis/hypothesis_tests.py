@@ -9,7 +9,14 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_mistakes import outliers, relabels, single_outliers, swaps
+from tactfix.diagnosis.contact_mistakes import (
+    outliers,
+    relabels,
+    relabels_of_points,
+    single_outliers,
+    swaps,
+    swaps_with_points,
+)
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.file_mistakes import tip_offsets, tips, units
@@ -58,6 +65,8 @@ FROM_KNOWN_POSES: Final[Mapping[DiagnosisCode, FromProblem]] = {
 """Mistakes that leave the pose on which all else agrees where it is."""
 ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "feature_exchange": exchanges,
+    "relabel": relabels_of_points,
+    "swapped_labels": swaps_with_points,
     "axes": exchanged_axes,
     "mirrored": reflections,
     "unit": units,

@@ -190,7 +190,8 @@ class TrialSearch:
             gains = np.linalg.solve(left[sets[:, :, None], sets[:, None, :]], own[sets][..., None])[..., 0]
             best = np.argsort(-np.einsum("si,si->s", own[sets], gains), kind="stable")[:SETS]
             found |= dict.fromkeys(tuple(sorted(set(self.single.of[sets[k]].tolist()))) for k in best)
-        return list(found)
+        # Two equations may be of one contact on a point.
+        return [chosen for chosen in found if len(chosen) == size]
 
 
 NO_CHANGE = Hypothesis("sigma")
