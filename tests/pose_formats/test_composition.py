@@ -21,12 +21,12 @@ def matrix(rotation, translation):
 
 def some_pose(units="mm"):
     root = RNG.normal(size=(6, 6)) * np.repeat([1e-4, 0.02], 3)[:, None]
-    return Pose(matrix(Rotation.random(rng=RNG), RNG.normal(size=3) * 300), units, root @ root.T)
+    return Pose(matrix(Rotation.from_quat(RNG.normal(size=4)), RNG.normal(size=3) * 300), units, root @ root.T)
 
 
 def disturbed(pose, errors):
     """The pose with errors (d_rot, d_t), as its covariance is meant."""
-    turned = Rotation.from_rotvec(errors[:3]) * Rotation.from_matrix(pose.rotation)
+    turned = Rotation.from_rotvec(errors[:3]) * Rotation.from_matrix(np.array(pose.rotation))
     return matrix(turned, pose.translation + errors[3:])
 
 
