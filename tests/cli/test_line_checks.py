@@ -52,6 +52,25 @@ def test_the_starts_of_a_plan_have_a_bound(starts: str, capsys: pytest.CaptureFi
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("locate", str(FIXTURE), "-", "--near", "-"),
+        ("locate", str(FIXTURE), "-", "--work-offset", "-"),
+        ("check", str(FIXTURE), "-", "--reference", "-"),
+        ("compare", "-", "-"),
+        ("convert", "-", "--on", "-", "--to", "kuka"),
+        ("simulate", str(FIXTURE), "-", "--pose", "-"),
+        ("guide", str(FIXTURE), "--work-offset", "-"),
+        ("batch", str(FIXTURE), "-", "-"),
+    ],
+    ids=lambda words: " ".join(words[:1]),
+)
+def test_standard_input_is_read_once(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words]) == 2
+    assert "can be read only once" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("way", ["same", "link", "dots"])
 @pytest.mark.parametrize("which", ["plate.yaml", "c.csv"])
 def test_an_output_that_is_an_input_is_refused(

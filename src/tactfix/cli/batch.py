@@ -115,8 +115,6 @@ def command(
 
     if as_json and output is None:
         raise UsageError("--json prints what became of the sets; give their rows an --output")
-    if contacts.count("-") > 1:
-        raise UsageError("standard input, -, can be read only once; name files for the other contacts")
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")

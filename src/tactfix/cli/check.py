@@ -25,7 +25,6 @@ from tactfix.cli.options import (
     WorkOffset,
 )
 from tactfix.cli.output import emit, emit_lines, tell
-from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.monitoring.check import CheckResult
@@ -84,8 +83,6 @@ def command(
     from tactfix.monitoring.check import check
     from tactfix.pose_formats.comparison import Limits
 
-    if contacts == reference == "-":
-        raise UsageError("standard input, -, can be read only once; name a file for contacts or reference")
     fixture = load_fixture(fixture_path)
     before = load_pose(reference)
     records = () if history is None else read_history(history)

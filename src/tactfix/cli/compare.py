@@ -9,7 +9,6 @@ from tactfix.cli import completion
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
 from tactfix.cli.output import emit, emit_lines, tell
-from tactfix.errors import UsageError
 
 
 def command(
@@ -48,8 +47,6 @@ def command(
     from tactfix.report.compare_report import compare_json, compare_junit, compare_lines
     from tactfix.report.json_report import text_of
 
-    if before == after == "-":
-        raise UsageError("standard input, -, can be read only once; name a file for one of the poses")
     limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))
     if junit is not None:

@@ -1,4 +1,5 @@
-"""What every command line is held to: its numbers are decimal numbers, and no output is one of its inputs.
+"""What every command line is held to: its numbers are decimal numbers, no output is one of its inputs, and standard
+input is read once.
 
 Python takes more for a number than people write: 1_0, nan, digits of other scripts.
 """
@@ -21,6 +22,22 @@ _OUTPUTS: Final = ("output", "junit", "next_contact")
 """Parameters that name a file to write."""
 
 
+_INPUTS: Final = (
+    "contacts",
+    "plan",
+    "touches",
+    "log",
+    "pose",
+    "on",
+    "before",
+    "after",
+    "reference",
+    "near",
+    "work_offset",
+)
+"""Parameters that name a file to read, of which - is standard input."""
+
+
 class CheckedCommand(QuickCommand):
     """A command that holds its line to the rules of all commands."""
 
@@ -30,8 +47,9 @@ class CheckedCommand(QuickCommand):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; raises UsageError where it would write over a file that it reads."""
+        """Run the command; raises UsageError where it would write over a file that it reads, or read - twice."""
         _check_outputs(ctx.params)
+        _check_standard_input(ctx.params)
         return super().invoke(ctx)
 
 
@@ -40,6 +58,13 @@ def _check_outputs(values: Mapping[str, Any]) -> None:
         # Before typer 0.29 the values of paths are texts here.
         if isinstance(output, Path | str) and any(_is_one_file(given, Path(output)) for given in _files(values)):
             raise UsageError(f"{output} is read by this command; write the result to another file")
+
+
+def _check_standard_input(values: Mapping[str, Any]) -> None:
+    given = [values.get(name) for name in _INPUTS]
+    read = [one for value in given for one in (value if isinstance(value, list | tuple) else [value])]
+    if read.count("-") > 1:
+        raise UsageError("standard input, -, can be read only once; name files for the others")
 
 
 def _is_one_file(given: Path, output: Path) -> bool:
