@@ -14,8 +14,8 @@ RATIO = 1e-7
 doubles, beyond which no digit of the answer would be left."""
 
 _SIGMAS, _PLAIN = 3.0, 0.02
-"""So many standard deviations of a contact do not tell a layout from a degenerate one; but a layout farther from it
-than this is plainly none, however large sigma is."""
+"""A layout is degenerate if its ratio is below _SIGMAS sigma (in units of the extent), but never if the ratio exceeds
+_PLAIN, however large sigma is."""
 
 
 def limit(contacts: UnitContacts) -> float:

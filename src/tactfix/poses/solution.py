@@ -15,7 +15,8 @@ from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
 STILL = 1e-6
-"""A free motion that moves a contact less than this share of how far it moves any of them does not move it."""
+"""A free motion is taken to leave a contact in place if it displaces it by less than this share of the largest
+displacement of any contact."""
 
 
 @frozen_value

@@ -21,8 +21,9 @@ CONSTRAINT_RANK = 1e-9
 """Ratio of singular values below which constraints that hold are dependent: rounding of unit vectors with some to
 spare."""
 REDUNDANT, MOST_REDUNDANT = 10.0, 1e-3
-"""Times what is missing to the constraints: redundant ones, such as three axes parallel pair by pair, have slightly
-different gradients until they hold, and must count once."""
+"""Rank tolerance of the constraint Jacobian: REDUNDANT times the current constraint violation, at most MOST_REDUNDANT.
+Redundant constraints, such as three axes parallel pair by pair, have slightly different gradients until they hold, and
+must count once."""
 LEAST_SIGMA = 1e-12
 """A relation surer than this share of the fixture's size is exact."""
 
