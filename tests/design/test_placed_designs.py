@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from tactfix.cli.app import run
 from tactfix.design.contact_counts import minimal_sets
 from tactfix.design.design_check import Wishes, design_check
+from tactfix.files.fixture_file import load_fixture
 from tactfix.fixture import Placement, Probe
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
@@ -224,3 +225,15 @@ def test_the_command_line_says_where_the_fixture_stands(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["symmetries"][0]["broken_by"] == "placement"
     assert run(["design-check", "--explain", "symmetry_placement"]) == 0
     assert "placement" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("translation", "left"), [(40.0, True), (2.0, False)])
+def test_a_wrong_file_whose_pose_is_beyond_the_limits_would_show(translation, left):
+    """Two coordinates of the pin exchanged move the plate by 22 mm: two poses within 2 mm are never so far apart."""
+    cell = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
+    contacts = simulate(cell, base_from_fixture=np.eye(4), seed=2, count=12).contacts
+    cell = replace(cell, placement=Placement(UPRIGHT, (translation, np.radians(translation))))
+    spots = design_check(cell, contacts, wishes=QUICK).blind_spots
+    (axes,) = (spot for spot in spots if spot.error == "axes")
+    assert axes.detectable
+    assert (axes.pose_shift is not None) == left

@@ -14,7 +14,7 @@ from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
 from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
-from tactfix.fixture import TouchBox
+from tactfix.fixture import Placement, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.localization.elimination import judge
@@ -126,10 +126,21 @@ def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats]:
     return best.chi2, best.base_from_fixture
 
 
+def _limits(placement: Placement | None) -> Placement | None:
+    """How far two poses within limits can be from each other, in the fixture's frame; none with directions held.
+
+    Such a pose is another after it has been fitted again (`_with_placement`).
+    """
+    if placement is None or placement.within is None or placement.free is not None:
+        return None
+    translation, rotation = placement.within
+    return Placement(np.eye(4), (2 * translation, 2 * rotation))
+
+
 def _best_left(case: Case, one: Explanation) -> Explanation | None:
     moved = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}
     touch = {name: box for name, box in case.fixture.touch.items() if name not in moved}
-    fixture = replace(case.fixture, touch=touch, placement=None)
+    fixture = replace(case.fixture, touch=touch, placement=_limits(case.touched.placement))
     for way in one.ways:
         problem = way.hypothesis.corrected(_problem(case), way.values)
         pose = solution_at(way.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
