@@ -16,6 +16,7 @@ from tests.support.problems import BALLS, CORNER, PLATE, placed, pose_error, pos
 
 UNITS = np.array([1e-4] * 3 + [0.05] * 3)
 
+FLAT = ("x", "y", "rz")
 FREE = [
     (PLATE, {"pin": 2, "ball": 1}, "x y rz"),
     (PLATE, {"plate": 3}, "z rx ry"),
@@ -161,6 +162,17 @@ def test_a_turn_that_leaves_the_touched_ball_in_place_is_free():
     result = locate(fixture, truth.contacts())
     assert result.status == "underdetermined"
     assert len(result.free_motions) == 1
+
+
+def test_of_held_directions_no_contact_is_missing():
+    rng = np.random.default_rng(22)
+    near = pose_of(np.eye(3), (1200.0, -350.0, 400.0))
+    truth = touch_all(PLATE, {"pin": 2}, rng, pose=away(near, FLAT, rng))
+    fixture = replace(placed(PLATE), placement=Placement(near, free=frozenset(FLAT)))
+    result = locate(fixture, truth.contacts())
+    assert result.status == "underdetermined"
+    assert result.next_contact.feature == "ball"  # the plate sees nothing of shifts along it, nor of turns about z
+    assert result.next_contact.further == ()
 
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 180.0])

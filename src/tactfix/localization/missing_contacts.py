@@ -3,7 +3,7 @@
 To first order about one pose a contact with outward normal n at x sees the motion (w, v) by n . v + (x - c) x n . w.
 One more contact takes away one free motion at most, so that as many are missing as motions are free; each is chosen
 from the touches that can be made so that the determinant of the information of all grows most (D-optimal, greedily:
-for independent rows the fewest are found so).
+for independent rows the fewest are found so). Directions that are held need none, and a measured pose counts.
 """
 
 import numpy as np
@@ -16,6 +16,7 @@ from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Point, moved
 from tactfix.localization.motion_words import vector
+from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solution
@@ -56,7 +57,7 @@ def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) ->
 
 
 def _freedom(information: Floats) -> int:
-    """How many motions nothing sees; information (6, 6)."""
+    """How many motions nothing sees; information (u, u)."""
     values = np.linalg.eigvalsh(information)
     return int((values <= FREE**2 * max(float(values[-1]), 1.0)).sum())
 
@@ -91,11 +92,16 @@ class _Candidates:
         self.access = access_of(fixture, self.surfaces, tip_radius)
         # A lone point has no size; all about it is a turn, which no unit of length makes more or less seen.
         self.length = self.access.radius or 1.0
+        self.basis, self.known = np.eye(6), np.zeros((0, 6))
+        if fixture.placement is not None:
+            terms = terms_in_fixture(fixture.placement, self.pose, self.access.centre, self.length)
+            self.basis, self.known = terms
         spread = {name: self.access.spread(name, PLACES_FOR_A_MOTION) for name in self.surfaces}
         self.names = [name for name, (points, _) in spread.items() for _ in points]
         self.points = np.concatenate([points for points, _ in spread.values()])
         self.normals = np.concatenate([normals for _, normals in spread.values()])
-        self.information = np.array([self._seen(k) for k in range(len(self.names))]).reshape(-1, 6, 6)
+        unknowns = self.basis.shape[1]
+        self.information = np.array([self._seen(k) for k in range(len(self.names))]).reshape(-1, unknowns, unknowns)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -106,22 +112,23 @@ class _Candidates:
         return self._information(self.points[number][None], self.normals[number][None])
 
     def _information(self, points: Floats, normals: Floats) -> Floats:
-        """What touches at points (n, 3) with normals (n, 3) see, (6, 6), lengths in self.length."""
-        rows = np.hstack([cross((points - self.access.centre) / self.length, normals), normals])
+        """What touches at points (n, 3) with normals (n, 3) see of what is not held, (u, u), lengths in self.length."""
+        rows = np.hstack([cross((points - self.access.centre) / self.length, normals), normals]) @ self.basis
         return np.asarray(rows.T @ rows)
 
     def information_of(self, contacts: Contacts) -> Floats:
-        """What contacts in base see, (6, 6)."""
+        """What contacts in base and a measured pose see, (u, u)."""
         fixture_from_base = inverse(self.pose)
         in_base = {name: moved(self.pose, surface) for name, surface in self.surfaces.items()}
         single = one_equation_each(in_base, contacts, contacts.sigmas)
         _, normals = contact_residuals(single.surfaces, single.contacts)
         points = transform_points(fixture_from_base, single.contacts.points)
-        return self._information(points, normals @ fixture_from_base[:3, :3].T)
+        known = float(contacts.sigmas.max()) * self.known @ self.basis
+        return self._information(points, normals @ fixture_from_base[:3, :3].T) + known.T @ known
 
     def best(self, information: Floats) -> int:
         """The touch that makes the determinant of all information largest."""
-        ground = UNSEEN * max(float(np.trace(information)), 1.0) * np.eye(6)
+        ground = UNSEEN * max(float(np.trace(information)), 1.0) * np.eye(len(information))
         return int(np.argmax(np.linalg.slogdet(information + ground + self.information)[1]))
 
     def touch(self, number: int, sigma: float, known: bool) -> NextContact:
