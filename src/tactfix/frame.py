@@ -59,6 +59,8 @@ def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
     """The rotation matrix (..., 3, 3) with the first axis exact and the second square to it."""
     names = "xyz"
     i, j = names.index(recipe.first[0]), names.index(recipe.second[0])
+    # A surface keeps a direction that is a unit vector to a few roundings; a frame's axes are square to the last one.
+    first = unit(first)
     across = second - dot(second, first) * first
     if lengths(across).min() < NO_DIRECTION:
         raise FrameError(
