@@ -6,8 +6,8 @@ import pytest
 
 from tactfix.design.blind_spots import JUDGES
 from tactfix.design.design_check import Wishes, design_check
-from tactfix.design.explanations import explanations
 from tactfix.diagnosis.hypothesis_tests import ANEW, AT_POSES, FROM_KNOWN_POSES
+from tactfix.explanations import explanations
 from tactfix.localization.locate import locate
 from tactfix.mistakes import (
     BLIND_SPOTS,
@@ -55,7 +55,9 @@ def test_design_check_judges_the_same_mistakes():
     judged = {spot.error for spot in design_check(RICH, plan, wishes=Wishes(layouts=0)).blind_spots}
     assert judged == {mistake.blind_spot for mistake in MISTAKES if mistake.blind_spot}
     assert all(mistake.blind_spot or mistake.but for mistake in MISTAKES)
-    assert {f"blind_{code}" for code in judged} == {code for code in explanations() if code.startswith("blind_")}
+    assert {f"blind_{code}" for code in judged} == {
+        code for code in explanations("design") if code.startswith("blind_")
+    }
 
 
 def test_all_names_are_in_the_list_and_all_in_the_list_are_known():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tactfix.design.design_check import Wishes, design_check
-from tactfix.design.explanations import explanation, explanations
 from tactfix.errors import UsageError
+from tactfix.explanations import explanation, explanations
 from tactfix.files.fixture_file import load_fixture
 from tactfix.mistakes import BLIND_SPOTS
 from tactfix.simulation.simulate import simulate
@@ -204,10 +204,10 @@ def test_every_finding_has_an_explanation_of_about_ten_lines():
     text = "".join(path.read_text() for path in sources)
     found = set(re.findall(r'Finding\(\s*"(\w+)"', text))
     found |= {f"blind_{code}" for code in BLIND_SPOTS}
-    assert found == set(explanations())
+    assert found == set(explanations("design"))
     for code in found:
-        lines = explanations()[code].splitlines()
+        lines = explanations("design")[code].splitlines()
         assert 7 <= len(lines) <= 12, code
         assert max(map(len, lines)) <= 79, code
     with pytest.raises(UsageError, match="did you mean 'symmetry'"):
-        explanation("symetry")
+        explanation("design", "symetry")

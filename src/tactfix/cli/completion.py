@@ -65,16 +65,16 @@ def json_commands(incomplete: str) -> list[str]:
 
 def finding_codes(incomplete: str) -> list[str]:
     """The findings of design-check that have an explanation."""
-    from tactfix.design.explanations import explanations
+    from tactfix.explanations import explanations
 
-    return [code for code in explanations() if code.startswith(incomplete)]
+    return [code for code in explanations("design") if code.startswith(incomplete)]
 
 
 def verdict_codes(incomplete: str) -> list[str]:
     """The statuses, reasons and diagnoses of locate, which have an explanation."""
-    from tactfix.localization.explanations import explanations
+    from tactfix.explanations import explanations
 
-    return [code for code in explanations() if code.startswith(incomplete)]
+    return [code for code in explanations("localization") if code.startswith(incomplete)]
 
 
 def features(incomplete: str) -> list[str]:

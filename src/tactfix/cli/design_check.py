@@ -108,15 +108,15 @@ def command(
     """
     from tactfix.cli.placement import placed
     from tactfix.design.design_check import Wishes, design_check
-    from tactfix.design.explanations import explanation
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
+    from tactfix.explanations import explanation
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.writing import write_whole
     from tactfix.report.design_junit import design_junit
 
     if explain is not None:
-        emit(explanation(explain), output)
+        emit(explanation("design", explain), output)
         return Exit.DONE
     if fixture_path is None:
         raise UsageError("name a fixture file, or a finding with --explain CODE")

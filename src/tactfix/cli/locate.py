@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 
 def _explained(code: str | None) -> None:
     """Print what stands behind a code and end: no file is needed for that."""
-    from tactfix.localization.explanations import explanation
+    from tactfix.explanations import explanation
 
     if code is not None:
-        emit(explanation(code))
+        emit(explanation("localization", code))
         raise typer.Exit
 
 

@@ -12,14 +12,16 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.errors import NotQualifiedError
+from tactfix.errors import NotQualifiedError, UsageError
+from tactfix.fixture import Feature, Fixture
 from tactfix.geometry.arrays import Floats, Ints, lengths, unit
 from tactfix.geometry.surfaces import Side, Sphere
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.qualification.result import DirectionMean, QualifyResult
 from tactfix.qualification.sequence import drift, interval, is_significant, outliers, step
+from tactfix.settings import ONE_FEATURE
 from tactfix.units import factor
-from tactfix.wording import listed
+from tactfix.wording import did_you_mean, listed
 
 FEWEST_ON_BALL = 5
 """Touches of a ball that leave a degree of freedom beyond centre and radius."""
@@ -241,3 +243,20 @@ def _map(readings: Floats, normals: Floats, sigma: float) -> tuple[DirectionMean
         for k, count in enumerate(np.bincount(nearest, minlength=len(BALL_DIRECTIONS)))
         if count
     )
+
+
+def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = None) -> tuple[Feature, Contacts]:
+    """The sphere that contacts touch, and those that touch it; name: which, where they touch several.
+
+    Raises UsageError where it is none, or not the only one.
+    """
+    balls = [one for one, feature in fixture.features.items() if feature.type == "sphere"]
+    if name is not None and name not in balls:
+        raise UsageError(f"{fixture.name} has no sphere {name!r}; {did_you_mean(name, balls)}")
+    touched = [one for one in balls if one in contacts.by_feature and name in (None, one)]
+    if not touched:
+        what = f"no contact touches {name or f'a sphere of {fixture.name}'}"
+        raise UsageError(f"{what}; touch a ball of known radius from all sides")
+    if len(touched) > 1:
+        raise UsageError(f"the contacts touch {listed(touched)}, and one is the reference ball; " + ONE_FEATURE)
+    return fixture.features[touched[0]], contacts.on(touched[0])

@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 
 from tactfix.cli.completion import verdict_codes
-from tactfix.localization.explanations import explanations
+from tactfix.explanations import explanations
 from tactfix.mistakes import CAUSES
 from tactfix.results import ReasonCode, Status
 from tests.support.command_line import tactfix
@@ -14,8 +14,8 @@ CODES = {*get_args(Status), *get_args(ReasonCode), *CAUSES}
 
 
 def test_all_codes_have_a_text_and_no_text_is_of_none():
-    assert set(explanations()) == CODES
-    for code, text in explanations().items():
+    assert set(explanations("localization")) == CODES
+    for code, text in explanations("localization").items():
         lines = text.splitlines()
         assert 3 <= len(lines) <= 12, code
         assert max(map(len, lines)) <= 79, code
@@ -25,7 +25,7 @@ def test_all_codes_have_a_text_and_no_text_is_of_none():
 def test_the_command_prints_it_and_needs_no_files(code):
     done = tactfix("locate", "--explain", code)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"{code}\n\n{explanations()[code]}\n"
+    assert done.stdout == f"{code}\n\n{explanations('localization')[code]}\n"
 
 
 def test_an_unknown_code_is_refused_with_the_nearest():
