@@ -1,4 +1,14 @@
-"""Cylinders through contacts: five or more, or four of known radius."""
+"""Cylinders through contacts: five or more, or four of known radius.
+
+1. Contacts are centred and scaled (`scaling`), and refused where infinitely many cylinders pass through them.
+2. A well spread sample of them is searched: axes through minimal subsets of it, and where those do not settle it, over
+   a covering of all directions (`cylinder_search`).
+3. Just enough contacts: the zeros are refined, multiple ones too (`cylinder_refinement`). More: starts are followed for
+   a few steps, and those that may explain the contacts are refined on all of them by weighted least squares.
+4. Return the distinct minima that noise can explain, best first; of a redundant set the best one in any case.
+
+Eqs. 16-45 and fig. 5 for five contacts; I. G. Macdonald, J. Pach and T. Theobald 2001 for four of known radius.
+"""
 
 import numpy as np
 
@@ -56,11 +66,11 @@ def localize_cylinder(
     a known radius: infinitely many cylinders pass through those.
     Source: eqs. 16-45 and fig. 5 (five contacts); Macdonald, Pach and Theobald 2001 (four of known radius).
     """
-    contacts = unit_contacts(points, sigmas)
+    contacts = unit_contacts(points, sigmas)  # step 1
     _refuse(contacts, radius is not None)
     size = None if radius is None else radius / contacts.scale
-    states = _minima(contacts, size)
-    return _candidates(_problem(contacts, size), contacts, states)
+    states = _minima(contacts, size)  # steps 2 and 3
+    return _candidates(_problem(contacts, size), contacts, states)  # step 4
 
 
 def _refuse(contacts: UnitContacts, radius_known: bool) -> None:

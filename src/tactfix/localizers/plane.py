@@ -1,4 +1,12 @@
-"""A plane from three contacts or more (eqs. 1-2)."""
+"""A plane from three contacts or more: orthogonal least squares by singular values.
+
+1. Contacts are centred and scaled (`scaling`), and refused where fewer than three differ or all lie on one line.
+2. The plane passes through their weighted mean.
+3. Its normal is the right singular vector of the weighted arms with the smallest singular value.
+4. Both sides are returned, tip_radius off either way: which one it is the approach says.
+
+Three contacts: eqs. 1-2, n = v1 x v2.
+"""
 
 import numpy as np
 
@@ -26,18 +34,19 @@ def localize_plane(
     Raises DegenerateContactsError when fewer than three contacts differ, or all lie on one line.
     Source: eqs. 1-2; orthogonal least squares by singular values beyond three contacts.
     """
-    contacts = unit_contacts(points, sigmas)
+    contacts = unit_contacts(points, sigmas)  # step 1
     refuse_coincident("plane", contacts, CONTACTS)
     refuse_collinear("plane", contacts)
     share = contacts.weights**2 / np.sum(contacts.weights**2)
-    middle = share @ contacts.points
+    middle = share @ contacts.points  # step 2
     arms = (contacts.points - middle) * contacts.weights[:, None]
     _, spread, vh = np.linalg.svd(arms, full_matrices=False)
-    normal = vh[-1]
+    normal = vh[-1]  # step 3
     residuals = (contacts.points - middle) @ normal
     center = contacts.origin + contacts.scale * middle
     chi2 = float(np.sum((contacts.weights * residuals / contacts.sigma) ** 2))
     rms = float(np.sqrt(np.mean(residuals**2)) * contacts.scale)
+    # Step 4.
     return tuple(
         SurfaceCandidate(Plane(center - tip_radius * n, n), chi2, rms, float(1.0 / spread[1]), poorly_determined=False)
         for n in (normal, -normal)

@@ -1,4 +1,14 @@
-"""Spheres through contacts: three with a known radius (eqs. 3-10), four without, or any number more."""
+"""Spheres through contacts: three with a known radius, four without, or any number more.
+
+1. Contacts are centred and scaled (`scaling`), and refused where infinitely many spheres pass through them.
+2. Start from two centres. Radius known: the circle of best fit in the contacts' plane, and a centre above and below it
+   (eqs. 3-10). Not known: the linear least squares of |x|^2 - 2 c . x = constant, and its mirror image in that plane.
+3. With more contacts than the fewest, follow both for a few steps, and go on with those that may explain the contacts.
+4. Refine by weighted least squares of the distances from the centre (`least_squares`).
+5. Return the distinct minima that noise can explain, best first; of a redundant set the best one in any case.
+
+Eqs. 3-10 for three contacts; N. A. Duffie and others 1984 for four.
+"""
 
 import numpy as np
 
@@ -37,7 +47,8 @@ def localize_sphere(
     known radius.
     Source: eqs. 3-10 for three contacts; Duffie and others 1984 for four.
     """
-    contacts = unit_contacts(points, sigmas)
+    contacts = unit_contacts(points, sigmas)  # step 1
+    # Step 2.
     if radius is None:
         refuse_coincident("sphere", contacts, FREE_SPHERE_CONTACTS)
         refuse_coplanar("sphere", contacts)
@@ -48,11 +59,12 @@ def localize_sphere(
         problem = SphereProblem(contacts.points, contacts.weights, radius_known=True)
         states = _known_states(contacts, radius / contacts.scale)
     if len(contacts.points) > SPHERE_CONTACTS + (radius is None):
+        # Step 3.
         states = _worth_following(
             problem, contacts.sigma, refined(problem.evaluate, problem.step, states, _SPHERE_START_STEPS)
         )
-    states = refined(problem.evaluate, problem.step, states)
-    return _candidates(problem, contacts, states)
+    states = refined(problem.evaluate, problem.step, states)  # step 4
+    return _candidates(problem, contacts, states)  # step 5
 
 
 def _worth_following(problem: "SphereProblem", sigma: float, states: Floats) -> Floats:

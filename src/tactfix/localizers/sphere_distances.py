@@ -1,4 +1,14 @@
-"""Spheres from fewer contacts than they need, and known distances of the centre from what is located already."""
+"""Spheres from fewer contacts than they need, and known distances of the centre from what is located already.
+
+1. Contacts and distances become loci of the centre: spheres, cylinders and planes, in units of the radius about the
+   contacts' mean. A centre on an axis lies in two planes. Fewer than three loci leave a curve, and are refused.
+2. Triples of loci are intersected (`center_loci`): of three all their points, of more the first dozen triples with a
+   contact. Triples that share a curve are passed over.
+3. Every point is refined by weighted least squares over all loci, exact distances weighing most (`least_squares`).
+4. Return the distinct centres that noise can explain, best first; of a redundant set the best one in any case.
+
+Eqs. 48-51.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -82,7 +92,7 @@ def localize_sphere_at_distances(
     Raises DegenerateContactsError when fewer than three conditions are given, or they leave a curve of centres.
     Source: eqs. 48-51.
     """
-    origin, scale = points.mean(axis=0), radius
+    origin, scale = points.mean(axis=0), radius  # step 1
     rounding = ROUNDING * _reach(points, radius, distances)
     deviations = np.hypot(effective_sigmas(points, sigmas), rounding)
     exact = max(rounding, _EXACT_DISTANCE * float(deviations.min()))
@@ -96,11 +106,12 @@ def localize_sphere_at_distances(
     _refuse_too_few(loci)
     # Weights up to one for the refinement, whose tolerances are those of unit size; 1/sigma to judge what it found.
     search = CenterProblem.of(loci, min(noise) / np.array(noise))
-    starts = _starts(loci, len(points))
+    starts = _starts(loci, len(points))  # step 2
     if len(loci) == _UNKNOWNS:
         starts = _in_sight_of_a_root(search, starts, min(noise) / scale)
-    states = refined(search.evaluate, search.step, starts)
+    states = refined(search.evaluate, search.step, starts)  # step 3
     problem = replace(search, weights=float(np.mean(deviations)) / np.array(noise))
+    # Step 4.
     return _candidates(problem, states, float(np.mean(deviations)) / scale, origin, scale, len(points))
 
 

@@ -1,11 +1,15 @@
 """Every pose at which some tip explains the contacts.
 
-A tip that is off by no more than w, wherever its flange points, moves no contact farther from its surface than w: the
-true pose, with the tip as it was reported, explains the contacts if each is given w for its noise. So the complete
-search for poses of `poses.all_poses` with that noise finds the surroundings of every pose that may be right, and from
-each of them pose and tip descend together, with the tip where it was reported and at half of w to all sides. That is
-complete as far as two poses with their tips are not hidden behind one with much noise. Where nothing bounds the tip, w
-grows until some pose explains the contacts, and nothing is claimed.
+1. Take the tip to be off by no more than w: what bounds it, else a few sigma, and more as long as nothing is found.
+2. A tip that is off by no more than w, wherever its flange points, moves no contact farther from its surface than w:
+   the true pose, with the tip as it was reported, explains the contacts if each is given w for its noise. So the
+   complete search for poses (`poses.all_poses`) with that noise finds the surroundings of every pose that may be right.
+3. From each of them pose and tip descend together (`descent`), with the tip where it was reported and at half of w to
+   all sides.
+4. Ends that explain the contacts and that noise can tell apart are the solutions.
+
+That is complete as far as two poses with their tips are not hidden behind one with much noise. Where nothing bounds the
+tip, nothing is claimed.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -67,13 +71,14 @@ def tip_solutions(
     far the tip can be from where it was reported, None where nothing bounds it. At least one is unknown.
     """
     dof, limit, misses = 0, 0.0, []
-    for loose, complete in _levels(contacts, sigmas, unknown, within):
+    for loose, complete in _levels(contacts, sigmas, unknown, within):  # step 1
         found = []
         for surfaces in shapes:
             equations = TipEquations.build(surfaces, contacts, sigmas, unknown, placement)
             dof = len(equations) - len(equations.columns)
             limit = chi_square_limit(dof)
             off = loose if "tip" in unknown else 0.0
+            # Steps 2 to 4.
             starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, loose), off, placement)
             trials, cost = descend(equations, starts)
             ok = (cost <= limit) & (trials.radii >= 0)
