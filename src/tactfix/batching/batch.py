@@ -9,7 +9,7 @@ from tactfix.batching.row import BatchRow
 from tactfix.batching.task import BatchTask, Numbered, locate_set
 from tactfix.batching.workers import Spread
 
-Told = Callable[[int], None]
+ProgressCallback = Callable[[int], None]
 """Told how many sets are done, each time one is."""
 
 
@@ -27,7 +27,7 @@ class Journal(Protocol):
 
 
 def run_batch(
-    task: BatchTask, sets: Iterable[ContactSet], spread: Spread, journal: Journal, digest: str, told: Told
+    task: BatchTask, sets: Iterable[ContactSet], spread: Spread, journal: Journal, digest: str, told: ProgressCallback
 ) -> Iterator[BatchRow]:
     """Locate every set that is not in the journal yet; then all rows in the order of the sets.
 
@@ -48,7 +48,7 @@ class _Batch:
     task: BatchTask
     journal: Journal
     digest: str
-    told: Told
+    told: ProgressCallback
     keys: list[str] = field(default_factory=list)
     done: int = 0
 

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 from tactfix.cli.streams import standard_error
 
-Told = Callable[[float, str], None]
+ProgressCallback = Callable[[float, str], None]
 
 
 @contextmanager
-def progress_bar(what: str, *, quiet: bool) -> Iterator[Told]:
+def progress_bar(what: str, *, quiet: bool) -> Iterator[ProgressCallback]:
     """A function to be told the share that is done (0 to 1) and what is being done; it shows both while it lasts."""
     if quiet or not sys.stderr.isatty():
         yield lambda share, doing: None

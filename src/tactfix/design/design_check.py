@@ -28,7 +28,7 @@ from tactfix.design.random_layouts import (
     MOST_LAYOUTS,
     QUICK_LAYOUT_CONTACTS,
     LayoutStudy,
-    Over,
+    MapFunction,
     RealPoses,
     Study,
     study_layouts,
@@ -149,7 +149,7 @@ def design_check(
     contacts: Contacts | None = None,
     wishes: Wishes | None = None,
     progress: Callable[[float, str], None] = lambda share, what: None,
-    over: Over = map,
+    over: MapFunction = map,
 ) -> DesignReport:
     """Check a fixture, and the contacts made or planned on it.
 
@@ -263,7 +263,7 @@ def _studied(
     geometry: GeometryCheck,
     locator: Locator,
     progress: Callable[[float, str], None],
-    over: Over,
+    over: MapFunction,
 ) -> tuple[LayoutStudy, tuple[Finding, ...]]:
     """The study of random layouts, and what to say of it."""
     types = {name: feature.type for name, feature in fixture.features.items()}

@@ -38,7 +38,7 @@ _SEEDS: Final = 100_000
 Outcome: TypeAlias = tuple[Status, int]
 """The status of a layout, and how many poses explain it before approach and touch boxes are asked."""
 
-Over: TypeAlias = Callable[[Callable[[Contacts], Outcome], Iterable[Contacts]], Iterable[Outcome]]
+MapFunction: TypeAlias = Callable[[Callable[[Contacts], Outcome], Iterable[Contacts]], Iterable[Outcome]]
 """Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
@@ -102,7 +102,7 @@ def study_layouts(
     *,
     up_to: int = MOST_LAYOUT_CONTACTS,
     progress: Callable[[float, str], None] = lambda share, what: None,
-    over: Over = map,
+    over: MapFunction = map,
 ) -> LayoutStudy:
     """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, up to that many contacts.
 

@@ -39,8 +39,9 @@ _GLANCE = 6
 """Steps after which the zeros of one minimal subset show whether they are all there is."""
 
 _WELL_DETERMINED = 3e-3
-"""A cylinder is held firmly where one sigma moves it by less than this part of the contacts' extent. Of 63 cylinders
-that one minimal subset lost in 6,000 tidy and random problems all lay beside others held worse than four times that."""
+"""A cylinder is well determined where one sigma moves it by less than this part of the contacts' extent. Of 63
+cylinders that one minimal subset lost in 6,000 tidy and random problems all lay beside others held worse than
+four times that."""
 
 _BEST, _CYLINDER_RIVAL = 3, 4.0
 """So many of the best starts are followed in any case, if their chi-square is within a factor of the least: the
@@ -112,7 +113,7 @@ def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: i
 
 
 def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, sigma: float) -> bool:
-    """Whether distinct states (B, 7), best first, must be all that explain the contacts: those that do are held firmly.
+    """Whether distinct states (B, 7), best first, must be all that explain the contacts: those are well determined.
 
     A minimal subset loses a cylinder only beside others that its contacts hardly tell from it, and those show.
     """

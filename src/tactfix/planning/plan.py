@@ -6,9 +6,9 @@ from tactfix.fixture import Fixture
 from tactfix.planning.information import CRITERIA, Criterion
 from tactfix.planning.orientations import USUAL_CONTACTS, with_orientations
 from tactfix.planning.result import Plan, PlanStep
-from tactfix.planning.task import Over, Progress, Task
+from tactfix.planning.task import MapFunction, Progress, Task
 
-__all__ = ["CRITERIA", "Criterion", "Over", "Plan", "PlanStep", "Progress", "plan"]
+__all__ = ["CRITERIA", "Criterion", "MapFunction", "Plan", "PlanStep", "Progress", "plan"]
 
 
 def plan(
@@ -22,7 +22,7 @@ def plan(
     tip_radius: float | None = None,
     progress: Progress | None = None,
     starts: int | None = None,
-    over: Over = map,
+    over: MapFunction = map,
     orientations: int | None = None,
 ) -> Plan:
     """Choose the best contacts to make on a fixture.

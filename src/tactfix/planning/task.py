@@ -43,7 +43,7 @@ and ball. Their sigma shrinks with the root of their number alone; a fixture tha
 
 Progress = Callable[[float, str], None]
 """Told how much of the work is done (0 to 1) and what is being done."""
-Over: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Iterable[Choice]]
+MapFunction: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Iterable[Choice]]
 """Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
 
 
@@ -61,7 +61,7 @@ class Task:
     seed: int
     progress: Progress
     starts: int | None
-    over: Over
+    over: MapFunction
 
     @staticmethod
     def of(
@@ -73,7 +73,7 @@ class Task:
         tip_radius: float | None,
         progress: Progress,
         starts: int | None,
-        over: Over,
+        over: MapFunction,
         tip_unknown: bool,
     ) -> "Task":
         """The task of planning on this fixture; see `tactfix.plan.plan`. tip_unknown: as in `contacts_made`."""

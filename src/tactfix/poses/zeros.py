@@ -33,7 +33,7 @@ SCATTER = 0.02
 """Largest entry by which the ends of descents to one multiple zero differ: at one of order four, a few thousandths."""
 MOST_SINGULAR = 12
 """More such zeros than this mean a continuum: no known problem has that many double roots."""
-MOST_FIRM = 128
+MOST_WELL_DETERMINED = 128
 """Well determined poses beside a continuum; more of them are samples of one that is not quite free."""
 EXACT_COST = 1e-20
 """Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
@@ -151,10 +151,10 @@ class Zeros:
         """
         condition = self.condition(equations)
         count = int((condition >= SINGULAR).sum())
-        firm = np.argsort(-condition, kind="stable")[: count if count <= MOST_FIRM else most]
+        well = np.argsort(-condition, kind="stable")[: count if count <= MOST_WELL_DETERMINED else most]
         singular = np.flatnonzero(condition < SINGULAR)
         spread = np.linspace(0, len(singular) - 1, min(most, len(singular))).astype(np.intp)
-        return self.subset(np.concatenate([firm, singular[spread]]))
+        return self.subset(np.concatenate([well, singular[spread]]))
 
     def condition(self, equations: PoseEquations) -> Floats:
         """How well each is determined (k,): the smallest singular value of the Jacobian over the largest.

@@ -71,15 +71,15 @@ def tip_solutions(
     far the tip can be from where it was reported, None where nothing bounds it. At least one is unknown.
     """
     dof, limit, misses = 0, 0.0, []
-    for loose, complete in _levels(contacts, sigmas, unknown, within):  # step 1
+    for assumed, complete in _levels(contacts, sigmas, unknown, within):  # step 1
         found = []
         for surfaces in shapes:
             equations = TipEquations.build(surfaces, contacts, sigmas, unknown, placement)
             dof = len(equations) - len(equations.columns)
             limit = chi_square_limit(dof)
-            off = loose if "tip" in unknown else 0.0
+            off = assumed if "tip" in unknown else 0.0
             # Steps 2 to 4.
-            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, loose), off, placement)
+            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, assumed), off, placement)
             trials, cost = descend(equations, starts)
             ok = (cost <= limit) & (trials.radii >= 0)
             misses.append((float(cost.min()), surfaces, equations, trials.subset(np.argsort(cost)[:1])))
