@@ -7,12 +7,13 @@ import pytest
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.corrections import Problem
+from tactfix.diagnosis.file_mistakes import units
 from tactfix.diagnosis.fixture_mistakes import exchanges, reorderings
 from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
 from tests.support.problems import CORNER, Patch, placed, random_pose
 from tests.validation.diagnosis import is_named
-from tests.validation.made_mistakes import FIXTURES, MISTAKES, touched
+from tests.validation.made_mistakes import FIXTURES, MISTAKES, SIGMA, touched
 
 CASES = [
     ("one contact 0.3-3 mm off", "three balls"),
@@ -182,3 +183,17 @@ def test_a_wrong_nest_is_told_from_a_bad_touch(tmp_path, labels, code, rows):
     contacts = Contacts(tuple(labels), points, nowhere, np.full(6, 0.05), 3.0, tuple(range(1, 7)), (None,) * 6)
     first = locate(fixture, contacts).diagnosis[0]
     assert (first.code, first.rows) == (code, rows)
+
+
+def test_no_unit_is_searched_for_in_which_noise_is_all_there_is():
+    """Metres taken for millimetres: where sigma is scaled too contacts stay within five of it, and any pose fits."""
+    case = made(
+        "coordinates in another unit", "three balls", [1, len("three balls"), len("coordinates in another unit")]
+    )
+    problem = Problem({n: p.surface() for n, p in case.said.items()}, case.contacts, case.contacts.sigmas)
+    assert case.contacts.spread < 6 * SIGMA
+    right = replace(problem, contacts=case.right)
+    assert {one.note for one in units(problem)} == {""}
+    assert min(one.points for one in units(problem)) > 1
+    assert 1e3 in {one.points for one in units(problem)}
+    assert {one.note for one in units(right)} == {"", "whole"}

@@ -30,10 +30,11 @@ def units(problem: Problem) -> list[Hypothesis]:
     """The coordinates alone, or all lengths, in another unit than the file says."""
     count, tip = 2 * len(UNITS_MEANT), problem.contacts.tip_radius
     spread = problem.contacts.spread / float(problem.contacts.sigmas.max())
-    coordinates = [
-        Hypothesis("unit", alternatives=count, points=factor) for factor in UNITS_MEANT if spread * factor > SPREAD
-    ]
+    told = [factor for factor in UNITS_MEANT if spread * factor > SPREAD]
+    coordinates = [Hypothesis("unit", alternatives=count, points=factor) for factor in told]
+    # Where all lengths are scaled sigma is too, and contacts stay as close together.
+    whole = UNITS_MEANT if spread > SPREAD else {}
     return coordinates + [
         Hypothesis("unit", alternatives=count, points=factor, sigmas=factor, tip=tip * factor, note="whole")
-        for factor in UNITS_MEANT
+        for factor in whole
     ]
