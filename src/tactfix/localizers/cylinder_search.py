@@ -1,8 +1,10 @@
 """Starting axes for cylinders through any number of contacts, so that no local minimum that matters is missed.
 
-A cylinder that explains all contacts explains any five of them (any four, where the radius is known), so the zeros of
-a minimal subset lead to it: real zeros directly, a pair that noise made complex by its real part. Where no cylinder
-explains the contacts, a covering of all directions, with the best circle for each, leads to the least-squares optimum.
+1. A cylinder that explains all contacts explains any five of them (any four, where the radius is known), so the zeros
+   of a minimal subset lead to it: real zeros directly, a pair that noise made complex by its real part.
+2. The zeros of further subsets lead to what the first one lost: a cylinder that its contacts hardly tell from another.
+3. Where no cylinder explains the contacts, a covering of all directions, with the best circle for each, leads to the
+   least-squares optimum.
 """
 
 from collections.abc import Callable, Iterator
@@ -47,14 +49,14 @@ _CONTACT_NUDGE = 1e-5
 def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Iterator[Floats]:
     """Two lots of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the contacts.
 
-    The zeros of one minimal subset lead to all that are held firmly. What else there may be takes the second lot, none
+    The zeros of one minimal subset lead to all that are well held. What else there may be takes the second lot, none
     for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n >= 4
     with radius; weights (n,); sigma: of the contacts.
     """
     size = CYLINDER_CONTACTS if radius is not None else FREE_CYLINDER_CONTACTS
     first, *others = _minimal_subsets(points, size)
     yield _usable(_states_through(points[first], points, weights, radius))
-    if len(points) > size:
+    if len(points) > size:  # steps 2 and 3, after step 1
         stride = _SHORT_STRIDE if sigma > _MUCH_NOISE else _STRIDE
         more = [_states_through(points[subset], points, weights, radius) for subset in others]
         yield _usable(np.concatenate([*more, _covering_states(points, weights, radius, stride)]))

@@ -1,9 +1,14 @@
 """Rotations that features located alone leave a rigid fixture: the paper's way, as the start for all contacts at once.
 
-A plane located by its own contacts gives a direction, its normal, on either side; each two spheres give another, from
-centre to centre, and so do, across its axis, a sphere and a cylinder that stands on a located plane, or two of these.
-Two directions that are not parallel fix the rotation, one leaves a turn about it. A pose that explains all contacts
-explains those of each feature, so it is as near to one of these rotations as the features are known.
+1. Planes, spheres, and cylinders that stand on a plane are located by their own contacts, where these say it well, each
+   at every place that it may have.
+2. A plane gives a direction, its normal, on either side; each two spheres give another, from centre to centre, and so
+   do, across its axis, a sphere and a cylinder, or two cylinders. Each choice of places gives a set of directions.
+3. Those sets are kept that make the same angles as the directions of the fixture.
+4. Two directions that are not parallel fix the rotation, one leaves a turn about it, of which samples are taken.
+
+A pose that explains all contacts explains those of each feature, so it is as near to one of these rotations as the
+features are known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -55,17 +60,18 @@ def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, 
 
     surfaces in the fixture frame; sigmas (n,) of the residuals.
     """
-    located = _located(surfaces, contacts, sigmas)
+    located = _located(surfaces, contacts, sigmas)  # step 1
     choices = list(product(*located.values()))
     if len(choices) > MOST_ROTATION_COMBINATIONS:
         return None
+    # Step 2.
     places = [surfaces[name] for name in located]
     pairs = _pairs(places)
     fixture = _directions(places, pairs)
     if not len(fixture):
         return None
     base = np.array([_directions(choice, pairs) for choice in choices])
-    found = _rotations(fixture, base[_agree(fixture, base)])
+    found = _rotations(fixture, base[_agree(fixture, base)])  # steps 3 and 4
     return np.moveaxis(found, 0, -1) if len(found) else None
 
 

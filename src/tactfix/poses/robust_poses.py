@@ -1,8 +1,13 @@
 """Poses that most contacts agree on, whatever the others say: robust least squares from all over the rotations.
 
-A residual r counts as r^2 / (r^2 + m^2), the loss of Geman and McClure, with a scale m that shrinks from the size of
-the largest residual to a few sigma (graduated non-convexity: Blake and Zisserman 1987; Yang and others 2020). A contact
-that is far off then no longer pulls. Descents start all over the rotations, since the fixture may stand anyhow.
+1. Descents start all over the rotations, since the fixture may stand anyhow (`starts`).
+2. A residual r counts as r^2 / (r^2 + m^2), the loss of Geman and McClure, with a scale m that shrinks from the size of
+   the largest residual to a few sigma: a contact that is far off then no longer pulls. Each step is one of reweighted
+   least squares, damped where the loss would grow.
+3. The ends are told apart, and the best are kept: those of the least chi-square with no contact counted as more than
+   BOUND sigma off.
+
+Graduated non-convexity: A. Blake, A. Zisserman: Visual Reconstruction, 1987; H. Yang and others, 2020.
 """
 
 import numpy as np
@@ -39,12 +44,12 @@ class RobustPoses:
 
 def robust_poses(equations: PoseEquations, unit: float, most: int, starts: int = ROBUST_STARTS) -> RobustPoses:
     """At most so many poses; unit: the weighted residual that is one sigma."""
-    rotations, offsets = covering(equations, starts, 0)
+    rotations, offsets = covering(equations, starts, 0)  # step 1
     least = BOUND * unit
     residual, jacobian = evaluate(equations, rotations, offsets, geometric=True)
     damping = np.full(starts, 1e-2)
     scale = np.maximum(np.abs(residual).max(axis=0) / 2, least)
-    for _ in range(ROBUST_STEPS):
+    for _ in range(ROBUST_STEPS):  # step 2
         scale = np.maximum(SHRINKS * scale, least)
         weight = scale**2 / (residual**2 + scale**2)
         # A start in a singular place may step to infinity: nan is never better.
@@ -58,6 +63,7 @@ def robust_poses(equations: PoseEquations, unit: float, most: int, starts: int =
             (rotations, offsets, residual, jacobian), (*ahead, new_residual, new_jacobian), strict=True
         ):
             np.copyto(old, new, where=better)
+    # Step 3.
     cost = np.minimum((residual / unit) ** 2, BOUND**2).sum(axis=0)
     kept = _distinct(np.moveaxis(rotations, -1, 0), offsets.T, np.argsort(cost, kind="stable").tolist(), most)
     return RobustPoses(np.moveaxis(rotations, -1, 0)[kept], offsets.T[kept], cost[kept])
