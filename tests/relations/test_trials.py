@@ -47,6 +47,8 @@ def test_a_wrong_unit_is_named_after_few_fits(kind, factor, tmp_path, fits):
     assert result.status == "inconsistent"
     assert {cause.code for cause in result.diagnosis} == {"unit"}
     assert result.diagnosis[0].value == pytest.approx(1 / factor)
+    # The noise is that of the file's unit: sigma is wrong as the coordinates are, and that alone is told.
+    assert ["all lengths" in cause.message for cause in result.diagnosis] == [True]
     assert len(fits) <= 2 * MOST_TRIAL_FITS
 
 

@@ -32,6 +32,7 @@ from tactfix.diagnosis.deletion import Doubts
 from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
 from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
+from tactfix.diagnosis.ranking import INDISTINCT
 from tactfix.diagnosis.screen import Screen
 from tactfix.diagnosis.telling import one_of
 from tactfix.errors import TactfixError
@@ -138,10 +139,31 @@ def suspicions(
         asked: Iterator[Hypothesis] = (hypothesis for hypothesis in stage if screen.lets_pass(hypothesis.contacts))
         if trials is not None:
             asked = _promising(asked, trials)
-        found = [told for hypothesis in asked if (told := _tried(hypothesis, explained)) is not None]
+        found = [(h, told) for h in asked if (told := _tried(h, explained)) is not None]
         if found:
-            return tuple(sorted(found, key=lambda told: told.chi2 or 0.0))
+            return _ranked(contacts, found)
     return ()
+
+
+def _ranked(contacts: Contacts, found: Sequence[tuple[Hypothesis, Diagnosis]]) -> tuple[Diagnosis, ...]:
+    """Most plausible first; of a unit of the coordinates alone and of all lengths the less plausible is left out.
+
+    Another sigma beside the coordinates changes the density of a normal number by its factor (as in
+    `corrections.Hypothesis.penalty`), without which the larger sigma would always win.
+    """
+
+    def score(hypothesis: Hypothesis, told: Diagnosis) -> float:
+        if not isinstance(told.value, float) or told.code != "unit":
+            return told.chi2 or 0.0
+        factor = float(hypothesis.contacts.sigmas[0] / contacts.sigmas[0]) / told.value
+        return (told.chi2 or 0.0) + 2 * len(contacts) * math.log(factor)
+
+    ranked = []
+    best: dict[object, float] = {}
+    for own, told in sorted(((score(*one), one[1]) for one in found), key=lambda pair: pair[0]):
+        if told.code != "unit" or own <= best.setdefault(told.value, own) + INDISTINCT:
+            ranked.append(told)
+    return tuple(ranked)
 
 
 def _has_lengths(fixture: Fixture) -> bool:
