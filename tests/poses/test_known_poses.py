@@ -346,6 +346,7 @@ def test_covariances_cover_the_truth(counts, free, sigma):
         values, vectors = np.linalg.eigh(result.covariance / np.outer(UNITS, UNITS))
         free_error = vectors[:, -size:].T @ error
         inside += float((free_error**2 / values[-size:]).sum()) < chi2.ppf(0.95, size)
+    print(f"{counts}, free {free}, sigma {sigma}: covered {inside / 20:.1f} per cent")
     assert 0.935 < inside / 2000 < 0.965
 
 

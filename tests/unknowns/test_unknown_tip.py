@@ -409,4 +409,5 @@ def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
         tip = [*(problem.tip - result.tip.offset), RADIUS - result.tip.radius]
         off = np.concatenate([turn.as_rotvec(), problem.shift - result.base_from_fixture[:3, 3], tip])[free]
         inside += bool(off @ np.linalg.solve(result.joint_covariance, off) < chi_square.isf(0.05, len(off)))
+    print(f"unknown {unknown}: covered {100 * inside / draws:.1f} per cent")
     assert 0.935 <= inside / draws <= 0.965
