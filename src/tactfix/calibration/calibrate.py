@@ -1,7 +1,10 @@
 """Robot calibration from touches: which parameters, how much of the prior, how sure, and what checks it.
 
-start (places, tip) -> the estimate with the full prior -> the factor by places left out -> the estimate with it ->
-outliers, covariance, prediction, and a status that says whether this robot may be written.
+1. The robot is fitted to the touches at all places but those held out (`robot_fit`).
+2. Covariance, what the touches identify, and what they leave unknown follow from the equations there (`accuracy`).
+3. The result tells parameters, tip, places, residuals, outliers, and what the tip is off by over the joint ranges.
+4. A status says whether this robot may be written (`verdict`).
+5. Each place held out is located with the robots before and after.
 """
 
 from collections.abc import Sequence
@@ -38,17 +41,19 @@ def calibrate(cell: Cell, touches: Touches, hold_out: Sequence[str] = (), unchec
     """
     _refuse(touches, hold_out)
     train = touches.at([name for name in touches.touched if name not in hold_out])
-    fit = fitted(cell, train, unchecked)
+    fit = fitted(cell, train, unchecked)  # step 1
+    # Step 2.
     parts = reduced(cell, fit.groups, fit.after)
     told = _certainty(fit, parts)
     spread = np.zeros((len(fit.free), len(fit.free)))
     spread[np.ix_(fit.free, fit.free)] = told.covariance
-    result = _result(fit, parts, told, spread)
-    status, reasons = status_of(fit, told, result, unchecked)
+    result = _result(fit, parts, told, spread)  # step 3
+    status, reasons = status_of(fit, told, result, unchecked)  # step 4
     return replace(
         result,
         status=status,
         reasons=reasons,
+        # Step 5.
         left_out=(*result.left_out, *(_held_out(fit, touches.at([name]), name) for name in hold_out)),
         warnings=(*warnings_of(fit), *(reasons if unchecked else ())),
     )

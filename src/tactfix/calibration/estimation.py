@@ -5,8 +5,12 @@
 over the parameters p (s: the sigma of the prior) and the poses of all places. Each place has its own six unknowns and
 no more, so they are eliminated place by place: with an orthonormal basis Q of the columns of a place's block, rows
 become r - Q Q^T r and A - Q Q^T A, which is the Schur complement without squared condition numbers. A motion that the
-touches of a place leave free is no column of Q, and so does no harm. Gauss-Newton steps on p, damped where the cost
-would grow.
+touches of a place leave free is no column of Q, and so does no harm.
+
+1. The equations of all places are linearised, and each place is eliminated from its own.
+2. A Gauss-Newton step changes p, the rows of the prior beside those of the touches; the places follow it.
+3. Where the cost would grow, the step is repeated with more damping; where no damping helps, the estimate is reached.
+4. It is reached too where a step lowers the cost by no more than 1e-9 of itself.
 
 J. M. Hollerbach, C. W. Wampler: The calibration index and taxonomy for robot kinematic calibration methods, 1996.
 """
@@ -88,18 +92,18 @@ def estimated(
     """The state of least cost near start in which only the free parameters (m,) and the places have changed."""
     state, now, damping = start, cost(cell, groups, start, weights), 0.0
     for _ in range(steps):
-        parts = reduced(cell, groups, state)
+        parts = reduced(cell, groups, state)  # step 1
         for _attempt in range(_DAMPINGS):
-            tried = _stepped(state, groups, parts, weights, free, damping)
+            tried = _stepped(state, groups, parts, weights, free, damping)  # step 2
             then = cost(cell, groups, tried, weights)
             if then <= now:
                 break
-            damping = max(10 * damping, 1e-6)
+            damping = max(10 * damping, 1e-6)  # step 3
         else:
             return state
         gain, state, now = now - then, tried, then
         damping /= 10
-        if gain <= 1e-9 * (now + TINY):
+        if gain <= 1e-9 * (now + TINY):  # step 4
             break
     return state
 

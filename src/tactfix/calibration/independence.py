@@ -1,12 +1,16 @@
 """Which error parameters are independent: by rank, in an order of preference.
 
 Six parameters a joint are more than a chain has: along and about parallel axes two joints say the same, the first joint
-trades with where the base stands, the last one with the tip. The rule: the identification Jacobian of the tip's place
-is taken at random configurations over the joints' ranges, each column over the sigma of its parameter's prior, the six
-motions of the base first (no touch on a fixture that may stand anywhere tells them), then the tip, joint offsets,
-lengths and angles, each in the order of the chain. Column by column, what those before it span is taken away
-(Gram-Schmidt, twice); a column of which nothing is left is held at its nominal value. That is a QR decomposition with
-pivots in a given order instead of by size.
+trades with where the base stands, the last one with the tip.
+
+1. The identification Jacobian of the tip's place is taken at random configurations over the joints' ranges.
+2. The motions of the base that the places allow come first: no touch on a fixture that may stand anywhere tells them.
+3. The parameters asked for follow: the tip, joint offsets, lengths and angles, each in the order of the chain. From
+   each column, what those before it span is taken away (Gram-Schmidt, twice).
+4. A column of which something is left is kept, and its parameter estimated; one of which nothing is left, or that,
+   times the sigma of its prior, moves the tip nowhere, is held at its nominal value.
+
+That is a QR decomposition with pivots in a given order instead of by size.
 
 L. J. Everett, T. W. Hsu: The theory of kinematic parameter identification for industrial robots, 1988.
 M. A. Meggiolaro, S. Dubowsky: An analytical method to eliminate the redundant parameters in robot calibration, 2000.
@@ -27,6 +31,7 @@ INDEPENDENCE_SAMPLES: Final = 80
 _NOTHING_LEFT: Final = 1e-7
 """Of a column, below which nothing is left of it: far above rounding, far below what any robot could show."""
 _CHOSEN_FIRST: Final = ("tip", "joint_offset", "length", "angle")
+"""Kinds of parameters in order of preference: of two that say the same, that of the later kind is held."""
 _PARTNER: Final = 0.05
 """Of a held column, from which on another parameter counts among those that it trades with."""
 
@@ -111,10 +116,12 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
     A motion of the base that a place known beforehand does not allow is none that parameters could trade with.
     """
     asked = asked_for(cell)
+    # Step 1.
     motion = cell.chain.tip(
         random_configurations(joint_ranges(cell, touches), INDEPENDENCE_SAMPLES), np.zeros(len(cell.chain.parameters))
     )
     columns = motion.jacobian.reshape(-1, motion.jacobian.shape[2])
+    # Step 2.
     moves = base_motions(motion.points) @ _free_base(cell, touches, motion.points.mean(axis=0))
     basis = list(np.linalg.qr(moves)[0].T)
     names = ["where the fixtures stand"] * len(basis)
@@ -124,8 +131,9 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
     free[-1] = asked[-1]
     for index in _in_order(cell, asked):
         column = columns[:, index]
-        left, shares = _without(column, basis)
+        left, shares = _without(column, basis)  # step 3
         size = float(np.linalg.norm(column))
+        # Step 4.
         if np.linalg.norm(left) > _NOTHING_LEFT * size and size * scales[index] > _NOTHING_LEFT * largest:
             free[index] = True
             basis.append(left / np.linalg.norm(left))

@@ -1,9 +1,12 @@
 """Where a fixture stands, with the robot as it is believed to be: where every calibration begins.
 
-The search that `locate` uses gives all poses that explain the tip's places within what the robot may be off by. Where
-it gives none, descents from rotations that cover all of them do: the touches of a place that leave motions free, or
-that the nominal robot spoils by more than its prior. Points alone need no search: their least squares have one
-minimum, in closed form. Approaches tell poses apart that the touches do not.
+1. Points alone need no search: their least squares have one minimum, in closed form (Kabsch 1976). Else the search that
+   `locate` uses gives all poses that explain the tip's places within what the robot may be off by.
+2. What is known of the place is imposed on these, and its own pose is one more.
+3. Where there are none, the 24 rotations of a cube start instead: the touches of a place may leave motions free, or the
+   nominal robot spoil them by more than its prior.
+4. Each start descends; ends beyond the limits of what is known are left out where others are within.
+5. Of the ends of least cost, that with the fewest approaches out of the material is the place.
 """
 
 from itertools import permutations, product
@@ -38,18 +41,20 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
 
     robot_sigmas (n,): how far the robot may put the tip off at each touch, along any direction.
     """
-    if all(isinstance(patch.surface, Point) for patch in group.patches):
+    if all(isinstance(patch.surface, Point) for patch in group.patches):  # step 1
         starts = [_superposed(cell, group, values)]
     else:
         starts = _searched(cell, group, values, robot_sigmas)
-    if group.placement is not None:
+    if group.placement is not None:  # step 2
         starts = [onto_placement(group.placement, start) for start in (group.placement.near, *starts)]
-    if not starts:
+    if not starts:  # step 3
         tips = tip_places(cell, group, values)
         middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
         starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _CUBE_ROTATIONS]
+    # Step 4.
     tried = [located(cell, group, start, values) for start in starts]
     tried = [found for found in tried if _is_within(group, found[0])] or tried
+    # Step 5.
     least = min(cost for _, cost in tried)
     alike = [pose for pose, cost in tried if cost <= least * (1 + 1e-6) + _EQUAL_COST]
     return min(alike, key=lambda pose: _wrong_approaches(cell, group, pose, values))

@@ -1,4 +1,13 @@
-"""One robot fitted to touches: the nominal one, how much of the prior is believed, and the estimate with it."""
+"""One robot fitted to touches: the nominal one, how much of the prior is believed, and the estimate with it.
+
+1. The independent parameters are estimated, the others held at nominal (`independence`).
+2. The nominal robot, its tip and places fitted, starts the estimate with the full prior (`robust_start`).
+3. The residuals of that estimate show outliers, and how many times sigma the noise is (`snooping`); both robots are
+   fitted again with that noise.
+4. A factor on the prior is chosen by places left out (`shrinkage`). With one place there is nothing to choose by: the
+   full prior where that is asked for (unchecked), else the nominal robot.
+5. The robot is estimated with that factor.
+"""
 
 import numpy as np
 
@@ -37,21 +46,25 @@ class RobotFit:
 
 def fitted(cell: Cell, touches: Touches, unchecked: bool) -> RobotFit:
     """Nominal robot, full prior, factor, estimate."""
-    free, held = independent(cell, touches)
+    free, held = independent(cell, touches)  # step 1
     prior = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
     groups = groups_of(cell, touches)
     weights = np.divide(1.0, prior, out=np.zeros_like(prior), where=prior > 0)
+    # Step 2.
     before = robust_start.nominal(cell, groups, weights, free, prior)
     full = robust_start.full(cell, groups, before, weights, free)
+    # Step 3.
     suspicious, variance = outliers(groups, reduced(cell, groups, full), full.values, prior, free)
     noise = float(np.sqrt(max(1.0, variance)))
     full = shrinkage.shrunk(cell, groups, full, prior, free, noise, 1.0)
     before = shrinkage.shrunk(cell, groups, before, prior, free, noise, 0.0)
+    # Step 4.
     room = shrinkage.room(cell, groups, before, prior, free)
     if len(touches.touched) > 1:
         choice = shrinkage.chosen_factor(cell, touches, full, prior, free, noise, room)
     else:
         choice = shrinkage.Choice(1.0 if unchecked else 0.0, {}, ())
+    # Step 5.
     near = full if choice.factor > 0 else before
     after = shrinkage.shrunk(cell, groups, near, prior, free, noise, choice.factor)
     after = shrinkage.shrunk(cell, groups, after, prior, free, noise, choice.factor)

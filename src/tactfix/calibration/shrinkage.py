@@ -1,11 +1,14 @@
 """How much of the prior is believed: one factor from 0 to 1, chosen by leaving out one place after the other.
 
 The residuals of the touches that a robot was fitted to cannot tell a calibrated robot from a spoilt one: surfaces are
-not flat, contacts press, and parameters take that up. What tells is another place. For each factor the robot is fitted
-without one place, that place alone is then located with the robot as fitted, and its residuals there are the score.
+not flat, contacts press, and parameters take that up. What tells is another place.
 
-The factor taken is the one with the smallest residuals there, 0 where nothing is better than the nominal robot. Two
-limits keep a few places from being believed too much:
+1. No factor is tried that the nominal robot's residuals leave no room for (`room`).
+2. Without one place after the other, the robot is fitted with each factor, from large to small.
+3. The place left out is located with the robot as fitted; its mean squared residual over sigma is the score.
+4. The factor with the smallest mean score is taken, 0 where it is hardly better than the nominal robot.
+
+Two limits keep a few places from being believed too much:
 - sigma: where the residuals of the best fit are larger than sigma says, they and not sigma are weighed against the
 prior;
 - the prior is believed no further than the nominal robot's residuals leave room for: a prior that alone would make them
@@ -65,7 +68,7 @@ def chosen_factor(
 
     start: the estimate with the full prior. prior (m,): its sigmas. noise: how many times sigma the residuals are.
     """
-    factors = [factor for factor in FACTORS if factor <= most] or [0.0]
+    factors = [factor for factor in FACTORS if factor <= most] or [0.0]  # step 1
     names = touches.touched
     scores = np.empty((len(names), len(factors)))
     rms = np.empty_like(scores)
@@ -74,9 +77,9 @@ def chosen_factor(
         (test,) = groups_of(cell, touches.at([name]))
         state = start
         for column, factor in enumerate(factors):
-            state = shrunk(cell, train, state, prior, free, noise, factor)
-            scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)
-    best = _best(scores)
+            state = shrunk(cell, train, state, prior, free, noise, factor)  # step 2
+            scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)  # step 3
+    best = _best(scores)  # step 4
     told = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
     overall = np.sqrt((rms**2).mean(axis=0)).tolist()
     return Choice(factors[best], told, tuple(map(FactorScore, factors, overall)))

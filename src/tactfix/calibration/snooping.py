@@ -1,8 +1,14 @@
 """Data snooping: touches whose residual is larger than noise makes any, one after the other.
 
-The residual of a touch, over the standard deviation that it has after the fit, is standard normal if its error is. The
-largest one beyond what chance gives in one set of touches of a million is set aside, its influence taken away by the
-linear model, and the rest looked at again. W. Baarda: A testing procedure for use in geodetic networks, 1968.
+The residual of a touch, over the standard deviation that it has after the fit, is standard normal if its error is.
+
+1. The linearised equations of robot and places stand side by side, the rows of the prior below them.
+2. The rows kept are fitted anew by the linear model; each residual is taken over its own standard deviation.
+3. The search ends where the largest is no more than chance gives in one set of touches of a million, as wide as the
+   variance of the rest has it, or where a tenth of the touches is set aside.
+4. Else its touch is set aside with all its rows, and the rest is looked at again.
+
+W. Baarda: A testing procedure for use in geodetic networks, 1968.
 """
 
 from statistics import NormalDist
@@ -26,18 +32,18 @@ def outliers(
 
     parts: linearised at values (m,). prior (m,): its sigmas.
     """
-    rows, design, owner = _stacked(groups, parts, values, prior, free)
+    rows, design, owner = _stacked(groups, parts, values, prior, free)  # step 1
     kept = np.ones(len(rows), dtype=bool)
     named: list[int] = []
     count = sum(len(group.touches) for group in groups)
     limit = -NormalDist().inv_cdf(REJECTED_IN_ERROR / count / 2)
     while True:
-        normalised, variance = _normalised(rows, design, kept)
+        normalised, variance = _normalised(rows, design, kept)  # step 2
         worst = int(np.argmax(np.where(kept & (owner >= 0), np.abs(normalised), -1.0)))
         scale = np.sqrt(max(variance, 1.0))
         if len(named) >= _MOST_SET_ASIDE * count or abs(normalised[worst]) <= limit * scale:
-            return tuple(named), variance
-        named.append(int(owner[worst]))
+            return tuple(named), variance  # step 3
+        named.append(int(owner[worst]))  # step 4
         kept &= owner != owner[worst]
 
 

@@ -5,11 +5,15 @@ next to nothing for a place of which nothing is known) all that is unknown would
 
     C = (J^T J + W^2)^-1,
 
-and a touch more, with rows a (k, m), would take G S^-1 G^T away from it, where G = C a^T and S = 1 + a C a^T. Touches
-to add are taken one after the other from a random pool: on every feature of every place whose pose is roughly known,
-from random postures of the robot that reach it. Each is the one after which the worst place of the tip over the joint
-ranges is known best, or after which the determinant of the covariance of the robot's parameters is smallest; then each
-is exchanged for a better one while there is any. Places take turns, for each will be left out.
+and a touch more, with rows a (k, m), would take G S^-1 G^T away from it, where G = C a^T and S = 1 + a C a^T.
+
+1. Parameters that no touch could tell apart are held at nominal (`independence`).
+2. Places are taken where they are known to be, else where the touches planned there say.
+3. A random pool is made: on every feature of every such place, from random postures that reach it (`touch_pool`).
+4. Touches to add are taken from it one after the other, then exchanged for better ones (`touch_choice`, Fedorov 1972):
+   each is the one after which the worst place of the tip over the joint ranges is known best, or after which the
+   determinant of the covariance of the robot's parameters is smallest. Places take turns, for each will be left out.
+5. Sigmas by the prior, after the touches planned, and with those added say what they tell.
 
 V. V. Fedorov: Theory of optimal experiments, 1972.
 """
@@ -76,8 +80,9 @@ def plan_touches(
     planned: touches at joints that reach their features roughly; None: none. sigma: of a touch that is added.
     Raises UsageError where there is nothing to judge and no place to add touches at.
     """
-    free, held = independent(cell, planned)
-    poses = _poses(cell, planned)
+    free, held = independent(cell, planned)  # step 1
+    poses = _poses(cell, planned)  # step 2
+    # Step 3.
     pool, out_of_reach = touch_pool(cell, planned, poses, sigma, seed) if add else (no_touches(cell), ())
     unplaced = tuple(name for name in cell.places if cell.root(name)[0] not in poses)
     start = no_touches(cell) if planned is None else replace(planned, rows=tuple(range(1, len(planned) + 1)))
@@ -86,11 +91,13 @@ def plan_touches(
         raise UsageError(
             f"there is nothing to plan with: nothing says where {listed(unplaced or ('a place',))} is; {remedy}"
         )
+    # Step 4.
     _, moves = accuracy.workspace_points(cell, planned, np.zeros(len(cell.parameters)))
     prior = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
     chosen = chosen_touches(cell, start, pool, poses, free, prior, moves, add, criterion)
     added = pool.subset(chosen)
     names = tuple(p.name for p, is_free in zip(cell.parameters, free, strict=True) if is_free)
+    # Step 5.
     told = [_certainty(cell, touches, poses, free, prior, names) for touches in (start, joined(start, added))]
     spreads = [np.diag(prior[free] ** 2), told[0].covariance, told[1].covariance]
     sigmas = [accuracy.tip_sigmas(moves[:, :, free], spread) for spread in spreads]

@@ -1,4 +1,10 @@
-"""Touches that a robot could make: on every feature of places roughly known, in random postures that reach it."""
+"""Touches that a robot could make: on every feature of places roughly known, in random postures that reach it.
+
+1. Points spread over what can be touched of a feature, the tip's radius off it, are targets of the tip in base.
+2. From random joints, damped Newton steps bring the nominal tip to each of them, within the joint ranges.
+3. Postures that hold the flange behind a plane that the tip touches are left out.
+4. A feature that no posture is left for is out of reach.
+"""
 
 from collections.abc import Mapping
 from typing import Final
@@ -59,14 +65,16 @@ def touch_pool(
         centre, radius = extent_of(surfaces, place.fixture.touch)
         for feature, surface in surfaces.items():
             box = place.fixture.touch.get(feature)
+            # Step 1.
             points, normals = sample_touches(surface, box, _POSTURES, centre, radius, start=tuple(rng.random(2)))
             pick = np.arange(_POSTURES) % max(len(points), 1)
             targets = (points + standoff(surface, cell.tip_radius) * normals)[pick] if len(points) else points
+            # Steps 2 and 3.
             reached = _reached(cell, transform_points(base_from_fixture, targets), ranges, rng)
             if isinstance(surface, Plane):
                 outwards = base_from_fixture[:3, :3] @ surface.normal
                 reached = reached[_outside(cell, reached, outwards)]
-            if not len(reached):
+            if not len(reached):  # step 4
                 missed.append(f"{feature} at {name}")
             joints.append(reached)
             places += [name] * len(reached)
