@@ -3,16 +3,17 @@
 Distances and angles leave a fixture a few shapes (`realization`): mirror images, and one for each sign of a relation
 that has none (`equations`). How they are searched depends on what the relations say:
 
-- They fix the shape and are exact: each shape is a rigid fixture, and every pose of it is found as if the file had
-  given its geometry (`rigid_bodies`). Of many shapes those are searched that features located alone point to.
-- They fix the shape, but are measured: the same search, its contacts loosened by how far the shape may be off, gives
-  the places to start from. One least squares over pose and shape, with all contacts and relations, follows from each
-  (`branch_fits`).
-- They leave something of the shape open, or contacts locate each feature well: the features are located alone, the
-  paper's way (`combinations`); each combination of candidates, on each branch of the relations that contacts leave
-  open (`branches`), starts the same least squares.
-- Else it starts from a hundred placements of the features that are not located, at random, followed side by side
-  (`placements`); what contacts and relations leave free shows in samples.
+1. They fix the shape, exactly, and leave few shapes: each is a rigid fixture, and every pose of it is found as if the
+   file had given its geometry (`rigid_bodies`).
+2. Else the features are located alone, the paper's way (`combinations`). Where some cannot be, and the shape is open,
+   least squares start from a hundred random placements of these, followed side by side (`placements`); what contacts
+   and relations leave free shows in samples.
+3. Where the shape is fixed, and features are not located, or badly, or in too many combinations, the rigid shapes are
+   searched: all of them if the relations are exact. If they are measured, with contacts loosened by how far the shape
+   may be off, and one least squares over pose and shape follows from each pose (`branch_fits`).
+4. Else each combination of candidates, on each branch that contacts leave open (`branches`), starts that least squares.
+5. Exact relations: of the many shapes those that the fits came near are searched as in step 1. Else, or where there is
+   none, the fits are the solutions.
 
 Solutions that no contact tells apart are one, its covariance large enough for all of them (`unresolved`).
 """
@@ -61,19 +62,19 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     shapes = bodies(fixture)
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
-    if is_exact and len(shapes) <= FEW_BODIES:
+    if is_exact and len(shapes) <= FEW_BODIES:  # step 1
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
-    alone = located_alone(fixture, contacts, sigmas)
+    alone = located_alone(fixture, contacts, sigmas)  # step 2
     located = combinations(fixture, contacts, alone, SHAPE_COMBINATIONS + 1)
     if located is None and not shapes:
         return sampled_solutions(fixture, problem, alone.candidates)
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
-        if is_exact:
+        if is_exact:  # step 3
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
         return _loosened(fixture, problem, with_misses)
     most = FEW_FITS if located.thinned else BRANCH_FITS
-    starts, fits = _fits(problem, located.surfaces[:SHAPE_COMBINATIONS], with_misses, most)
-    if is_exact:
+    starts, fits = _fits(problem, located.surfaces[:SHAPE_COMBINATIONS], with_misses, most)  # step 4
+    if is_exact:  # step 5
         searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
         if searched:
             chosen = [body for number, body in enumerate(shapes) if number in searched]

@@ -1,7 +1,10 @@
 """The joint fits of combinations of features: one for each branch of the relations that contacts leave open.
 
-A relation next to coincidence is fitted widened first. Where that shows that the contacts resolve the circle on which
-the features differ, the relation is put in its place and the fit goes on from there.
+1. Every branch of every combination that may explain the contacts is a start: its cost is the chi-square of the
+   features on their own and what the relations add to it by the linear model (`branches`). The cheapest are followed.
+2. The joint least squares start there (`joint`), a relation next to coincidence widened.
+3. Where that shows that the contacts resolve the circle on which the features differ, the relation is put in its place
+   and the fit goes on from there, until no relation changes any more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,7 +51,7 @@ def starts_from(
 
     Where there are none, the nearest misses, unless without with_misses.
     """
-    found, missed = [], []
+    found, missed = [], []  # step 1
     for number, located in enumerate(combinations):
         surfaces = _anchored(located, problem.contacts)
         values, _ = contact_observations(problem.contacts, problem.sigmas, surfaces)
@@ -69,9 +72,9 @@ def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number
 
 def branch_fit(problem: JointProblem, start: Start, most_steps: int = MOST_JOINT_STEPS) -> JointFit:
     """The fit of one branch."""
-    fit = joint_fit(problem, start.surfaces, start.equations, most_steps)
+    fit = joint_fit(problem, start.surfaces, start.equations, most_steps)  # step 2
     while True:
-        narrowed = _narrowed(problem, fit)
+        narrowed = _narrowed(problem, fit)  # step 3
         if narrowed is None:
             return fit
         fit = joint_fit(problem, fit.surfaces, narrowed, most_steps)

@@ -5,7 +5,11 @@ gradients G, the covariance S of the features from their own contacts and R of t
 
     c^T (G S G^T + R)^-1 c.
 
-Branches that cost many times what any solution may are left out; so are, with all of theirs, combinations of features.
+1. Each relation has its branches, first the one nearest to the surfaces.
+2. S is taken from the contacts alone; what they leave free counts as known to one fixture size, or rad.
+3. A branch that alone costs many times what any solution may (COSTLY) is left out.
+4. Of what is left every choice of signs is judged by all relations together. Where each costs too much, that
+   combination of features falls.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,9 +34,9 @@ COSTLY = 10.0
 CURVED = 0.02
 """Share of a residual by which the linear model is taken to be off at most; near zero it is off by its square."""
 KEPT_SIGMA = 1e-12
-"""Sigma of a relation that surfaces known exactly keep but for rounding."""
+"""Sigma (rad, fixture sizes) of a relation that surfaces known exactly keep but for rounding."""
 MOST_BRANCHES = 64
-"""Branches of one combination of features, those that cost least."""
+"""Branches of one combination of features that are judged, the one nearest to the surfaces first."""
 
 
 def nearest_branch(
@@ -45,14 +49,15 @@ def nearest_branch(
 
 def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[tuple[float, tuple[Equation, ...]]]:
     """What each branch would cost (chi-square) and its equations, cheapest first; those too costly left out."""
-    choices = _choices(problem.relations, surfaces, problem.scale)
-    covariance = _covariance(problem, surfaces)
+    choices = _choices(problem.relations, surfaces, problem.scale)  # step 1
+    covariance = _covariance(problem, surfaces)  # step 2
     limit = COSTLY * chi_square_limit(len(problem.contacts))
 
     def cost(equations: Sequence[Equation]) -> float:
         return _cost(equations, surfaces, covariance, problem.scale)
 
-    viable = [[e for e in equations if cost([e]) <= limit] for equations in choices]
+    viable = [[e for e in equations if cost([e]) <= limit] for equations in choices]  # step 3
+    # Step 4.
     found = [(cost(combination), combination) for combination in islice(product(*viable), MOST_BRANCHES)]
     return sorted((pair for pair in found if pair[0] <= limit), key=lambda pair: pair[0])
 

@@ -1,6 +1,10 @@
 """The paper's way to a fixture: the surfaces of each feature from its own contacts, in every combination.
 
-A sphere with too few contacts of its own is placed by its known distances to features that are located (eqs. 48-51).
+1. Each feature is located by its own contacts (`features_alone`); those that these leave open are put off.
+2. Every choice of one surface for each located feature is a combination.
+3. A sphere that was put off is placed by its known distances to features that are located (eqs. 48-51), in each
+   combination, and may then place the next one.
+4. Where a feature is left there are no combinations.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +53,7 @@ class LocatedAlone:
 
 
 def located_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> LocatedAlone:
-    """What contacts say of each feature alone; sigmas (n,) of the residuals."""
+    """What contacts say of each feature alone (step 1); sigmas (n,) of the residuals."""
     alone: dict[str, Sequence[FeatureCandidate]] = {}
     thinned = False
     for name, feature in fixture.features.items():
@@ -79,7 +83,7 @@ def combinations_of(
 ) -> Combinations | None:
     """The same from the candidates of those features that can be located alone."""
     weak = any(is_weak(candidate) for candidates in alone.values() for candidate in candidates)
-    choices = islice(product(*alone.values()), most)
+    choices = islice(product(*alone.values()), most)  # step 2
     found: list[dict[str, FeatureCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
     missing = [name for name in fixture.features if name not in alone]
     while missing and found:
@@ -88,12 +92,13 @@ def combinations_of(
             return None
         missing.remove(reached)
         try:
+            # Step 3.
             found = [more for known in found for more in _with_one_more(fixture, contacts, reached, known)]
         except DegenerateContactsError:
             return None
         weak |= any(is_weak(known[reached]) for known in found)
     if missing:
-        return None
+        return None  # step 4
     surfaces = [{name: candidate.surface for name, candidate in known.items()} for known in found[:most]]
     return Combinations(surfaces, weak)
 

@@ -1,12 +1,20 @@
 """All contacts and all relations at once: least squares over the surfaces of a fixture that is not one rigid body.
 
 Unknown are the displacements d of every feature. Contacts and relations with a sigma are observations r; relations
-with sigma 0 are constraints c = 0. Levenberg-Marquardt: each step solves
+with sigma 0 are constraints c = 0.
 
-    min |r + J d|^2 + damping |d|^2   subject to   c + C d = 0
+1. The undamped step solves the linearised problem in the null space of C:
 
-in the null space of C. The fit has converged where the undamped step would gain next to nothing in chi-square: that
-does not depend on units, nor on how weakly a motion is held, and a damped step that gains little is no end.
+    min |r + J d|^2 + damping |d|^2   subject to   c + C d = 0.
+
+2. The fit ends where the constraints hold and that step would gain next to nothing in chi-square: this does not depend
+   on units, nor on how weakly a motion is held, and a damped step that gains little is no end.
+3. The first step is taken, undamped or more and more damped, that lowers chi-square plus an exact penalty on what is
+   missing to the constraints.
+4. A fit above its limit that has all but stopped improving is given up.
+5. In the end the surfaces are moved onto the constraints by the shortest way.
+
+Source: Levenberg-Marquardt; null-space method and exact penalty as in Nocedal and Wright, Numerical Optimization.
 """
 
 from collections.abc import Mapping, Sequence
@@ -70,15 +78,15 @@ def joint_fit(
     fit = linearized(problem, surfaces, equations)
     damping = 0.0
     for number in range(most_steps):
-        step = _step(fit, 0.0)
+        step = _step(fit, 0.0)  # step 1
         if fit.missing < KEPT and abs(fit.chi2 - step.promised) < CONVERGED * (1 + 1e-3 * fit.chi2):
-            break
-        new, damping = _improved(problem, fit, step, damping)
+            break  # step 2
+        new, damping = _improved(problem, fit, step, damping)  # step 3
         if new is None or _is_hopeless(fit, new, step.promised, late=number > JOINT_PATIENCE):
             fit = new or fit
-            break
+            break  # step 4
         fit = new
-    return _restored(problem, fit)
+    return _restored(problem, fit)  # step 5
 
 
 def _is_hopeless(fit: JointFit, new: JointFit, promised: float, late: bool) -> bool:

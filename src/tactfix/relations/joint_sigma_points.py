@@ -2,6 +2,12 @@
 
 Features have more displacements than the frame has motions. Sigma points lie along the six that move the frame, to
 first order; the others move it in second order at most.
+
+1. The displacements that contacts and relations leave, in sigmas, are carried to the frame by its derivatives.
+2. That linear spread is trusted where the frame is free, or the surfaces bend next to nothing as far as it reaches.
+3. Else singular vectors say along which displacements the frame moves.
+4. A joint fit leads to each sigma point there (`poses.sigma_points`): it is asked for the residuals that the linear
+   model has after that step.
 """
 
 from collections.abc import Callable
@@ -39,14 +45,14 @@ class JointSpread:
     def at(self, base_from_fixture: Floats, curved: bool = True) -> Spread:
         """The spread of one of the frames (4, 4); without curved that of the linear model, which is trusted."""
         factor, free = self.fit.spread()
-        linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T
+        linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T  # step 1
         is_free = np.abs(moving).max(initial=0.0) > FRAME_AT_REST * np.abs(self.frame_jacobian).max()
         if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < NEARLY_LINEAR:
-            return Spread(linear, moving, trusted=True)
+            return Spread(linear, moving, trusted=True)  # step 2
         centre = self.problem.contacts.centre
         # Of all directions those along which the frame moves: a fold of a feature aside from it is none of its own.
-        along = np.linalg.svd(linear, full_matrices=False)[2].T
-        reach = self._reach(base_from_fixture, self.fit.jacobian @ factor)
+        along = np.linalg.svd(linear, full_matrices=False)[2].T  # step 3
+        reach = self._reach(base_from_fixture, self.fit.jacobian @ factor)  # step 4
         return curved_spread(base_from_fixture, centre, linear @ along, factor @ along, self._bend, reach)
 
     def _most_bend(self, factor: Floats, origin: Floats) -> float:

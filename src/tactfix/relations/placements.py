@@ -11,6 +11,13 @@ A feature is a point p and a direction d, of an axis or a normal. With q = p' - 
     distance        q.d - value of a plane,   |q| - value,   q square to an axis,   |q.(d x d')| / |d x d'| - value
 
 A relation that leaves a sign open has, at each placement, the one that is nearer. Arrays have the placements first.
+
+1. The residuals of all placements are taken where they start.
+2. Their derivatives are formed by differences, three shifts and at most two tilts a feature.
+3. Each placement goes a Levenberg-Marquardt step, no displacement longer than LONGEST_DISPLACEMENT.
+4. It stays there where chi-square has fallen, and is damped less; else it goes back, and is damped more.
+
+Steps 2 to 4 are repeated PLACEMENT_STEPS times.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -39,9 +46,9 @@ follow, and a joint fit keeps them exactly afterwards."""
 PLACEMENT_DAMPING, FIRMEST_DAMPING, SOFTEST_DAMPING = 1e-2, 1e-9, 1e6
 """Damping as a share of the diagonal: to begin with, and its limits."""
 UNRESISTED = 1e-9
-"""The same of what nothing resists, of the largest."""
+"""Added to the diagonal of the normal equations, as a share of its largest entry: what nothing resists then stays."""
 LONGEST_DISPLACEMENT = 0.5
-"""Of one displacement (rad, fixture sizes)."""
+"""Of one displacement in one step (rad, fixture sizes), up to which a tilt is roughly the angle that it turns by."""
 
 Places: TypeAlias = tuple[Floats, Floats]
 """Points and directions (..., 3) of one feature, one for each placement."""
@@ -63,14 +70,14 @@ def settled(
     like, terms = starts[0], _terms(fixture, problem)
     places = {name: _places([start[name] for start in starts]) for name in like}
     columns, sizes = _columns(like, _length(problem))
-    residuals = _residuals(terms, places)
+    residuals = _residuals(terms, places)  # step 1
     chi2, damping = np.einsum("sm,sm->s", residuals, residuals), np.full(len(starts), PLACEMENT_DAMPING)
     for _ in range(PLACEMENT_STEPS):
-        jacobian = _jacobian(terms, places, residuals, columns, sizes)
-        ahead = _moved(places, columns, _step(residuals, jacobian, damping) * sizes)
+        jacobian = _jacobian(terms, places, residuals, columns, sizes)  # step 2
+        ahead = _moved(places, columns, _step(residuals, jacobian, damping) * sizes)  # step 3
         new_residuals = _residuals(terms, ahead)
         new_chi2 = np.einsum("sm,sm->s", new_residuals, new_residuals)
-        better = new_chi2 < chi2
+        better = new_chi2 < chi2  # step 4
         places = {name: _chosen(better, ahead[name], one) for name, one in places.items()}
         residuals = np.where(better[:, None], new_residuals, residuals)
         chi2 = np.where(better, new_chi2, chi2)

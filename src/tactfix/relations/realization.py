@@ -1,10 +1,16 @@
 """The rigid geometries that a fixture by relations can be.
 
-Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes. Newton's method from many
-random configurations finds them, each on the branch of the relations (`equations`) that the configuration happens to
-be nearest to, and with each its mirror image, of which the relations hold as well. Every one is laid into the fixture
-frame by the recipe, once per choice of axis signs, and alike ones are kept once. Where the relations leave the shape
-free there is none: such a fixture must be located feature by feature.
+Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes.
+
+1. Relations that hold fewer numbers than a shape has leave it free: there is none.
+2. Newton's method, its step the shortest one, goes from a random configuration to where the relations hold, on the
+   branch (`equations`) that the configuration happens to be nearest to.
+3. Where the relations leave more motions there than those of one rigid body, the shape is free: there is none.
+4. The shape and its mirror image, of which the relations hold as well, are laid into the fixture frame by the recipe,
+   once per choice of axis signs; bodies that are known already are dropped.
+5. That ends when trials in a row bring nothing new (NOTHING_NEW, PER_SHAPE), or none arrives at all (CONTRADICTORY).
+
+A fixture whose shape is free must be located feature by feature.
 """
 
 from collections.abc import Mapping, Sequence
@@ -70,21 +76,21 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
     """The rigid bodies that a fixture by relations can be, each in every frame that its recipe allows."""
     rng = Random(20261122)
     scale = fixture_scale(fixture)
-    if not _are_enough(fixture, _random_surfaces(fixture, scale, rng), scale):
+    if not _are_enough(fixture, _random_surfaces(fixture, scale, rng), scale):  # step 1
         return ()
     found: list[tuple[Mapping[str, Surface], ...]] = []
     idle = failed = 0
     for _ in range(SHAPE_STARTS):
         if idle >= NOTHING_NEW + PER_SHAPE * len(found) / 2 or failed >= CONTRADICTORY:
-            break
-        surfaces = _relaxed(fixture, _random_surfaces(fixture, scale, rng), scale)
+            break  # step 5
+        surfaces = _relaxed(fixture, _random_surfaces(fixture, scale, rng), scale)  # step 2
         if surfaces is None:
             failed += not found
             continue
-        if not is_rigid(fixture, surfaces, scale):
+        if not is_rigid(fixture, surfaces, scale):  # step 3
             return ()
         idle += 1
-        for body in (surfaces, {name: _mirrored(surface) for name, surface in surfaces.items()}):
+        for body in (surfaces, {name: _mirrored(surface) for name, surface in surfaces.items()}):  # step 4
             shapes = _distinct(_in_fixture_frame(fixture, body), scale)
             if shapes and not any(_known(shapes[0], list(other), scale) for other in found):
                 found.append(tuple(shapes))

@@ -1,7 +1,10 @@
 """Where features can be located neither alone nor as one rigid body: fits from where many placements lead.
 
-Features that are located alone begin at one of the places they may have, all others at random. Where contacts and
-relations leave nothing free together, the ends are the solutions; else they are samples of what is free.
+1. Features that are located alone begin at one of the places they may have, all others at random.
+2. Damped least squares follow all placements side by side (`placements`); ends that are alike count as one.
+3. Joint fits start at the ends, at those first that the approaches allow.
+4. Where contacts and relations leave nothing free, these are the solutions: all there are, if each was met OFTEN_MET.
+5. Else they are samples of what is free.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,18 +54,19 @@ def sampled_solutions(
 
     alone: the features that their own contacts locate, and where.
     """
-    ends = _distinct_ends(problem, *settled(fixture, problem, _starts(fixture, problem, alone)))
+    starts = _starts(fixture, problem, alone)  # step 1
+    ends = _distinct_ends(problem, *settled(fixture, problem, starts))  # step 2
     ends.sort(key=lambda end: _comes_out(problem.contacts, end[0]))
     fits: list[JointFit] = []
-    for surfaces, _ in ends[:FITTED_ENDS]:
+    for surfaces, _ in ends[:FITTED_ENDS]:  # step 3
         fits.append(branch_fit(problem, nearest_start(problem, surfaces)))
         if len(fits) >= FREE_SAMPLES and not any(_is_held(fit) for fit in fits):
             break
     held = [fit for fit in fits if _is_held(fit)]
-    if held:
+    if held:  # step 4
         complete = len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
         return replace(joint_solutions(fixture, problem, held), complete=complete)
-    best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]
+    best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]  # step 5
     return joint_solutions(fixture, problem, best, continuum=True)
 
 

@@ -1,10 +1,12 @@
 """Corrected contacts of a fixture whose shape the relations leave open: are they explained, at little cost.
 
-Whoever looks for a mistake asks this of a hundred corrections, nearly all of them wrong. Most leave a feature that no
-surface explains, which that feature's contacts tell alone: at once where they bend otherwise than its radius does, else
-when it is located, which is done once for all corrections that leave its contacts as they are. Of
-what is left the linear model tells the least chi-square (`branches`), so that whoever asks may begin with the most
-promising ones; a few joint fits follow, without the curvature of their covariance.
+Whoever looks for a mistake asks this of a hundred corrections, nearly all of them wrong, the cheapest question first:
+
+1. Do contacts on a round feature bend otherwise than its radius does? Then no surface explains them.
+2. Does a surface of each feature explain its contacts? It is located alone, once for all corrections that leave these
+   contacts as they are.
+3. Which least chi-square does the linear model promise (`branches`)? The most promising corrections may so come first.
+4. Do a few joint fits explain the contacts (`branch_fits`)? Their covariance is left without its curvature.
 """
 
 from collections.abc import Sequence
@@ -33,9 +35,9 @@ COMBINATIONS_PER_CORRECTION = 12
 MOST_FOLLOWED = 3
 """Starts of one correction that are fitted, those of the least cost."""
 TRIAL_FIT_STEPS = 20
-"""Of each fit: what explains contacts is near by then, and what creeps is not told apart by its last digits."""
+"""Steps of each fit: what explains contacts is near by then, and what creeps is not told apart by its last digits."""
 MOST_TRIAL_FITS = 40
-"""The same of all corrections together."""
+"""Fits of all corrections together, which bounds the time that a diagnosis takes; then `Trials.is_cut`."""
 
 
 @frozen_value
@@ -68,10 +70,11 @@ class Trials:
         is_shrunk = len(contacts) == len(self.contacts) and contacts.spread < self.contacts.spread / 2
         if is_shrunk and any(self._has_become_flat(part) for part in parts):
             return False
-        if any(self._bends_otherwise(part) for part in parts):
+        if any(self._bends_otherwise(part) for part in parts):  # step 1
             return False
         # What is known already comes first, then what other corrections will ask as well.
         parts.sort(key=lambda part: _key(part) not in self._located)
+        # Step 2.
         return all(self._is_explained(self._old_ones(part)) and self._is_explained(part) for part in parts)
 
     def _has_become_flat(self, part: Contacts) -> bool:
@@ -86,7 +89,7 @@ class Trials:
 
     def promise(self, contacts: Contacts) -> float:
         """The least chi-square that the linear model promises; infinite where nothing does."""
-        begun = self._begun[id(contacts)] = self._begin(contacts, with_misses=False)
+        begun = self._begun[id(contacts)] = self._begin(contacts, with_misses=False)  # step 3
         return begun.starts[0].cost if begun.starts else np.inf
 
     def solutions(self, contacts: Contacts, with_misses: bool = False) -> Solutions:
@@ -101,7 +104,7 @@ class Trials:
                 self.is_cut = True
                 break
             self._fits += 1
-            fits.append(branch_fit(begun.problem, start, TRIAL_FIT_STEPS))
+            fits.append(branch_fit(begun.problem, start, TRIAL_FIT_STEPS))  # step 4
         return joint_solutions(self.fixture, begun.problem, fits, curved=False)
 
     def _begin(self, contacts: Contacts, with_misses: bool) -> Begun:
