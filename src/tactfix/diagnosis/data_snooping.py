@@ -4,6 +4,11 @@ The sum of squared residuals hides one bad contact among many good ones. A norma
 own standard deviation after the fit, sigma_i sqrt(1 - h_i), h_i the leverage: for good contacts a standard normal
 number, and of all tests for one wrong contact the most powerful (Baarda 1968, A testing procedure for use in geodetic
 networks). Where relations have sigmas of their own the true leverage is larger: the residuals are normalised to less.
+
+1. Residuals over sigma and their derivatives are taken at the pose, one equation each, with what is known beforehand.
+2. Each is divided by what the fit leaves of its standard deviation, sqrt(1 - h_i) (`deletion`).
+3. The largest stands out if noise exceeds it, among all of them, with less than the probability asked for.
+4. To first order, the pose without that contact says how far it has moved the fixture.
 """
 
 import numpy as np
@@ -25,12 +30,12 @@ def normalized_residuals(
 
     sigmas (n,) of the residuals; placement: what is known of the pose beforehand.
     """
-    single = one_equation_each(solution.surfaces, contacts, sigmas)
+    single = one_equation_each(solution.surfaces, contacts, sigmas)  # step 1
     values, normals = contact_residuals(single.surfaces, single.contacts)
     seen = sensitivity(single.contacts, normals, single.sigmas)
     seen, more = with_known(seen, placement, solution.base_from_fixture)
     doubts = Doubts(np.concatenate([values / single.sigmas, more]), span_of(seen.reduced))
-    return doubts.normalized[: len(single.of)], single.of
+    return doubts.normalized[: len(single.of)], single.of  # step 2
 
 
 def contact_that_stands_out(
@@ -38,7 +43,7 @@ def contact_that_stands_out(
 ) -> tuple[int, float] | None:
     """The index and the normalised residual of the worst contact, if noise exceeds that with less than probability."""
     sizes, of = normalized_residuals(contacts, sigmas, solution, placement)
-    worst = int(np.argmax(sizes))
+    worst = int(np.argmax(sizes))  # step 3
     return (int(of[worst]), float(sizes[worst])) if sizes[worst] > normal_limit(len(sizes), probability) else None
 
 
@@ -52,7 +57,7 @@ def movement_without(
     seen = sensitivity(single.contacts, normals, single.sigmas)
     seen, more = with_known(seen, placement, solution.base_from_fixture)
     scaled = np.concatenate([values / single.sigmas, more])
-    motion = -np.linalg.lstsq(seen.reduced, scaled, rcond=SMALLEST_RATIO)[0]
+    motion = -np.linalg.lstsq(seen.reduced, scaled, rcond=SMALLEST_RATIO)[0]  # step 4
     motion = motion if seen.basis is None else seen.basis @ motion
     turn, shift = motion[:3] / seen.scale, motion[3:]
     moves = shift + cross(np.broadcast_to(turn, contacts.points.shape), contacts.points - seen.centre)

@@ -1,13 +1,17 @@
 """Why no pose explains the contacts: single mistakes that would make them consistent.
 
-Each hypothesis corrects one mistake in the contacts and locates again; those after which a pose is left are
-reported. A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit,
-one bad contact, two labels swapped. Approaches are doubted first where a pose fits but for them, and a few of many
-contacts where one fits all others; what is rarer or would explain more is asked only where nothing before it explains
-the contacts, labels last.
+A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit, one bad
+contact, two labels swapped. Each hypothesis corrects one of them in the contacts.
 
-Locating again costs a tenth of a second or more, so that a hypothesis is first asked whether a few of its contacts rule
-it out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
+1. Contacts are ordered by what leaving them out would gain at the best pose (`deletion`).
+2. Hypotheses come in stages: approaches first where a pose fits but for them, else units and tip radii, and a few of
+   many contacts where one fits all others; what is rarer or would explain more comes later, labels last.
+3. Locating again costs a tenth of a second or more, so that each is first asked whether a few of its contacts rule it
+   out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
+4. The others are located again. The first stage after which a pose is left is the last.
+5. Its hypotheses are reported, the most plausible first.
+
+Where the fixture has few shapes all hypotheses are fitted at once instead (`hypothesis_tests`).
 """
 
 import math
@@ -118,10 +122,11 @@ def suspicions(
     relations that leave its shape open, or one of many.
     """
     doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
-    order = doubts.order if doubts else _on_contradicted_first(contacts, trials)
+    order = doubts.order if doubts else _on_contradicted_first(contacts, trials)  # step 1
     screen = trials or Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_DOUBTED]))
     pairs = likely_pairs(contacts, order, doubts)
     swaps = (hypothesis for hypothesis in swapped_labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
+    # Step 2.
     units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
     if fits:
         against = _against(contacts, best) if best else order
@@ -136,12 +141,13 @@ def suspicions(
     few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
     # Where single contacts cost next to nothing to ask, none is taken for several.
     for stage in chain(stages, few) if trials else chain(few, stages):
+        # Step 3.
         asked: Iterator[Hypothesis] = (hypothesis for hypothesis in stage if screen.lets_pass(hypothesis.contacts))
         if trials is not None:
             asked = _promising(asked, trials)
-        found = [(h, told) for h in asked if (told := _tried(h, explained)) is not None]
+        found = [(h, told) for h in asked if (told := _tried(h, explained)) is not None]  # step 4
         if found:
-            return _ranked(contacts, found)
+            return _ranked(contacts, found)  # step 5
     return ()
 
 

@@ -1,15 +1,16 @@
 """Contacts that no pose explains, told by a few of them alone, at a thousandth of the cost of a search for poses.
 
-Wherever a fixture stands, the tip's centres at two touches are no farther apart than the spheres that they lie on
-allow, and no nearer than the gap between the two features. A pose that leaves the residuals a and b on them would have
-to make up for what is missing, |a| + |b| >= excess, so chi-square is at least excess^2 / (sigma_a^2 + sigma_b^2).
-
-No pose brings the contacts of a plane nearer to it than the plane through them that fits best. One that is turned by d
-from that leaves residuals of at least sin(d) s, s^2 the moment of the contacts across their longest direction: what
-the angle of two planes misses must be made up for by turning both, as above with sigma / s in the place of sigma.
-
-A sphere or cylinder within s of a point on it lies no deeper than s^2 / 2r below the tangent plane there, so that
-points on it are no farther than s^2 / 4r, root mean square, from the plane that fits them best.
+1. Wherever a fixture stands, the tip's centres at two touches are no farther apart than the spheres that they lie on
+   allow, and no nearer than the gap between the two features. A pose that leaves the residuals a and b on them would
+   have to make up for what is missing, |a| + |b| >= excess, so chi-square is at least
+   excess^2 / (sigma_a^2 + sigma_b^2).
+2. No pose brings the contacts of a plane nearer to it than the plane through them that fits best.
+3. One that is turned by d from that leaves residuals of at least sin(d) s, s^2 the moment of the contacts across their
+   longest direction: what the angle of two planes misses must be made up for by turning both, as in step 1 with
+   sigma / s in the place of sigma.
+4. A sphere or cylinder within s of a point on it lies no deeper than s^2 / 2r below the tangent plane there, so that
+   points on it are no farther than s^2 / 4r, root mean square, from the plane that fits them best.
+5. The largest of these is what no pose falls below.
 """
 
 from collections.abc import Mapping
@@ -39,12 +40,13 @@ def least_chi_square(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas
         low, high = _limits(touched, one, other, contacts.tip_radius)
         pairs = np.ix_(names == one, names == other)
         excess: Floats = np.maximum(np.maximum(apart[pairs] - high, low - apart[pairs]), 0.0)
-        least = max(least, float((excess**2 / variance[pairs]).max(initial=0.0)))
+        least = max(least, float((excess**2 / variance[pairs]).max(initial=0.0)))  # step 1
     planes = {name: surface for name, surface in touched.items() if isinstance(surface, Plane)}
+    # Steps 2 to 4.
     fitted = {name: _Fitted(contacts.points[names == name], sigmas[names == name]) for name in planes}
     angles = [_angle_chi_square(planes[a], planes[b], fitted[a], fitted[b]) for a, b in combinations(planes, 2)]
     bends = [_bend_chi_square(name, touched[name], apart, contacts, sigmas) for name in touched]
-    return max([least, *angles, *bends, *(plane.chi2 for plane in fitted.values())])
+    return max([least, *angles, *bends, *(plane.chi2 for plane in fitted.values())])  # step 5
 
 
 def are_beyond_boxes(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], contacts: Contacts) -> bool:

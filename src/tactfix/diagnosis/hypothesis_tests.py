@@ -1,4 +1,12 @@
-"""Which mistakes explain contacts on a rigid fixture: all hypotheses fitted, tested, and ranked."""
+"""Which mistakes explain contacts on a rigid fixture: all hypotheses fitted, tested, and ranked.
+
+1. Mistakes that leave the pose on which all else agrees are fitted from there (`trial_search`).
+2. Mistakes that change everything are searched for anew.
+3. Reversed approaches, a larger sigma and a tip elsewhere are read from the residuals at poses that are known.
+4. Explanations are kept whose chi-square is within its limit, and that approach, touch boxes and paths allow.
+5. Where none is enough, features in another order are searched for, and two or three contacts left out together.
+6. The most plausible are told, those together that the contacts cannot tell apart (`ranking`).
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -79,7 +87,7 @@ ELSEWHERE = 0.01
 """Share of the contacts' spread by which contacts are in other places of the fixture at two poses that are two."""
 AMBIGUOUS = " (what is left is ambiguous)"
 MOST_ENTRIES = 8
-"""Entries of a diagnosis."""
+"""Entries of a diagnosis at most, the most plausible first."""
 MOST_TESTED = 40
 """Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
 MOST_LEFT_OUT = 3
@@ -96,11 +104,12 @@ def mistakes_that_explain(
     """The mistakes after which a pose is left, most plausible first; solutions: those that fit as it is, or nearly."""
     known = [solution.base_from_fixture for solution in solutions]
     search = TrialSearch(problem, known)
-    found = search.explanations(_all(FROM_KNOWN_POSES, problem))
-    found += searched_anew(problem, _all(ANEW, problem))
+    found = search.explanations(_all(FROM_KNOWN_POSES, problem))  # step 1
+    found += searched_anew(problem, _all(ANEW, problem))  # step 2
+    # Step 3.
     found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
-    accepted = _accepted(fixture, problem, found, accepts)
-    if not any(_is_enough(problem, one) for one, _ in accepted):
+    accepted = _accepted(fixture, problem, found, accepts)  # step 4
+    if not any(_is_enough(problem, one) for one, _ in accepted):  # step 5
         # There are many, each takes a search, and they are as rare as the mistakes before them are common.
         accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
@@ -108,7 +117,7 @@ def mistakes_that_explain(
             break
         sets = outliers(problem, search.sets_to_leave_out(size))
         accepted += _accepted(fixture, problem, search.explanations(sets), accepts)
-    return _ranked(fixture, problem, dict(accepted))
+    return _ranked(fixture, problem, dict(accepted))  # step 6
 
 
 def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[Hypothesis]:

@@ -3,6 +3,11 @@
 A tip that stands q elsewhere in the flange moves the contact i by R_i q, R_i how the flange stood, and its residual by
 n_i . R_i q. Where the flange turned, no motion of the fixture makes up for that: three columns more in the least
 squares.
+
+1. Residuals over sigma and what motions of the fixture do to them are taken at the pose.
+2. From residuals and the columns n_i . R_i is taken away what these motions make up for.
+3. Where of a direction of q nothing is left, the contacts cannot tell it; else least squares give q.
+4. It is as likely as one wrong contact if the Bayesian information criterion (Schwarz 1978) says so.
 """
 
 import math
@@ -38,15 +43,16 @@ def tip_change(
     """The change of the tip that fits best, None where the contacts cannot tell it; sigmas (n,) of the residuals."""
     assert contacts.flange_rotations is not None
     single = one_equation_each(solution.surfaces, contacts, sigmas)
-    values, normals = contact_residuals(single.surfaces, single.contacts)
+    values, normals = contact_residuals(single.surfaces, single.contacts)  # step 1
     seen = sensitivity(single.contacts, normals, single.sigmas)
     seen, more = with_known(seen, placement, solution.base_from_fixture)
     scaled = np.concatenate([values / single.sigmas, more])
     span = span_of(seen.reduced)
     columns = np.einsum("ni,nij->nj", normals, contacts.flange_rotations[single.of]) / single.sigmas[:, None]
     columns = np.vstack([columns, np.zeros((len(more), 3))])
+    # Step 2.
     own, left = columns - span @ (span.T @ columns), scaled - span @ (span.T @ scaled)
-    sizes = np.linalg.svd(own, compute_uv=False)
+    sizes = np.linalg.svd(own, compute_uv=False)  # step 3
     if sizes[-1] <= SMALLEST_RATIO * np.linalg.norm(columns):
         return None
     change = -np.linalg.lstsq(own, left, rcond=None)[0]
@@ -54,5 +60,5 @@ def tip_change(
     worst = float(Doubts(scaled, span).normalized[: len(single.of)].max())
     count = len(single.of)
     chi2, before = float(rest @ rest), float(left @ left)
-    as_one = before - worst**2 + 3 * math.log(count)
+    as_one = before - worst**2 + 3 * math.log(count)  # step 4
     return TipChange(change, chi2, chi2 + 3 * math.log(count) <= as_one)

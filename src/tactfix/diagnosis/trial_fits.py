@@ -9,7 +9,12 @@ y = A x + b of a contact x, its residual over sigma is
 With a tip that stands q elsewhere in the flange, x is x + R q, R how the flange stood at the contact. Else q are the
 numbers fitted: c = 1 for every contact is another tip radius, c = s for those of one feature another radius
 of it, and D the directions in which a feature may stand elsewhere. Levenberg-Marquardt; arrays have the trials first,
-so that numpy and LAPACK work on all of them in one call.
+so that numpy and LAPACK work on all of them in one call:
+
+1. Residuals and their derivatives are taken where the trials stand.
+2. Damped normal equations give each trial a step, its turn and shift together no longer than one.
+3. Where chi-square falls the trial takes it, its damping a tenth; else it stays, its damping tenfold.
+4. A trial ends where it gains next to nothing (TRIAL_GAIN) or no step leads down (LAST_DAMPING).
 """
 
 from collections.abc import Sequence
@@ -96,23 +101,24 @@ class Fits:
 def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
     """The trials after at most so many steps; none ends with a larger chi-square than it began with."""
     trials = trials.take(np.arange(len(trials.tips)))
-    residuals, jacobians = evaluate(table, trials)
+    residuals, jacobians = evaluate(table, trials)  # step 1
     chi2 = np.einsum("tn,tn->t", residuals, residuals)
     damping = np.full(len(chi2), TRIAL_DAMPING)
     live = np.arange(len(chi2))
     for _ in range(steps):
         if not len(live):
             break
-        ahead = _stepped(trials.take(live), _step(residuals[live], jacobians[live], damping[live]))
+        ahead = _stepped(trials.take(live), _step(residuals[live], jacobians[live], damping[live]))  # step 2
         new_residuals, new_jacobians = evaluate(table, ahead)
         new_chi2 = np.einsum("tn,tn->t", new_residuals, new_residuals)
         gain = chi2[live] - new_chi2
-        better = gain > 0
+        better = gain > 0  # step 3
         damping[live] = np.maximum(damping[live] * np.where(better, 0.1, 10.0), SINGULAR_DAMPING)
         took = live[better]
         for name in ("rotations", "offsets", "numbers"):
             getattr(trials, name)[took] = getattr(ahead, name)[better]
         residuals[took], jacobians[took], chi2[took] = new_residuals[better], new_jacobians[better], new_chi2[better]
+        # Step 4.
         live = live[~((better & (gain < TRIAL_GAIN * (1 + new_chi2))) | (damping[live] > LAST_DAMPING))]
     return Fits(trials, residuals, jacobians, chi2)
 

@@ -1,8 +1,9 @@
 """How well each hypothesis explains the contacts: fits from the poses that most contacts agree on.
 
-Mistakes in a few contacts or in one feature leave the pose that all others agree on where it is (`robust_poses`), so
-that all of them are fitted from there at once (`trial_fits`): a few steps each, then the best of them to the end. What
-changes everything (a unit, features taken for each other) is searched for anew.
+1. Mistakes in a few contacts or in one feature leave the pose that all others agree on where it is (`robust_poses`).
+2. All are tried at once, a few steps (`trial_fits`) from each such pose that they can be found from.
+3. The most plausible so far are fitted to the end, and ends that have met count as one.
+4. What changes everything (a unit, features taken for each other) is searched for anew.
 """
 
 from collections.abc import Iterable, Sequence
@@ -37,7 +38,7 @@ TRIAL_STEPS, FITTING_STEPS = 3, 30
 HYPOTHESES_FITTED = 80
 """Hypotheses that are fitted to the end."""
 FROM = 6
-"""Poses from which each of them is."""
+"""Poses from which each of these hypotheses is."""
 WORSE = 10.0
 """By so much chi-square may be larger at other poses that are looked at."""
 IN_PLACE_SIGMAS = 3.0
@@ -78,7 +79,7 @@ class TrialSearch:
         self.problem = problem
         self.single = problem.single
         self.frame = SearchFrame.of(self.single.surfaces, self.single.contacts)
-        self.rotations, self.offsets = self._poses(known)
+        self.rotations, self.offsets = self._poses(known)  # step 1
 
     def _poses(self, known: Sequence[Floats]) -> tuple[Floats, Floats]:
         smallest = float(self.single.sigmas.min())
@@ -99,10 +100,10 @@ class TrialSearch:
         table, trials, of = self._trials(hypotheses)
         if not len(of):
             return []
-        begun = fitted(table, trials, TRIAL_STEPS)
+        begun = fitted(table, trials, TRIAL_STEPS)  # step 2
         penalties = np.array([hypothesis.penalty(self.problem) for hypothesis in hypotheses])
         followed = _most_plausible(begun, penalties[of], of)
-        ended = fitted(table, begun.trials.take(followed), FITTING_STEPS)
+        ended = fitted(table, begun.trials.take(followed), FITTING_STEPS)  # step 3
         ends: dict[int, list[int]] = {}
         for number in np.argsort(ended.chi2, kind="stable").tolist():
             already = ends.setdefault(int(of[followed[number]]), [])
@@ -161,8 +162,7 @@ class TrialSearch:
     def _worth_trying(self, hypothesis: Hypothesis) -> Bools:
         """From which of the poses (k,) it can be found.
 
-        A mistake in a few contacts only from where most others agree; other labels only where the contacts do not agree
-        with those they have.
+        A mistake in a few contacts only from where most others agree; other labels only where their own do not fit.
         """
         if not hypothesis.index:
             return np.ones(len(self.rotations), dtype=bool)
@@ -203,7 +203,7 @@ def searched_anew(problem: Problem, hypotheses: Iterable[Hypothesis]) -> list[Ex
     found = []
     for hypothesis in hypotheses:
         try:
-            fits = _fits_anew(hypothesis.corrected(problem, np.zeros(0)))
+            fits = _fits_anew(hypothesis.corrected(problem, np.zeros(0)))  # step 4
         except TactfixError:  # a tip that does not fit into a bore
             continue
         penalty = hypothesis.penalty(problem)
