@@ -1,9 +1,12 @@
 """Telling candidates apart: for each pose that fits, what speaks against it.
 
-In this order: approach (eq. 11 of the paper, for planes, cylinders and inner surfaces too), touch box, what is known
-beforehand (`prior`), straight path. Fit and relations come before, where the poses are made. Nothing is decided on the
-edge: a sign must be wrong by SURE standard deviations to speak against a pose, and one that is within them is reported
-as doubtful.
+1. The approach must lead into the material (eq. 11 of the paper, for planes, cylinders and inner surfaces too).
+2. Each contact must lie in the touch box of its feature.
+3. The pose must agree with what is known beforehand (`prior`).
+4. Where nothing else speaks against it, the straight path to each contact must be free.
+
+Fit and relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong by SURE
+standard deviations to speak against a pose, and one that is within them is reported as doubtful.
 """
 
 from collections.abc import Callable
@@ -35,11 +38,12 @@ def judge(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool 
     """What speaks against a pose. The path is asked only of poses that nothing else speaks against."""
     reasons: list[Reason] = []
     doubts: list[str] = []
-    for test in (_approach, _touch):
+    for test in (_approach, _touch):  # steps 1 and 2
         test(fixture, contacts, trial, reasons, doubts)
+    # Step 3.
     if fixture.placement is not None and (off := contradiction(fixture.placement, trial, fixture.units, fitted=True)):
         reasons.append(Reason("prior", None, None, off.message))
-    if not reasons and use_path:
+    if not reasons and use_path:  # step 4
         _path(fixture, contacts, trial, reasons)
     return Verdict(tuple(reasons), tuple(doubts))
 

@@ -1,7 +1,11 @@
 """Where a fixture stands: contacts in, one pose or a clear word why there is none or more than one.
 
-contacts -> all solutions (`poses.rigid`: all at once; `relations.assembly`: feature by feature) -> what speaks
-against each (`verdicts`) -> a status, and what to do next.
+1. Contacts that are not of this fixture are refused; where the tip is unknown, `unknown_tip` goes on.
+2. All solutions are found (`poses.rigid`: all at once; `relations.assembly`: feature by feature), and what speaks
+   against each (`elimination`) gives a status (`outcome`).
+3. What every status reports alike is told: candidates, residuals, surfaces, warnings.
+4. Where something is known beforehand, the contacts are judged without it (`contacts_alone`).
+5. The status decides what else is told: the pose, the next contact, free motions, or the mistakes that would explain.
 """
 
 from collections.abc import Collection, Sequence
@@ -95,6 +99,7 @@ def locate(
 def _answer(
     fixture: Fixture, contacts: Contacts, scale_sigma: bool, explain: bool, unknown: Collection[Unknown]
 ) -> LocateResult:
+    # Step 1.
     _refuse_foreign(fixture, contacts)
     contacts = _without_approach_to_points(fixture, contacts)
     if unknown:
@@ -102,14 +107,14 @@ def _answer(
 
         return locate_with_tip(fixture, contacts, frozenset(unknown), scale_sigma=scale_sigma)
     sigmas = residual_sigmas(fixture, contacts)
-    outcome = outcome_of(fixture, contacts, sigmas, with_misses=explain)
+    outcome = outcome_of(fixture, contacts, sigmas, with_misses=explain)  # step 2
     solutions, verdicts, left, status = outcome.solutions, outcome.verdicts, outcome.left, outcome.status
-    result = _result(fixture, contacts, solutions, verdicts, left, status)
+    result = _result(fixture, contacts, solutions, verdicts, left, status)  # step 3
     if left and not fixture.is_placed and status != "underdetermined":
         from tactfix.relations.parallels import doubtful_distances
 
         result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
-    if explain and fixture.placement is not None and fixture.placement.is_known:
+    if explain and fixture.placement is not None and fixture.placement.is_known:  # step 4
         from tactfix.localization.contacts_alone import contacts_alone
 
         alone = contacts_alone(fixture, contacts, sigmas, outcome)
@@ -118,6 +123,7 @@ def _answer(
         result = replace(result, candidates=candidates, warnings=warnings, without_prior=alone.without)
         if alone.contradictions:
             return result
+    # Step 5.
     if status == "located":
         return _with_pose(result, fixture, left[0], scale_sigma)
     if status == "ambiguous":

@@ -1,9 +1,14 @@
 """Which contacts are missing where those made leave a motion free: the fewest, and where to make them.
 
 To first order about one pose a contact with outward normal n at x sees the motion (w, v) by n . v + (x - c) x n . w.
-One more contact takes away one free motion at most, so that as many are missing as motions are free; each is chosen
-from the touches that can be made so that the determinant of the information of all grows most (D-optimal, greedily:
-for independent rows the fewest are found so). Directions that are held need none, and a measured pose counts.
+One more contact takes away one free motion at most, so that as many are missing as motions are free.
+
+1. Touches that can be made are spread over all features, each with its information of what is not held.
+2. The contacts made and a measured pose give the information to begin with.
+3. The touch is chosen with which the determinant of the information grows most (D-optimal, greedily: for independent
+   rows the fewest are found so), until no motion is free.
+4. Where one takes no free motion away, none helps.
+5. The first is told, the others as its further ones.
 """
 
 import numpy as np
@@ -38,20 +43,21 @@ def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) ->
     fixture; else the place is that of the solution.
     """
     try:
-        candidates = _Candidates(fixture, solution, contacts.tip_radius)
+        candidates = _Candidates(fixture, solution, contacts.tip_radius)  # step 1
     except TactfixError:  # a tip that does not fit into a bore that nobody has touched
         return None
-    information = candidates.information_of(contacts)
+    information = candidates.information_of(contacts)  # step 2
     is_free = _freedom(information) > 0
     chosen: list[int] = []
     while len(candidates) and (not chosen or _freedom(information) > 0):
-        number = candidates.best(information)
+        number = candidates.best(information)  # step 3
         gained = information + candidates.information[number]
         if is_free and _freedom(gained) == _freedom(information):
-            return None
+            return None  # step 4
         chosen.append(number)
         information = gained
     sigma = float(contacts.sigmas.max())
+    # Step 5.
     touches = [candidates.touch(number, sigma, known=not is_free) for number in chosen]
     return _told(touches, is_free) if touches else None
 

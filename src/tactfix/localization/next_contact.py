@@ -1,4 +1,10 @@
-"""The contact that would tell the remaining poses apart: where they disagree by the widest margin in units of sigma."""
+"""The contact that would tell the remaining poses apart: where they disagree by the widest margin in units of sigma.
+
+1. Points are spread over what can be touched of each feature, as the best pose has it; a blocked path rules one out.
+2. For every other pose it is asked how far the fixture's surfaces are from there; the smallest is the point's margin.
+3. The point with the largest margin is taken, the first of equal ones.
+4. Where that is within sigma, no contact tells the poses apart.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -39,16 +45,18 @@ def next_contact(
     centre, extent = extent_of(surfaces, fixture.touch)
     best: tuple[float, str, Floats, Floats] | None = None
     for name, surface in surfaces.items():
+        # Step 1.
         points, normals = sample_touches(surface, fixture.touch.get(name), PLACES_TO_TELL_APART, centre, extent)
         free = _reachable(fixture, surfaces, name, points + standoff(surface, tip_radius) * normals, -normals)
         points, normals = points[free], normals[free]
         if not len(points):
             continue
+        # Steps 2 and 3.
         margins = _disagreement(fixture, name, points, normals, tip_radius, first, others)
         top = int(np.argmax(margins >= (1 - _EQUAL_MARGIN) * margins.max()))
         if best is None or margins[top] > (1 + _EQUAL_MARGIN) * best[0]:
             best = (float(margins[top]), name, points[top], normals[top])
-    if best is None or best[0] <= sigma:
+    if best is None or best[0] <= sigma:  # step 4
         return None
     margin, name, point, normal = best
     touch = touch_in_words(name, point, -normal, base_from_fixture, sigma)

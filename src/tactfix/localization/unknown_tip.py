@@ -1,6 +1,11 @@
 """Where a fixture stands when it is not known where the tip is, or how large: both together, or what is missing.
 
-The solutions are those of `unknowns.search`; what speaks against each is asked with the contacts as its tip makes them.
+1. All poses with their tips are found (`unknowns.search`).
+2. What speaks against each is asked with the contacts as its tip makes them. Where only the path speaks against all
+   that are left, it is not the one that the probe took.
+3. Where something is known beforehand, the same is done without it.
+4. The status decides what else is told: the motion left free, the next contact, or the pose with its covariance.
+5. Inconsistent contacts are asked whether another place of the tip, or one contact less, explains them.
 """
 
 from collections.abc import Sequence
@@ -45,7 +50,9 @@ def locate_with_tip(
         raise UsageError(f"{fixture.name}: an unknown tip takes a fixture whose features stand in known places")
     sigmas = residual_sigmas(fixture, contacts)
     known = fixture.placement
+    # Step 1.
     solutions = tip_solutions(shapes, contacts, sigmas, unknown, fixture.probe.tip_within, known)
+    # Step 2.
     reasons = [_against(fixture, solution, solutions.limit) for solution in solutions.found]
     if not any(len(against) == 0 for against in reasons):
         # Where only the path speaks against every pose that is left, it is not the one that the probe took.
@@ -53,9 +60,10 @@ def locate_with_tip(
     left = [solution for solution, against in zip(solutions.found, reasons, strict=True) if not against]
     status = _status(solutions, left)
     result = _result(fixture, contacts, solutions, reasons, left, status)
-    if known is not None and known.is_known:
+    if known is not None and known.is_known:  # step 3
         result = _beside_prior(result, fixture, contacts, unknown)
     result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
+    # Step 4.
     if status == "underdetermined":
         loosest = max(left or solutions.found, key=lambda s: len(s.weak))
         touch = turned_contact(fixture, loosest)
@@ -67,7 +75,7 @@ def locate_with_tip(
         joint = left[0].covariance * factor
         pose = left[0].solution.base_from_fixture
         return replace(result, base_from_fixture=pose, covariance=joint[:6, :6], joint_covariance=joint)
-    found: tuple[Diagnosis, ...] = ()
+    found: tuple[Diagnosis, ...] = ()  # step 5
     if status == "inconsistent" and "tip" not in unknown and contacts.flange_rotations is not None:
         freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within, known)
         found = _tip_elsewhere(fixture, contacts, freed)

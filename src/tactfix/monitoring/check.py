@@ -1,4 +1,11 @@
-"""The daily check: does the fixture still stand where it was located, and what is the most it can have moved?"""
+"""The daily check: does the fixture still stand where it was located, and what is the most it can have moved?
+
+1. The fixture is located; where that fails nothing is compared.
+2. The reference is brought to the fixture's units; without a covariance it is exact.
+3. The movement is compared with its covariance.
+4. The corner of the box around the fixture that moved farthest is told, and a bound for all points (95 %).
+5. The history of the same reference, with this check, tells a drift (`drift`).
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -164,15 +171,15 @@ def check(
     for name in (reference.fixture, *(record.fixture for record in history)):
         if name and name != fixture.name:
             raise OtherFixtureError(fixture.name, name)
-    result = locate(fixture, contacts, scale_sigma=scale_sigma)
+    result = locate(fixture, contacts, scale_sigma=scale_sigma)  # step 1
     limits = limits or Limits()
     if result.base_from_fixture is None:
         return CheckResult(result, reference, limits, warnings=result.warnings)
     warnings = result.warnings if reference.covariance is not None else (*result.warnings, EXACT_REFERENCE)
-    before = _in_units(reference, fixture.units)
-    movement = compare(before, result.pose)
-    worst, bound = _farthest(fixture, result, before, movement)
-    record = _record(fixture, before, result.pose)
+    before = _in_units(reference, fixture.units)  # step 2
+    movement = compare(before, result.pose)  # step 3
+    worst, bound = _farthest(fixture, result, before, movement)  # step 4
+    record = _record(fixture, before, result.pose)  # step 5
     same = [earlier for earlier in history if _is_against(earlier, record)]
     return CheckResult(
         result=result,

@@ -5,6 +5,12 @@ least-squares slope is b = sum(w_i x_i). The weights sum to zero, so the error o
 cancels: without a drift cov(b) = sum(w_i^2 C_i), C_i by the contacts of the i-th check alone. T^2 = b^T cov(b)^-1 b is
 then chi-square with 6 degrees of freedom, for any number of checks from three on.
 
+1. The last checks are looked at, at most WINDOW; fewer than three tell no drift.
+2. The weights w_i follow from their number.
+3. The slope is b, the motion from one check to the next.
+4. Its covariance is that of the contacts of each check alone.
+5. How often T^2 is as large by chance says whether there is a drift.
+
 H. Hotelling, "Multivariate quality control", in Techniques of Statistical Analysis, McGraw-Hill 1947, for T^2, here
 with known covariances; A. F. Bissell, "The performance of control charts and cusums under linear trend", Applied
 Statistics 33 (1984) 145-151, for why the charts of single checks and of means are slow to tell a trend.
@@ -88,9 +94,11 @@ def drift_of(records: Sequence[CheckRecord]) -> Drift | None:
     """The drift over the last checks, at most WINDOW, of one reference, oldest first; None for fewer than three."""
     if len(records) < FEWEST_CHECKS:
         return None
-    last = records[-WINDOW:]
+    last = records[-WINDOW:]  # step 1
+    # Step 2.
     weights = np.arange(len(last)) - (len(last) - 1) / 2
     weights /= weights @ weights
-    slope = weights @ np.array([record.motion for record in last])
+    slope = weights @ np.array([record.motion for record in last])  # step 3
+    # Steps 4 and 5.
     covariance = np.einsum("i,ijk->jk", weights**2, np.array([record.covariance for record in last]))
     return Drift(len(last), slope, covariance, chance_of(slope, covariance))

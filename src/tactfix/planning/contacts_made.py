@@ -1,8 +1,11 @@
 """Contacts already made, in the fixture frame: by the pose that they give, or by one that they allow.
 
-Where they leave a motion free, what they see of the fixture is nearly the same at all the poses that the motion leads
-through. One is taken at which every contact lies in the touch box of its feature and came into the material: of those
-the true one is.
+1. `locate` tells the poses that explain them; where none does and the tip is to be found too, those with another tip.
+2. Where no motion is free, or a pose is known weakly, the best of them is taken.
+3. Where they leave a motion free, what they see of the fixture is nearly the same at all the poses that the motion
+   leads through. From each pose told, turned by each of _FIRST_TURNS, a descent (Levenberg-Marquardt) leads to where
+   every contact lies in the touch box of its feature and came into the material: of those the true one is.
+4. The first where half the sum of squares against it is below the number of contacts is taken, else the best.
 """
 
 from collections.abc import Callable
@@ -24,11 +27,11 @@ _AS_BAD_AS_SIGMA = 1e-3
 _SHALLOWEST_APPROACH = -0.5
 """Cosine of approach and outward normal that no usual approach exceeds."""
 _TOUCH_STEPS = 40
-"""Newton steps at most."""
+"""Levenberg-Marquardt steps at most."""
 _TOUCH_DIFFERENCE = 1e-7
-"""Step of the differences, of unit directions."""
+"""Step of the forward differences: rad, and shares of the contacts' extent; above the root of doubles' rounding."""
 _TOUCH_SETTLED = 1e-6
-"""Length of a step, in the same unit, at which Newton's method has settled."""
+"""A step that lowers the sum of squares by less than this share of it, and of one, is the last."""
 _FIRST_TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
 """Rotation vectors by which a pose is turned to begin with: from the wrong side nothing pulls it to the right one."""
 _MARGIN = 0.05
@@ -48,7 +51,7 @@ def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = Fals
 
     Raises UsageError where no pose explains them.
     """
-    result = locate(fixture, existing, explain=False)
+    result = locate(fixture, existing, explain=False)  # step 1
     accepted = sorted((c for c in result.candidates if c.accepted), key=lambda candidate: candidate.chi2)
     if not accepted and tip_unknown and existing.flange_rotations is not None:
         with_tip = locate(fixture, existing, unknown=["tip"])
@@ -62,14 +65,16 @@ def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = Fals
             f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
         )
     touch = result.next_contact
+    # Step 2.
     if result.status != "underdetermined" or (touch is not None and touch.point is not None):
         pose = accepted[0].base_from_fixture
         return Made(existing.moved(inverse(pose)), pose)
     best = (np.inf, accepted[0].base_from_fixture)
     for candidate in accepted:
         for turn in _FIRST_TURNS:
+            # Step 3.
             best = min(best, _possible(fixture, existing, candidate, turn), key=lambda one: one[0])
-            if best[0] < len(existing):
+            if best[0] < len(existing):  # step 4
                 return Made(existing.moved(inverse(best[1])), None)
     return Made(existing.moved(inverse(best[1])), None)
 

@@ -2,8 +2,12 @@
 
 A tip that is q elsewhere in the flange changes the residual of contact i by n_i . F_i q, F_i how the flange stands:
 three columns more beside those of the pose. Which contact is made in which orientation is chosen so that the largest
-standard deviation of the tip's place, pose and tip found together, is smallest: from orientations in turn, single
-contacts are changed as long as that pays.
+standard deviation of the tip's place, pose and tip found together, is smallest.
+
+1. The contacts take the orientations in turn.
+2. Contacts already made count as the flange stood at them.
+3. Contact by contact, another orientation is taken where it lowers that standard deviation by more than rounding.
+4. Passes over all contacts follow until one changes nothing.
 """
 
 from dataclasses import replace
@@ -29,7 +33,7 @@ from tactfix.simulation.simulate import nominal_surfaces
 USUAL_CONTACTS: Final = 12
 """Contacts where their number is left open: pose and tip are nine numbers, and three contacts check them."""
 ORIENTATION_PASSES: Final = 10
-"""Passes over all contacts at most."""
+"""Passes over all contacts at most; they end where one changes nothing."""
 TIP_UNDETERMINED: Final = 1e-9
 """Ratio of singular values below which the tip is not determined."""
 
@@ -50,7 +54,8 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
     stands = plan.base_from_fixture if plan.frame == "base" else None
     new = plan.contacts if stands is None else plan.contacts.moved(inverse(stands))
     rotations = tool_orientations(count, new.approaches)
-    chosen = in_turn(new.features, count)
+    chosen = in_turn(new.features, count)  # step 1
+    # Step 2.
     seen = _Seen(fixture, new if made is None else joined_contacts(made, new))
     fixed = np.zeros((0, 3, 3)) if made is None or made.flange_rotations is None else made.flange_rotations
 
@@ -64,9 +69,10 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
             for other in range(count):
                 tried = chosen.copy()
                 tried[i] = other
+                # Step 3.
                 if (sigma := tip_sigma(tried)) < (1 - WORTH_A_STEP) * best:
                     chosen, best = tried, sigma
-        if best == before:
+        if best == before:  # step 4
             break
     offset = np.array(fixture.probe.tip_offset or (0.0, 0.0, 0.0))
     turned = rotations[chosen] if stands is None else stands[:3, :3] @ rotations[chosen]

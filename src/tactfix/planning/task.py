@@ -1,4 +1,10 @@
-"""One planning task from its search to the plan that is judged: the work behind `tactfix.plan`."""
+"""One planning task from its search to the plan that is judged: the work behind `tactfix.plan`.
+
+1. Random sets of touches begin; in a table the first is that of the row before with the best one more.
+2. From each of them single touches are exchanged until none pays (`exchange`, Fedorov 1972).
+3. The best are polished: each touch moves over its surface as long as that pays.
+4. From the best on, `uniqueness` judges them; the first that leaves one pose only is the plan, else the best.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -148,18 +154,19 @@ class Task:
         smaller: the choice of the row before, where a table is made. share: what of the whole work this begins with
         and how much it is.
         """
-        begun = self._starts(count, smaller)
-        ended: list[Choice] = []
+        begun = self._starts(count, smaller)  # step 1
+        ended: list[Choice] = []  # step 2
         for choice in self.over(partial(exchanged, self.search), begun):
             ended.append(choice)
             self.progress(share[0] + share[1] * len(ended) / (len(begun) + 1), f"{count} contacts")
         # What was unique with one contact less is kept as it was, with one more: it still is, and is surer.
         choices = [*ended, *([] if smaller is None else [self.search.choice(begun[0])])]
         choices.sort(key=lambda choice: choice.score)
+        # Step 3.
         few = _POLISHED if smaller is None else _POLISHED_IN_TABLE
         choices[:few] = [polished(self.search, choice) for choice in choices[:few]]
         choices.sort(key=lambda choice: choice.score)
-        plans: list[Plan] = []
+        plans: list[Plan] = []  # step 4
         for k, choice in enumerate(choices):
             done = len(begun) + k / len(choices)
             self.progress(share[0] + share[1] * done / (len(begun) + 1), f"{count} contacts: unique?")

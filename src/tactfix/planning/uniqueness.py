@@ -1,7 +1,10 @@
 """Whether a plan leaves one pose only, by asking locate, and what makes it so: an approach turned off the normal.
 
-The nominal contacts are located as if their sigma were larger: what is then still a candidate is a pose that the real
-contacts would put no more than ten sigma behind the right one.
+1. The nominal contacts are located with their own sigma.
+2. Where one pose is left, they are located as if their sigma were larger: what is then still a candidate is a pose that
+   the real contacts would put no more than ten sigma behind the right one.
+3. The candidate nearest to where the contacts were planned is right, the others are rivals.
+4. For each rival one approach is turned, that which has to turn least to come out of the rival's material.
 """
 
 from dataclasses import replace
@@ -46,10 +49,10 @@ def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | Non
 
     base_from_fixture (4, 4): where the fixture stands, for what is known of that beforehand.
     """
-    result = locate_nominal(fixture, contacts, base_from_fixture)
+    result = locate_nominal(fixture, contacts, base_from_fixture)  # step 1
     if result.status not in ("located", "ambiguous"):
         return Verdict(result, False, ())
-    if result.status == "located":
+    if result.status == "located":  # step 2
         coarse = BEHIND / np.sqrt(chi_square_limit(result.dof))
         coarser = replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas)
         wide = locate_nominal(fixture, coarser, base_from_fixture)
@@ -58,6 +61,7 @@ def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | Non
     accepted = [candidate for candidate in wide.candidates if candidate.accepted]
     if not accepted:
         return Verdict(result, False, ())
+    # Step 3.
     offs = [float(np.abs(candidate.base_from_fixture - np.eye(4)).max()) for candidate in accepted]
     right = int(np.argmin(offs))
     return Verdict(result, True, tuple(candidate for i, candidate in enumerate(accepted) if i != right))
@@ -69,7 +73,7 @@ def telling_approaches(access: Access, contacts: Contacts, normals: Floats, riva
     normals (n, 3): outward at the contacts. One contact a rival: the one whose approach has to turn least to come from
     inside the rival's material. A rival that no approach tells apart is left.
     """
-    approaches = contacts.approaches.copy()
+    approaches = contacts.approaches.copy()  # step 4
     turned: set[int] = set()
     for rival in rivals:
         wrong = _rival_normals(rival, contacts)

@@ -1,9 +1,12 @@
 """What a probe is good for, from touches of the same places or of a reference ball.
 
-Sigma is the standard deviation of touches about the means of their places, pooled over all places: along the approach
-where the contacts say it, else in all directions. Of a ball of known radius it is that of the distances from the best
-centre, form of ball and probe included, and the radius of the surface on which the tip's centres lie gives that of
-the tip.
+1. Of a ball of known radius the readings are the distances from the best sphere, form of ball and probe included, and
+   the radius of the surface on which the tip's centres lie gives that of the tip.
+2. Else touches of one feature, and of one target where those are said, are of one place.
+3. Their readings are deviations from the mean of their place: along the approach where all contacts say it, else in all
+   directions.
+4. Sigma is the standard deviation of all readings, pooled over the places; outliers, a drift and a step are looked for
+   in their sequence (`sequence`).
 """
 
 from collections.abc import Sequence
@@ -92,14 +95,14 @@ def qualify(
     0.0153
     """
     if radius is not None:
-        return _of_ball(contacts, radius, side, units)
-    places = _places(contacts, targets)
-    readings, warnings = _deviations(contacts, places)
+        return _of_ball(contacts, radius, side, units)  # steps 1 and 4
+    places = _places(contacts, targets)  # step 2
+    readings, warnings = _deviations(contacts, places)  # step 3
     dof = (len(readings) - len(places)) * readings.shape[1]
     if dof < 1:
         raise NotQualifiedError("no place is touched twice; touch one again, or give the radius of the reference ball")
     spans = [_span(readings[place]) for place in places]
-    return _result(contacts, readings, places, dof, max(spans), warnings, units)
+    return _result(contacts, readings, places, dof, max(spans), warnings, units)  # step 4
 
 
 def _result(
