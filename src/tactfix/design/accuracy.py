@@ -1,6 +1,13 @@
 """How surely a set of contacts fixes the pose: covariance, extreme points, observability, and which contact matters.
 
 Everything is in the fixture frame with the fixture standing at its origin, the true pose being the identity.
+
+1. Rows [n, (x - c) x n] over sigma, for each contact at x with normal n, and those of a measured pose make up J.
+2. The covariance of the pose is (J^T J)^-1, carried to the fixture's origin.
+3. At each extreme point the largest eigenvalue of the covariance there says how badly that is known.
+4. The same without each contact in turn, by Woodbury's identity.
+5. The singular vector with the smallest singular value is the motion known worst.
+6. The singular values of the contacts alone, all sigmas alike, give the observability indices (`Observability`).
 """
 
 from collections.abc import Mapping
@@ -23,6 +30,7 @@ from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 
+# Where the fixture stands: its frame is base.
 _HERE = np.eye(4)
 
 
@@ -134,18 +142,18 @@ def certainty(
     corners (k, 3): the fixture's extreme points; at (m, 3): further points to tell. The contacts must leave no motion
     free (free_of).
     """
-    seen = _sensitivity(contacts, surfaces, sigmas, placement)
-    covariance = seen.covariance(np.zeros(3))
-    found = tuple(_sigma_at(covariance, corner) for corner in corners)
+    seen = _sensitivity(contacts, surfaces, sigmas, placement)  # step 1
+    covariance = seen.covariance(np.zeros(3))  # step 2
+    found = tuple(_sigma_at(covariance, corner) for corner in corners)  # step 3
     of = one_equation_each(surfaces, contacts, sigmas).of
-    influences = _influences(contacts, seen, of, covariance, corners)
-    values, motions = seen.svd()
+    influences = _influences(contacts, seen, of, covariance, corners)  # step 4
+    values, motions = seen.svd()  # step 5
     weakest = seen.twists(motions[-1:] / values[-1], np.zeros(3))[0]
     return Certainty(
         source=source,
         contacts=len(contacts),
         covariance=covariance,
-        observability=_observability(contacts, surfaces, placement),
+        observability=_observability(contacts, surfaces, placement),  # step 6
         worst=max(found, key=lambda point: point.sigma),
         extreme=found,
         at=tuple(_sigma_at(covariance, point) for point in at),

@@ -18,9 +18,9 @@ from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import PoseFit, refine
 from tactfix.values import frozen_value
 
-# A detectable mistake is seen this often.
+# Probability with which a detectable mistake is seen.
 _POWER: Final = 0.95
-# Little more often than by chance: not worth a number.
+# Probability, little above that of chance (SUSPICIOUS): not worth a number.
 _SELDOM: Final = 0.01
 # So many times beyond the limit the distribution function is 0 to all digits, and its series long.
 FAR_BEYOND_LIMIT: Final = 20.0

@@ -1,9 +1,12 @@
 """Mistakes that a cell makes: would the residuals show them, and how far would the pose be wrong?
 
-Each mistake is done to noise-free nominal contacts (or to the fixture's numbers) and the pose is fitted again, from the
-truth, by the same least squares that locate uses. The chi-square that is left is the noncentrality of the one that
-noisy contacts would have. A mistake counts as detectable when that chi-square would exceed its limit, the one at which
-locate begins to doubt the residuals (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
+1. Each mistake is done to noise-free nominal contacts, or to the fixture's numbers.
+2. The pose is fitted again, from the truth, by the same least squares that locate uses (`blind_spot`).
+3. The chi-square that is left is the noncentrality of the one that noisy contacts would have. A mistake counts as
+   detectable when that would exceed its limit, the one at which locate begins to doubt the residuals
+   (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
+4. Of each kind the one is told that stays unseen and shifts the pose most.
+
 Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches and a wrong unit are
 given to locate: they are detectable when no pose comes out. Only there, and where the file is another fixture's
 altogether (`wrong_files`), do approach and touch box count; elsewhere it is the residuals alone, as they would be for
@@ -42,7 +45,7 @@ from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.simulation.faults import NOISIER, Fault, growth, mistaken
 from tactfix.wording import listed
 
-# Pairs of contacts that are fitted exactly.
+# Pairs of contacts that are fitted exactly; the others leave more to first order already.
 _PAIRS_FITTED: Final = 3
 _MISTAKEN_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 """Factors between units that are mistaken for each other: inch and mm, mm and m or um."""
@@ -50,7 +53,7 @@ _MISTAKEN_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 
 def blind_spots(case: Case) -> tuple[BlindSpot, ...]:
     """Every mistake that the fixture allows, each at its worst: where it stays unseen and shifts the pose most."""
-    judged = {code: _worst_of(JUDGES[code](case)) for code in BLIND_SPOTS}
+    judged = {code: _worst_of(JUDGES[code](case)) for code in BLIND_SPOTS}  # steps 1 to 4
     return tuple(spot for spot in judged.values() if spot is not None)
 
 

@@ -1,4 +1,12 @@
-"""Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen."""
+"""Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen.
+
+1. Well spread contacts are chosen among the touches that the probe can make; features that it cannot reach are told.
+2. Contacts that are given are carried into the fixture frame, and laid on its surfaces without noise; where none are,
+   the spread ones are judged.
+3. Motions that they leave free, and the cylinders that they lie on, are looked for.
+4. Where nothing is free the pose has a covariance (`accuracy`), and margins and blind spots if its direction is known.
+5. Whether locate could call any pose one, whatever was given, the spread contacts say.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -44,11 +52,12 @@ from tactfix.values import frozen_value
 # The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003
 _BORE_SHARE: Final = 0.5
-"""Of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
-# Features that change places to within this share of the fixture's size are tried with their labels exchanged.
+"""Share of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
+# Features that change places to within this share of the fixture's size, or ERROR_SIGMAS sigma if that is more, are
+# tried with their labels exchanged.
 _PLACES_EXCHANGED: Final = 0.02
 _LOOSEST: Final = 0.1
-"""Share of the fixture's size, however large sigma is."""
+"""The same at most, however large sigma is."""
 
 
 @frozen_value
@@ -85,21 +94,22 @@ def check_contacts(
     locator: of contacts in base. Whatever the contacts say, the fixture is judged as it stands at near.
     """
     access = access_of(fixture, geometry.surfaces, probe[1])
-    spread, unreachable = spread_contacts(access, probe[0])
+    spread, unreachable = spread_contacts(access, probe[0])  # step 1
     if geometry.free_motions or (given is None and unreachable):
         return ContactCheck(None, None, (), False, unreachable, ())
     spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
-    contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)
+    contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)  # step 2
     nominal_locator: Locator = partial(locate_nominal, fixture, base_from_fixture=standing(fixture))
     touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
-    free = _free(touched, geometry)
+    free = _free(touched, geometry)  # step 3
     layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)
     findings += contact_findings(touched, free, geometry.symmetries, source)
     findings += layout_findings(layouts, source)
     found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
     if not free:
-        sure = _certainty(touched, geometry, at, source)
+        sure = _certainty(touched, geometry, at, source)  # step 4
         found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, nominal_locator, found)
+    # Step 5.
     return replace(found, can_be_located=spread_touched is not None and _is_held(spread_touched, geometry))
 
 

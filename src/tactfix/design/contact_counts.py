@@ -4,6 +4,11 @@ n_i contacts on feature i are independent in general position if and only if, fo
 of n_i is at most the rank of that subset (Rado's theorem on independent transversals, the contacts on a feature being
 general rows of its constraint space). The rank of a subset is 6 less the dimension of its common motions. One contact
 on a point holds all that the point can hold: with points touched, the condition is asked of what they leave.
+
+1. Each choice of points to touch is kept that holds, with all other features, as much as all points would.
+2. The choices that need the fewest contacts, one a point and one for each degree of freedom left, give the minimum.
+3. What is left is shared out feature by feature, each given as many contacts as Rado's condition allows, or fewer.
+4. Of the sets found so, in that order, MINIMAL_SETS_LISTED are listed.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -150,16 +155,17 @@ def minimal_sets(
     sided = tuple(name for name in names if name not in points)
     total = rank(frozenset(names))
     choices = [frozenset(c) for size in range(len(points) + 1) for c in combinations(points, size)]
-    enough = [chosen for chosen in choices if rank(chosen.union(sided)) == total]
-    fewest = min(len(chosen) + total - rank(chosen) for chosen in enough)
+    enough = [chosen for chosen in choices if rank(chosen.union(sided)) == total]  # step 1
+    fewest = min(len(chosen) + total - rank(chosen) for chosen in enough)  # step 2
 
     def sets() -> Iterator[Mapping[str, int]]:
         for touched in enough:
             left = total - rank(touched)
             if len(touched) + left == fewest:
-                beyond = _beyond(rank, touched)
+                beyond = _beyond(rank, touched)  # step 3
                 yield from ({**dict.fromkeys(touched, 1), **d} for d in _distributions({}, sided, left, beyond))
 
+    # Step 4.
     return tuple({name: chosen.get(name, 0) for name in names} for chosen in islice(sets(), most))
 
 

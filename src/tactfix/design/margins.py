@@ -1,7 +1,9 @@
 """How far the nearest wrong pose lies behind the right one, and which contacts the answer hangs on.
 
-locate is asked with sigmas that are larger than they are: what it then still accepts is a wrong pose within reach,
-unless approach and touch boxes exclude it by the true sigmas.
+1. locate is asked with sigmas larger than they are (WIDENED): what it then still accepts is a wrong pose within reach.
+2. Approach and touch boxes had a grace in those sigmas: a pose is left out that they exclude by the true ones.
+3. The nearest is the one with the least chi-square by the true sigmas; where there is none, sigmas are widened further.
+4. Where the pose is unique, each contact is left out in turn: a motion may then be free, or the pose ambiguous.
 """
 
 from collections.abc import Sequence
@@ -22,7 +24,7 @@ Loss: TypeAlias = Literal["free", "ambiguous"]
 # Sigmas are enlarged by this much: with locate's limit of about five sigma, wrong poses within some fifty are seen.
 # Where there is none, by the next, and wrong poses within some five hundred.
 WIDENED: Final = (10.0, 100.0)
-# Contacts taken away one by one, at most; of more, those of the most leverage.
+# Contacts taken away one by one, at most, since locate is asked for each; of more, those of the most leverage.
 _MOST_LOSSES: Final = 24
 # Sigma: a pose so little behind fits as well as the right one.
 _FITS_AS_WELL: Final = 1e-3
@@ -75,11 +77,11 @@ class Margins:
 
 def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> Margins:
     """The margins of nominal contacts on a fixture that stands at the origin; losses are left out where not wanted."""
-    found = _nearest(touched, locator)
+    found = _nearest(touched, locator)  # steps 1 to 3
     # A contact is only missed where the pose is unique with it.
     if not with_losses or not found.is_unique:
         return found
-    tried = sorted(most_telling(touched)[:_MOST_LOSSES])
+    tried = sorted(most_telling(touched)[:_MOST_LOSSES])  # step 4
     return replace(found, fragile=_fragile(touched, tried, locator), losses=len(tried))
 
 
@@ -87,10 +89,11 @@ def _nearest(touched: Touched, locator: Locator) -> Margins:
     """The nearest wrong pose, with sigmas widened until there is one."""
     found = Margins(None, 0.0, 0.0)
     for factor in WIDENED:
-        wide = locator(replace(touched.contacts, sigmas=_widened(touched, factor)))
+        wide = locator(replace(touched.contacts, sigmas=_widened(touched, factor)))  # step 1
         limit = float(np.sqrt(wide.chi2_limit or 0.0))
         wrong = [c for c in wide.candidates if c.accepted and not _is_right(c, touched.corners)]
-        rivals = [_rival(c, touched) for c in wrong if _is_admitted(c, touched, locator)]
+        rivals = [_rival(c, touched) for c in wrong if _is_admitted(c, touched, locator)]  # step 2
+        # Step 3.
         found = Margins(min(rivals, key=lambda r: r.sigmas_behind, default=None), factor * limit, limit)
         if found.rival is not None:
             break

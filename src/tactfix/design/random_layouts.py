@@ -1,8 +1,11 @@
 """Random contact sets of a fixture: how many contacts make the pose unique in practice, and how many poses six leave.
 
-A layout begins with a minimal set, made of random touches, and goes on with further random touches wherever they may
-be. It is located with that set, with one contact more and so on until one pose is left. More contacts than
-those can only agree with it, so a layout that is located is not located again.
+1. A layout begins with a minimal set, made of random touches, and goes on with further random touches wherever they
+   may be.
+2. Each is located with that set; how many poses explain it is counted by the kind of the set.
+3. Each number of contacts has its share of layouts that leave more than one pose, or a motion free.
+4. These are located again with one contact more, and so on. More contacts than those that leave one pose can only agree
+   with it, so a layout that is located is not located again.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,7 +34,7 @@ MOST_LAYOUT_CONTACTS: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
 at QUICK_LAYOUT_CONTACTS."""
 
-# The seeds of two studies do not meet.
+# Seeds of one study, as many as MOST_LAYOUTS: those of two studies do not meet.
 _SEEDS: Final = 100_000
 
 
@@ -110,7 +113,7 @@ def study_layouts(
     Touches are inside the touch boxes, from within 20 degrees of the normal. progress is told the share of the work
     that is done; over: who locates the layouts. Raises UsageError as simulate does.
     """
-    layouts = [_layout(fixture, study, k, sets) for k in range(study.layouts)]
+    layouts = [_layout(fixture, study, k, sets) for k in range(study.layouts)]  # step 1
     seen: dict[str, list[int]] = {}
     shares: list[UniqueShare] = []
     left = layouts
@@ -123,8 +126,9 @@ def study_layouts(
             progress((count - fewest + len(outcomes) / len(left)) / (up_to - fewest + 1), f"{count} contacts")
             status, poses = outcome
             if count == fewest and status != "underdetermined":
-                seen.setdefault(layout.kind, []).append(poses)
-        shares.append(_share(count, study.layouts, [status for status, _ in outcomes]))
+                seen.setdefault(layout.kind, []).append(poses)  # step 2
+        shares.append(_share(count, study.layouts, [status for status, _ in outcomes]))  # step 3
+        # Step 4.
         left = [layout for layout, (s, _) in zip(left, outcomes, strict=True) if s in ("ambiguous", "underdetermined")]
         if not left:
             break

@@ -1,9 +1,11 @@
 """The finite group of proper motions that lay a fixture's unbounded surfaces on themselves, and what breaks each.
 
-Where no free motion is left the group is finite, so its elements share a fixed point: the point nearest to all
-surfaces, which is unique. Each element is therefore a rotation about that point, and is known once it is known where
-two independent arrows go: arrows are the normals, axes, and vectors from the middle to centres and axes, that the
-surfaces carry with them. Every pair of like arrows is tried, and every surface is held against its image.
+1. Where a free motion is left the group is infinite, and none is listed.
+2. Else its elements share a fixed point, the one nearest to all surfaces, which is unique: each is a rotation about it.
+3. A rotation is known once it is known where two independent arrows go: arrows are the normals, axes, and vectors from
+   the middle to centres and axes, that the surfaces carry with them. Every pair of like arrows gives a candidate.
+4. A candidate is an element if each surface, moved, comes to lie on one of them.
+5. Labels, approach or touch boxes, in this order, may tell it from the identity.
 """
 
 from collections.abc import Mapping
@@ -24,7 +26,8 @@ from tactfix.wording import listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 
-# Both the surface and its image are typed to scale.SPECIAL_POSITION, and each through a direction and a length.
+# Share of the fixture's size, and rad, by which a surface may miss its image. Both are typed to scale.SPECIAL_POSITION,
+# and each through a direction and a length.
 LAID_ON = 4e-6
 _SQUARED_COSINE = 1e-12
 """Squared cosine below which directions count as square to each other where the middle is looked for."""
@@ -57,19 +60,19 @@ def symmetries(
     """
     tolerance = tolerance_for(surfaces, ratio)
     if not isinstance(common_motions(surfaces.values(), tolerance), Fixed):
-        return ()
-    middle = middle_of(surfaces.values(), cutoff=_SQUARED_COSINE)
+        return ()  # step 1
+    middle = middle_of(surfaces.values(), cutoff=_SQUARED_COSINE)  # step 2
     centred = {name: _about(anchored(surface, middle), middle) for name, surface in surfaces.items()}
     found: list[tuple[Floats, dict[str, str]]] = []
-    for rotation in _candidate_rotations(list(centred.values()), tolerance):
-        images = _images(rotation, centred, tolerance)
+    for rotation in _candidate_rotations(list(centred.values()), tolerance):  # step 3
+        images = _images(rotation, centred, tolerance)  # step 4
         if images is not None and not any(rotation_angle(rotation.T @ r) < _SAME_ROTATION for r, _ in found):
             found.append((rotation, images))
     found.sort(key=lambda element: round(rotation_angle(element[0]), 6))
-    return tuple(_symmetry(r, images, middle, surfaces, boxes) for r, images in found)
+    return tuple(_symmetry(r, images, middle, surfaces, boxes) for r, images in found)  # step 5
 
 
-# Elements of a finite group of N features differ by far more than this; candidates by rounding only.
+# Rad. Elements of a finite group of N features differ by far more than this; candidates by rounding only.
 _SAME_ROTATION = 1e-3
 
 
@@ -141,7 +144,7 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
     return rotations
 
 
-# Only a sieve before the surfaces themselves are held against their images.
+# Difference of cosines: only a sieve before the surfaces themselves are held against their images.
 _SIEVE = 1e-3
 
 

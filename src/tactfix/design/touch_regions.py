@@ -1,8 +1,13 @@
 """Whether a motion can lay one touchable region on another: exact, without sampling.
 
-A touchable region is a surface within a box. The points x of one box that a motion takes into another box form a convex
-polytope of at most twelve faces. It is connected, so the distance from a centre, an axis or a plane takes every value
-between its least and its greatest there: the surface has a point in it when its radius lies between the two.
+A touchable region is a surface within a box.
+
+1. The points x of one box that a motion takes into another box form a convex polytope of at most twelve faces.
+2. Where it has no corner it is empty.
+3. The distance from a centre, an axis or a plane is greatest at a corner. It is least where it is stationary on the
+   intersection of no face, or of one, two or three.
+4. The polytope is connected, so that distance takes every value between: the surface has a point in it if and only if
+   its radius (0 of a plane) lies between the two.
 """
 
 from collections.abc import Mapping
@@ -30,15 +35,16 @@ def regions_meet(
     if box is None and image_box is None:
         return True
     point = surface.center if isinstance(surface, Sphere) else surface.point
-    normals, offsets = _faces(box, image_box, image_from_surface, point, length)
+    normals, offsets = _faces(box, image_box, image_from_surface, point, length)  # step 1
     block = block_of(surface)
     corners = _stationary(np.zeros((3, 3)), normals, offsets, (3,))
     if not len(corners):
-        return False
-    nearest = _stationary(block, normals, offsets, (0, 1, 2, 3))
+        return False  # step 2
+    nearest = _stationary(block, normals, offsets, (0, 1, 2, 3))  # step 3
     radius = radius_of(surface) / length
     least = np.linalg.norm(nearest @ block, axis=1).min()
     greatest = np.linalg.norm(corners @ block, axis=1).max()
+    # Step 4.
     return bool(least <= radius + _SYSTEM_ROUNDING and greatest >= radius - _SYSTEM_ROUNDING)
 
 

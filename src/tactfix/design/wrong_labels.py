@@ -1,4 +1,9 @@
-"""Contacts with wrong labels, one or two exchanged: those that the residuals show least."""
+"""Contacts with wrong labels, one or two exchanged: those that the residuals show least.
+
+1. Residuals over sigma and their derivatives are taken at the true pose, as the wrong labels give them.
+2. Linear least squares say how the pose follows, and what is left of chi-square then.
+3. Those few that leave the least are to be fitted exactly.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -61,10 +66,10 @@ def least_visible(touched: Touched, wrong: Sequence[WrongLabels]) -> Iterator[Wr
     """Those that leave the least chi-square once the pose has followed them, to first order."""
     if not wrong:
         return
-    rows, off = _as_labelled(touched, wrong)
-    followed = np.einsum("kij,kj->ki", np.linalg.pinv(rows), off)
+    rows, off = _as_labelled(touched, wrong)  # step 1
+    followed = np.einsum("kij,kj->ki", np.linalg.pinv(rows), off)  # step 2
     left = off - np.einsum("kij,kj->ki", rows, followed)
-    for k in np.argsort((left**2).sum(axis=1), kind="stable")[:_LABELLINGS_FITTED]:
+    for k in np.argsort((left**2).sum(axis=1), kind="stable")[:_LABELLINGS_FITTED]:  # step 3
         yield wrong[int(k)]
 
 

@@ -4,7 +4,8 @@
 2. Mistakes that change everything are searched for anew.
 3. Reversed approaches, a larger sigma and a tip elsewhere are read from the residuals at poses that are known.
 4. Explanations are kept whose chi-square is within its limit, and that approach, touch boxes and paths allow.
-5. Where none is enough, features in another order are searched for, and two or three contacts left out together.
+5. Where none is enough, more than two features taken for each other are searched for; then two or three contacts are
+   left out together.
 6. The most plausible are told, those together that the contacts cannot tell apart (`ranking`).
 """
 
