@@ -31,7 +31,7 @@ from tactfix.values import frozen_value
 
 # A position that is special to within this many sigma is as weak as one that is exactly so.
 _NEAR_SIGMAS: Final = 10.0
-# ... unless that is a large part of the fixture: then sigma says nothing about positions.
+# Share of the fixture's size from which so many sigma are not asked: sigma then says nothing about positions.
 _NEAREST: Final = 0.05
 
 

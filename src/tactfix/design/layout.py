@@ -19,7 +19,7 @@ Source: TypeAlias = Literal["plan", "contacts", "spread"]
 _CHECKED_ALONE: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
 _CHECKED_ON_A_BALL: Final = 5
 """The same for a sphere."""
-# Touches to choose the spread ones from.
+# Touches of each feature, about, of which the spread ones are those farthest from each other.
 _LAYOUT_POOL: Final = 200
 
 

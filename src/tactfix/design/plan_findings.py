@@ -24,9 +24,9 @@ from tactfix.wording import listed
 ENOUGH_BEHIND: Final = 10.0
 # A point known this many times worse than one contact is weakly held.
 _WEAKLY_HELD: Final = 10.0
-# Of random layouts of nine contacts and more a few may be left with several poses.
+# Share of the random layouts of the most contacts tried that may be left with several poses, or a motion free.
 _STRAGGLERS: Final = 0.25
-# A mistake that moves the pose by less than this many of its own sigma does no harm.
+# A mistake that moves the pose by less than this many sigma of the extreme point known worst does no harm.
 _HARMLESS: Final = 3.0
 _SOURCES: Final[dict[Source, str]] = {
     "plan": "the plan",

@@ -29,14 +29,14 @@ from tactfix.poses.search_frame import SearchFrame
 from tactfix.values import frozen_value
 
 POSES = 8
-"""Poses that trials start from, beside those known."""
+"""Poses that trials start from, beside those known: those that most contacts agree on."""
 FEW_STARTS = 120
 """Rotations from which a problem is searched that is changed as a whole: of 31 that explain contacts of the study it
 found all, as more did, and with few contacts on four features dozens are to be searched."""
 TRIAL_STEPS, FITTING_STEPS = 3, 30
 """Steps of every trial, and of those that are fitted to the end."""
 HYPOTHESES_FITTED = 80
-"""Hypotheses that are fitted to the end."""
+"""Hypotheses that are fitted to the end: the most plausible after TRIAL_STEPS, by chi-square and penalty."""
 FROM = 6
 """Poses from which each of these hypotheses is."""
 WORSE = 10.0
