@@ -19,7 +19,7 @@ from tactfix.values import frozen_value
 # A chosen touch keeps this share of the fixture's radius away from other features and from the edge of its box: a plan
 # is made before anyone knows exactly where the fixture stands.
 _CLEARANCE = 0.02
-# ... but never more than this share of the width of a narrow box.
+# A chosen touch keeps no more than this share of the width of a narrow box away from its edge.
 _EDGE_SHARE = 0.15
 # What is taken for the size of a fixture that does not say its size anywhere (planes without boxes), in metres.
 _UNSAID_SIZE = 0.1

@@ -7,6 +7,12 @@ and Denavit-Hartenberg rows differ in the order of these motions only, so nothin
 Geometric Jacobian: with z the axis and o the origin of the frame in which an elementary motion acts, both in base,
 the tip at x moves by  z x (x - o)  for each rad of a rotation and by  z  for each unit of a translation. It is exact
 at every value of the parameters, not only where all are zero.
+
+1. What stands still between the joints is multiplied out once for all touches; the joints' motions give the frame in
+   which each such segment begins.
+2. Axis and origin of each parameter's motion are brought to base.
+3. The last frame gives the tip.
+4. The columns of angles become z x (x - o); those of lengths are z.
 """
 
 from collections.abc import Sequence
@@ -99,15 +105,15 @@ class Chain:
 
     def tip(self, joints: Floats, values: Floats) -> TipMotion:
         """The tip's motion at joint coordinates (n, k) in rad and lengths, for parameter values (m,)."""
-        frames, segments = self._frames(joints, values)
+        frames, segments = self._frames(joints, values)  # step 1
         count = len(self.parameters)
         axes, origins = np.zeros((len(joints), 3, count)), np.zeros((len(joints), 3, count))
-        for (rotation, origin), segment in zip(frames, segments, strict=True):
+        for (rotation, origin), segment in zip(frames, segments, strict=True):  # step 2
             axes[:, :, segment.parameters] = _times(rotation, segment.axes)
             origins[:, :, segment.parameters] = origin[:, :, None] + _times(rotation, segment.origins)
-        tip = _after(*frames[-1], segments[-1].matrix)[1]
+        tip = _after(*frames[-1], segments[-1].matrix)[1]  # step 3
         turns = np.array([p.is_angle for p in self.parameters], dtype=bool)
-        arms = tip[:, :, None] - origins[:, :, turns]
+        arms = tip[:, :, None] - origins[:, :, turns]  # step 4
         axes[:, :, turns] = np.moveaxis(cross(np.moveaxis(axes[:, :, turns], 1, 2), np.moveaxis(arms, 1, 2)), 2, 1)
         return TipMotion(tip, axes)
 

@@ -1,4 +1,12 @@
-"""What the contacts alone would leave, without what is known of the pose beforehand, and where they contradict it."""
+"""What the contacts alone would leave, without what is known of the pose beforehand, and where they contradict it.
+
+1. Where what is known takes part in the fit, the poses of the contacts alone are those that its search found beside, or
+   those of a search without it.
+2. Where it only limits the poses, they are the same, and its verdicts are not counted.
+3. Poses so found that contradict what is known are told as candidates.
+4. Where no pose is left, it is told which held direction would have to give way, else by how much the nearest pose is
+   beyond what is known.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -54,16 +62,17 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     placement = fixture.placement
     assert placement is not None
     off: Contradicting = []
-    if placement.is_in_fit:
+    if placement.is_in_fit:  # step 1
         without, left = _found_beside(fixture, contacts, outcome) or _searched_again(fixture, contacts, sigmas)
         off = _contradicting(fixture, left, fitted=False)
     else:
-        without = _counted(contacts, outcome)
-    fallen = tuple(
+        without = _counted(contacts, outcome)  # step 2
+    fallen = tuple(  # step 3
         Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, (Reason("prior", None, None, o.message),))
         for s, o in off
         if not any(_is_same(s, other, contacts) for other in outcome.solutions.found)
     )
+    # Step 4.
     told = _contradictions(fixture, contacts, sigmas, outcome, off) if outcome.status == "inconsistent" else ()
     return ContactsAlone(without, fallen, tuple(told))
 

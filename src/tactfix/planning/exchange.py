@@ -12,8 +12,8 @@ WORTH_A_STEP = 1e-6
 """Share of the objective by which a step must lower it: more than rounding, or an exchange could run in circles."""
 _EXCHANGE_PASSES = 25
 """Passes over all contacts at most; they end where one changes nothing."""
-# The polish tries this many directions around each contact, at steps (in radii of the fixture) that shrink.
 _POLISH_DIRECTIONS = 12
+"""Directions around each contact, evenly over a turn, in which each step of the polish tries to move it."""
 _POLISH_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
 """Steps of the polish in radii of the fixture, each half the one before."""
 

@@ -1,4 +1,11 @@
-"""Where descents to the poses start: coverings of the rotations, and the surroundings of poses already found."""
+"""Where descents to the poses start: coverings of the rotations, and the surroundings of poses already found.
+
+1. Rotations are spread evenly over those of the domain (super-Fibonacci spiral, Alexa 2022), turned otherwise in each
+   covering.
+2. Where poses beyond the limits are looked for too, the first covering adds rotations without them, half as dense.
+3. Each rotation starts with the translation that is best for it, moved by START_OFFSET in some direction.
+4. What the domain holds is imposed on these poses.
+"""
 
 from dataclasses import replace
 
@@ -11,8 +18,10 @@ from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.zeros import Zeros
 
 START_OFFSET = 0.75
-"""Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre;
-0.5 and 1 do as well, a step of the fixture's radii or a translation at random less."""
+"""Length of the step off the best translation at each start, in the scaled lengths of the equations.
+
+Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre; 0.5
+and 1 do as well, a step of the fixture's radii or a translation at random less."""
 NEIGHBOURS = 32
 """Starts around each zero in one round, at all scales."""
 SIDES = np.concatenate([np.zeros((3, 1)), START_OFFSET * np.eye(3), -START_OFFSET * np.eye(3)], axis=1)
@@ -44,13 +53,13 @@ def covering_rotations(count: int) -> Floats:
 def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:
     """Poses over the rotations of the domain, as dense as count over all; others for each number."""
     domain = equations.domain
-    rotations = domain_rotations(domain, start_count(domain, count), number)
-    if domain.looks_beyond and not number:
+    rotations = domain_rotations(domain, start_count(domain, count), number)  # step 1
+    if domain.looks_beyond and not number:  # step 2
         wide = replace(domain, angle=np.pi)
         beyond = domain_rotations(wide, int(np.ceil(BEYOND_SHARE * start_count(wide, count))))
         rotations = np.concatenate([rotations, beyond], axis=2)
-    offsets = centred_offsets(equations, rotations) + _away(rotations.shape[2], number)
-    return domain.onto(rotations, offsets)
+    offsets = centred_offsets(equations, rotations) + _away(rotations.shape[2], number)  # step 3
+    return domain.onto(rotations, offsets)  # step 4
 
 
 def start_count(domain: PoseDomain, over_all: int) -> int:

@@ -4,6 +4,12 @@ The search looks at a few contacts, those far from the others of their feature f
 is just that: with one among them no pose explains the few, and the least of their residuals is nowhere near the truth.
 Parts chosen blindly are free of a few wrong contacts, most of them, and a pose that explains a part without any is next
 to the one that explains all but the wrong ones. These then stand out by their residuals.
+
+1. A part is chosen blindly, fairly shared between the features.
+2. It is searched, near the rotations that its features allow where these are known, and its poses are told.
+3. From such poses descents lead to the minima for all contacts (`best_poses`); where contacts are very many, first for
+   a thousand of them.
+4. Minima within the limit of chi-square are kept; where there is none, the nearest misses.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,8 +51,9 @@ def agreed_poses(
     surfaces in the fixture frame, sigmas (n,) of the residuals, equations: scaled, of all contacts.
     """
     for number in range(PARTS_SEARCHED):
-        index = blind_part(contacts, PART_CONTACTS, number)
+        index = blind_part(contacts, PART_CONTACTS, number)  # step 1
         part, searched = contacts.subset(index), equations.subset(index.tolist())
+        # Step 2.
         rotations = rotations_in(equations.domain, surfaces, part, sigmas[index])
         if rotations is None:
             zeros = find_zeros(searched, cost_limit, starts, turns)
@@ -83,7 +90,7 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
     """
     if len(contacts) <= THINNED:
         return _settled(equations, zeros, unit)
-    few = equations.subset(blind_part(contacts, THINNED, 0).tolist())
+    few = equations.subset(blind_part(contacts, THINNED, 0).tolist())  # step 3
     zeros = _settled(few, zeros, unit)
     if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
         zeros = zeros.best(MISSES_FOLLOWED)
@@ -94,7 +101,7 @@ def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit:
 
 def _settled(equations: PoseEquations, zeros: Zeros, unit: float) -> Zeros:
     """The minima within the limit, or those near the misses."""
-    found = polish(equations, zeros, _limit(equations.dof, unit))
+    found = polish(equations, zeros, _limit(equations.dof, unit))  # step 4
     return found if len(found) else polish(equations, zeros, most_steps=MISS_STEPS)
 
 

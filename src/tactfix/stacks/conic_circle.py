@@ -1,4 +1,11 @@
-"""A conic as a circle: s(t) = a cos t + b sin t + c runs over all its real points, for whole stacks of conics."""
+"""A conic as a circle: s(t) = a cos t + b sin t + c runs over all its real points, for whole stacks of conics.
+
+1. The eigenvector whose eigenvalue has a sign of its own gives the direction of c.
+2. Square to it, half of an angle turns any two axes into the other two eigenvectors.
+3. The conic has real points where their eigenvalues both have the other sign; one with an eigenvalue next to zero is
+   nearly a pair of lines, and that is not clear.
+4. Along the eigenvectors a, b, c are as long as the roots of the smallest eigenvalue over theirs.
+"""
 
 import numpy as np
 
@@ -26,20 +33,21 @@ def circle_of_conic(k: Floats, caution: float) -> tuple[Floats, Bools, Bools]:
     most of it falls on one place of the circle. caution: how far from a pair of lines, relative to its size, a conic
     must be to be clear, beyond what rounding asks for.
     """
-    lone = _lone_eigenvector(k)
+    lone = _lone_eigenvector(k)  # step 1
     u, v = np.moveaxis(basis_across(lone.T), 0, -1)
     l_c = _form(k, lone, lone)
     uu, uv, vv = _form(k, u, u), _form(k, u, v), _form(k, v, v)
     difference, middle = 0.5 * (uu - vv), 0.5 * (uu + vv)
     half = np.sqrt(difference * difference + uv * uv)
-    # Half of the angle whose cosine is difference / half; a round pair has none, and needs none.
+    # Step 2: half of the angle whose cosine is difference / half; a round pair has none, and needs none.
     double = np.divide(difference, half, out=np.ones_like(half), where=half > 0)
     cos, sin = np.sqrt(0.5 * (1 + double)), np.copysign(np.sqrt(0.5 * (1 - double)), uv)
     l_a, l_b = middle + half, middle - half
+    # Step 3.
     real = (l_a * l_c < 0) & (l_b * l_c < 0)
     smallest = np.minimum(np.minimum(np.abs(l_a), np.abs(l_b)), np.abs(l_c))
     clear = smallest > (_PAIR_OF_LINES + caution) * (np.abs(l_a) + np.abs(l_b) + np.abs(l_c))
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # step 4
         a, b, c = (np.sqrt(smallest / np.abs(value)) for value in (l_a, l_b, l_c))
     return np.stack([a * (cos * u + sin * v), b * (cos * v - sin * u), c * lone]), real, clear
 

@@ -1,9 +1,11 @@
 """Real common zeros of a conic and a cubic, for whole stacks of pairs: fast, and knowing where it is not sure.
 
-The conic is a circle in the right coordinates: s(t) = a cos t + b sin t + c. On it the cubic is a trigonometric
-polynomial of degree three in t, so seven samples give its values and slopes anywhere, and `trigonometric_zeros` finds
-its zeros, or says of which polynomials it cannot be sure; those are left to a slower method, and no zero is lost in
-silence.
+1. The conic is a circle in the right coordinates: s(t) = a cos t + b sin t + c (`conic_circle`).
+2. On it the cubic is a trigonometric polynomial of degree three in t, so seven samples give its values and slopes
+   anywhere, and `trigonometric_zeros` finds its zeros, or says of which polynomials it cannot be sure.
+3. Newton steps on both equations settle each zero.
+4. A pair is sure where all of that is; the others are left to a slower method, and no zero is lost in silence.
+
 Arrays are components first, (k, m) for m pairs, which keeps every operation contiguous.
 """
 
@@ -34,11 +36,11 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
     xyz (a cubic through the corners of the frame has no others). caution: pairs whose cubic, relative to its
     amplitude, comes so close to zero without reaching it, or whose conic is so close to a pair of lines, are not sure.
     """
-    circle, real, clear = circle_of_conic(conic, caution)
-    places, sure = trigonometric_zeros(_samples(circle, cubic), caution)
+    circle, real, clear = circle_of_conic(conic, caution)  # step 1
+    places, sure = trigonometric_zeros(_samples(circle, cubic), caution)  # step 2
     places[:, :, ~real] = np.nan
-    zeros, arrived = _settled(_on_circle(circle[:, :, None], places), conic, cubic)
-    return CommonZeros(zeros, ((sure & arrived) | ~real) & clear)
+    zeros, arrived = _settled(_on_circle(circle[:, :, None], places), conic, cubic)  # step 3
+    return CommonZeros(zeros, ((sure & arrived) | ~real) & clear)  # step 4
 
 
 def _samples(circle: Floats, cubic: Floats) -> Floats:

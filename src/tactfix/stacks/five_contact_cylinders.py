@@ -2,10 +2,15 @@
 
 In the basis of three contacts seen from a fourth, s = sum of sigma_i p_i, the numbers n_i . s of eq. 41 are sigma_i
 times the volume, and |p_1 x s|^2 holds no sigma_1: eq. 41 becomes a cubic of seven terms. Eq. 43 is |p_4 x s|^2 = sum
-of c_i |p_i x s|^2 with p_4 = sum of c_i p_i. The contact left out as the fifth is the one whose absence leaves the
-tetrahedron of largest volume, and each p_i is brought to unit length u_i.
-Problems about which the fast method is not sure, tidy layouts among them, go through the null space of the Macaulay
-matrix and least squares instead.
+of c_i |p_i x s|^2 with p_4 = sum of c_i p_i.
+
+1. The contact left out as the fifth is the one whose absence leaves the tetrahedron of largest volume, and each p_i is
+   brought to unit length u_i.
+2. The conic of eq. 43 and the cubic of eq. 41 follow; their common zeros are the directions (`conic_cubic`), and each
+   gives point and radius of its axis (eq. 38).
+3. Cylinders from thin tetrahedra are polished by least squares.
+4. Problems about which the fast method is not sure, tidy layouts among them, go through the null space of the Macaulay
+   matrix and least squares instead.
 """
 
 import numpy as np
@@ -103,10 +108,12 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for start in range(0, len(flat), _PLAIN_CHUNK):
             part = slice(start, start + _PLAIN_CHUNK)
+            # Steps 1 and 2.
             sure[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
+    # Step 3.
     thin = np.flatnonzero(sure & (flatness < _THIN_VOLUME))
     answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
-    crowded = np.flatnonzero(~sure)
+    crowded = np.flatnonzero(~sure)  # step 4
     for start in range(0, len(crowded), _CROWDED_CHUNK):
         index = crowded[start : start + _CROWDED_CHUNK]
         contacts = flat[index].reshape(-1, 5, 3)

@@ -1,8 +1,12 @@
 """Both centres of spheres of known radius through three contacts (eqs. 3-10), for whole stacks of problems.
 
 The paper solves for a and b in terms of c and divides by the z component of the triangle's normal. Here the
-circumcentre m of the three contacts is written in the triangle's own vectors: the centres are m +- h n with
-h^2 = radius^2 - circumradius^2, and no coordinate axis is preferred.
+circumcentre m of the three contacts is written in the triangle's own vectors, and no coordinate axis is preferred.
+
+1. Two edges v1, v2 from the first contact and their cross product give the triangle's normal n and area.
+2. The circumcentre m follows from the perpendicular bisectors, in v1 and v2.
+3. h^2 = radius^2 - circumradius^2; where that is negative by no more than the tolerance and rounding, h = 0.
+4. The centres are m +- h n.
 """
 
 import numpy as np
@@ -103,23 +107,23 @@ def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | f
 
 def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Floats) -> tuple[Bools, Bools]:
     """Fill centers (m, 2, 3) for contacts (m, 9); returns valid (m,) and double (m,)."""
-    x = np.ascontiguousarray(flat.T)
+    x = np.ascontiguousarray(flat.T)  # step 1
     v1, v2 = x[3:6] - x[0:3], x[6:9] - x[0:3]
     nx, ny, nz = v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2], v1[0] * v2[1] - v1[1] * v2[0]
     a, b, d = _dot(v1, v1), _dot(v2, v2), _dot(v1, v2)
     area = nx * nx + ny * ny + nz * nz
     half = 0.5 / area
-    # Circumcentre relative to the first contact: coordinates of the two perpendicular bisectors in v1, v2.
+    # Step 2: circumcentre relative to the first contact: coordinates of the two perpendicular bisectors in v1, v2.
     alpha, beta = b * (a - d) * half, a * (b - d) * half
     m = alpha * v1 + beta * v2
     rho_squared = _dot(m, m)
-    height_squared = radius * radius - rho_squared
+    height_squared = radius * radius - rho_squared  # step 3
     # What rounding of the coordinates can do to the circumradius of a thin triangle is always granted.
     granted = tolerance + _RADIUS_ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
     # circumradius - radius <= granted, squared: no square root of the circumradius is needed.
     double = (height_squared < 0) & (height_squared >= -granted * (2 * radius + granted))
     h = np.sqrt(np.where(double, 0.0, height_squared)) / np.sqrt(area)
-    m += x[0:3]
+    m += x[0:3]  # step 4
     for k, component in enumerate((nx, ny, nz)):
         lift = h * component
         np.add(m[k], lift, out=centers[:, 0, k])

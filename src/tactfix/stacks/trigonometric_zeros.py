@@ -1,9 +1,11 @@
 """All real zeros of trigonometric polynomials of degree three, for whole stacks, and of which ones that is certain.
 
-On a grid of cells, cubic Hermite interpolation between neighbours is wrong by at most h^4/384 max|g''''|, and by
-Descartes' rule its Bernstein coefficients tell whether a cell holds no zero, exactly one, or perhaps several. Cells of
-the last kind are divided, twice; a polynomial with a cell that is still undecided then is not certain: it has two zeros
-within about a thousandth of a rad, or almost.
+1. On a grid of cells, cubic Hermite interpolation between neighbours is wrong by at most h^4/384 max|g''''|, and by
+   Descartes' rule its Bernstein coefficients tell whether a cell holds no zero, exactly one, or perhaps several.
+2. Cells of the last kind are divided, twice.
+3. A polynomial with a cell that is still undecided then is not certain: it has two zeros within about a thousandth of a
+   rad, or almost.
+4. Each zero is settled on the polynomial itself.
 """
 
 from functools import cache
@@ -68,9 +70,10 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
     single = (samples / amplitude).astype(np.float32)
     values, slopes = _grid()
     place = (np.arange(samples.shape[1]), None, 2 * np.pi / _CELLS)
+    # Step 1.
     found = _sorted_cells(values @ single, slopes @ single, _SINGLE + caution, place)
     parts, width = [found], 2 * np.pi / _CELLS
-    for _ in range(_DIVISIONS):
+    for _ in range(_DIVISIONS):  # step 2
         if not found.open_owner.size:
             break
         found = _divided(found, harmonics, amplitude, caution, width)
@@ -78,8 +81,8 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
         parts.append(found)
     places, crowded = _slotted(parts, samples.shape[1])
     certain = np.ones(samples.shape[1], dtype=bool)
-    certain[found.open_owner] = False
-    places, settled = _settled(places, harmonics)
+    certain[found.open_owner] = False  # step 3
+    places, settled = _settled(places, harmonics)  # step 4
     return places, certain & settled & ~crowded
 
 
