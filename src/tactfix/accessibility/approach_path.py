@@ -2,6 +2,11 @@
 
 Only what the fixture file says is known to exist can stand in the way, and only by what the tip's centre would have to
 run into: an obstacle that is really there may go unseen, one that is not there never speaks against a pose.
+
+1. A ball is in the way of an approach that passes its centre nearer than its radius.
+2. A bar is in the way of one that passes its axis so, between the ends that its touch box gives.
+3. A bounded face is in the way of one that comes out of it, but for the openings of inner surfaces.
+4. Of each contact the first such feature is told.
 """
 
 from collections.abc import Mapping
@@ -50,10 +55,11 @@ def path_blocked(
             continue
         match surface:
             case Sphere(side="outer"):
-                blocked = _through_ball(surface, points, approaches, length, margins)
+                blocked = _through_ball(surface, points, approaches, length, margins)  # step 1
             case Cylinder(side="outer"):
+                # Step 2.
                 blocked = _through_bar(surface, boxes.get(name), points, approaches, length, margins, strict)
-            case Plane() if name in boxes:
+            case Plane() if name in boxes:  # step 3
                 sides = (surface, Plane(surface.point, -surface.normal))
                 both = strict and isinstance(own, Sphere | Cylinder) and own.side == "outer"
                 blocked = np.zeros(len(points), dtype=bool)
@@ -62,7 +68,7 @@ def path_blocked(
                     blocked |= crossed & ~_in_opening(surfaces, side, points, approaches)
             case _:
                 continue
-        for i in np.flatnonzero(blocked):
+        for i in np.flatnonzero(blocked):  # step 4
             names[i] = names[i] or name
     return names
 

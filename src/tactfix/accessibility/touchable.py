@@ -2,7 +2,11 @@
 
 All in one frame, the one that the boxes are written in (the fixture frame). Boxes may be open; what is open is closed
 around the middle of the fixture where a finite piece is needed, because a fixture file does not say where an unbounded
-surface ends.
+surface ends. Points are spread so (`sample_touches`):
+
+1. What the box leaves open is closed.
+2. A low-discrepancy sequence in the unit square (Roberts' R2) is laid on the surface, equal areas for equal areas.
+3. Points in the box are kept, batch by batch until there are enough or _TRIALS_PER_POINT are spent.
 """
 
 from collections.abc import Iterable, Mapping
@@ -223,16 +227,16 @@ def sample_touches(
         way = surface.point - centre
         away = unit(way) if way.any() else np.eye(3)[2]
         return np.tile(surface.point, (min(count, 1), 1)), np.tile(away, (min(count, 1), 1))
-    closed = closed_box(surface, box, centre, radius)
+    closed = closed_box(surface, box, centre, radius)  # step 1
     found: list[Floats] = []
     have = 0
     for batch in range(_TRIALS_PER_POINT // 4):
         index = np.arange(4 * count * batch, 4 * count * (batch + 1))[:, None]
-        points = _placed(
+        points = _placed(  # step 2
             surface, closed, np.asarray((np.asarray(start) + _SEQUENCE_STEP * index) % 1.0, dtype=np.float64)
         )
         size = float(np.linalg.norm(closed.high - closed.low))
-        found.append(points[within_box(closed, points, _EDGE * size)])
+        found.append(points[within_box(closed, points, _EDGE * size)])  # step 3
         have += len(found[-1])
         if have >= count:
             break
