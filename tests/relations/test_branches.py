@@ -5,6 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tactfix
+from tactfix.geometry.surfaces import Cylinder
+from tactfix.relations import branches
+from tactfix.relations.joint_problem import JointProblem
 from tests.support.problems import Patch, angle, distance, pose_error, recipe, related, touch_all
 from tests.support.shared_data import shared_data
 
@@ -116,3 +119,44 @@ def test_pins_square_to_a_plate_are_located_however_the_machine_lies(relations, 
         assert result.status == "located"
         error = pose_error(result.base_from_fixture, pose)
         assert error @ np.linalg.solve(result.covariance, error) < SIX_DOF_UPPER
+
+
+LEANING_BARS = 8
+ALONG = Rotation.from_euler("z", np.linspace(0, 160, LEANING_BARS)[:, None], degrees=True)
+
+
+def leaning_bars():
+    """Short bars along a plate, each at 89.9 or 90.1 deg as far as their contacts tell: 256 branches."""
+    bars = {
+        f"bar_{n}": Patch("cylinder", (60 * n, 90, 30), turn.apply(leaning(89.9)), 8.0) for n, turn in enumerate(ALONG)
+    }
+    patches = {"plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=60.0), **bars}
+    frame = recipe(("foot_of", "bar_0", "bar_1"), ("z", "along", "plate"), ("x", "along", "bar_0"))
+    fixture = related(patches, [angle("plate", name, 89.9, 0.02) for name in bars], frame)
+    rng = np.random.default_rng(3)
+    return patches, fixture, touch_all(patches, dict.fromkeys(patches, 6), rng, sigma=0.02).contacts(rng)
+
+
+def test_of_many_open_branches_the_cheapest_are_followed(monkeypatch):
+    """Against all of them."""
+    patches, fixture, contacts = leaning_bars()
+    # Either side costs the first bars the same, which are next to 90 degrees, and the last ones more.
+    found_at = [89.99, 89.99, 89.99, 89.99, 89.8, 89.8, 89.8, 89.8]
+    axes = [turn.apply(leaning(degrees)) for turn, degrees in zip(ALONG, found_at, strict=True)]
+    surfaces = {f"bar_{n}": Cylinder(patches[f"bar_{n}"].at, axis, 8.0) for n, axis in enumerate(axes)}
+    surfaces["plate"] = patches["plate"].surface()
+    problem = JointProblem(contacts, np.full(len(contacts), 0.02), fixture.relations, 100.0)
+    found = branches.branches(problem, surfaces)
+    monkeypatch.setattr(branches, "BRANCH_FITS", 2**LEANING_BARS)
+    everything = branches.branches(problem, surfaces)
+    assert len(everything) > len(found) == 96
+    np.testing.assert_allclose([cost for cost, _ in found], [cost for cost, _ in everything[:96]], rtol=1e-6)
+    for _, equations in found:
+        assert [e.relation for e in equations] == list(fixture.relations)
+
+
+def test_branches_that_are_not_followed_are_told():
+    _, fixture, contacts = leaning_bars()
+    result = tactfix.locate(fixture, contacts)
+    assert result.status == "ambiguous"
+    assert any("there may be one that was not found" in warning for warning in result.warnings)

@@ -29,7 +29,8 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import BRANCH_FITS, Start, branch_fit, starts_from
+from tactfix.relations.branch_fits import Start, branch_fit, starts_from
+from tactfix.relations.branches import BRANCH_FITS
 from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import combinations, located_alone
 from tactfix.relations.joint_problem import JointFit, JointProblem
@@ -81,7 +82,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
             return body_solutions(fixture, chosen, contacts, sigmas, with_misses)
     solutions = joint_solutions(fixture, problem, fits)
     fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
-    complete = len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned
+    complete = len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned and _are_all(starts, solutions.limit)
     return replace(solutions, complete=complete, fallen=tuple(fallen))
 
 
@@ -91,6 +92,11 @@ def _fits(
     """The joint fits next to combinations of features in base, one for each branch, and where each started."""
     starts = starts_from(problem, found, with_misses)[:most]
     return starts, [branch_fit(problem, start) for start in starts]
+
+
+def _are_all(starts: Sequence[Start], limit: float) -> bool:
+    """Whether no start was left out that may explain the contacts: the costliest that was followed promises not to."""
+    return len(starts) < BRANCH_FITS or starts[-1].cost > limit
 
 
 def _is_near(fit: JointFit) -> bool:
@@ -120,8 +126,9 @@ def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Sol
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
     if rigid.continuum or rigid.dof < 0 or all(solution.chi2 > rigid.limit for solution in rigid.found):
         return rigid
-    _, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
-    return replace(joint_solutions(fixture, problem, fits), complete=rigid.complete)
+    starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
+    solutions = joint_solutions(fixture, problem, fits)
+    return replace(solutions, complete=rigid.complete and _are_all(starts, solutions.limit))
 
 
 def _slack(fixture: Fixture, scale: float) -> float:

@@ -16,16 +16,14 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
-from tactfix.relations.branches import branches, least_cost, nearest_branch
+from tactfix.relations.branches import BRANCH_FITS, branches, least_cost, nearest_branch
 from tactfix.relations.equations import Equation, linear_equations
 from tactfix.relations.joint import MOST_JOINT_STEPS, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
 from tactfix.values import frozen_value
 
-BRANCH_FITS = 96
-"""Starts that are followed, those of the least cost."""
 MISS_FITS = 2
-"""The same where none promises to explain the contacts: one of them is the nearest miss."""
+"""Starts that are followed where none promises to explain the contacts: one of them is the nearest miss."""
 RESOLVED = 10.0
 """Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
 seen: the position on it is then known to a tenth of a rad, within which the circle is straight."""

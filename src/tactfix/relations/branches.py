@@ -8,12 +8,11 @@ gradients G, the covariance S of the features from their own contacts and R of t
 1. Each relation has its branches, first the one nearest to the surfaces.
 2. S is taken from the contacts alone; what they leave free counts as known to one fixture size, or rad.
 3. A branch that alone costs many times what any solution may (COSTLY) is left out.
-4. Of what is left every choice of signs is judged by all relations together. Where each costs too much, that
-   combination of features falls.
+4. Of what is left the choices of signs grow by one relation after another. A relation more never costs less, so that
+   a choice that costs too much falls with all that begin like it. Where each does, that combination of features falls.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import islice, product
 
 import numpy as np
 
@@ -35,8 +34,10 @@ CURVED = 0.02
 """Share of a residual by which the linear model is taken to be off at most; near zero it is off by its square."""
 KEPT_SIGMA = 1e-12
 """Sigma (rad, fixture sizes) of a relation that surfaces known exactly keep but for rounding."""
-MOST_BRANCHES = 64
-"""Branches of one combination of features that are judged, the one nearest to the surfaces first."""
+BRANCH_FITS = 96
+"""Branches that are followed, of one combination of features and of all of them: those of the least cost. More than six
+relations must be open for one combination to have more; where one that was left out may explain the contacts, the
+result is said not to be complete."""
 
 
 def nearest_branch(
@@ -57,9 +58,18 @@ def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[tup
         return _cost(equations, surfaces, covariance, problem.scale)
 
     viable = [[e for e in equations if cost([e]) <= limit] for equations in choices]  # step 3
-    # Step 4.
-    found = [(cost(combination), combination) for combination in islice(product(*viable), MOST_BRANCHES)]
-    return sorted((pair for pair in found if pair[0] <= limit), key=lambda pair: pair[0])
+    if not all(viable):
+        return []
+    # Step 4: those without a choice first, and all of them at once.
+    order = sorted(range(len(viable)), key=lambda number: len(viable[number]) > 1)
+    settled = [viable[number][0] for number in order if len(viable[number]) == 1]
+    found = [(cost(settled), settled)]
+    for number in order[len(settled) :]:
+        longer = [[*begun, e] for _, begun in found for e in viable[number]]
+        judged = sorted(((cost(one), one) for one in longer), key=lambda pair: pair[0])
+        found = [pair for pair in judged if pair[0] <= limit][:BRANCH_FITS]
+    place = np.argsort(order)
+    return [(chi2, tuple(one[i] for i in place)) for chi2, one in found if chi2 <= limit]
 
 
 def least_cost(problem: JointProblem, surfaces: Mapping[str, Surface]) -> float:
