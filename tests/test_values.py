@@ -73,3 +73,4 @@ def test_equal_by_fields_only_where_asked():
     assert place == place  # noqa: PLR0124
     assert place != copy.copy(place)
     assert repr(Count(3)) == "Count(contacts=3, unit='mm')"
+    assert repr(Count(np.int64(3), "m")) == "Count(contacts=3, unit='m')"

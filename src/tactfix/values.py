@@ -131,8 +131,9 @@ _REPR_CHARACTERS: Final = 80
 
 def _brief(value: Any) -> str:
     """The value as the repr of what holds it shows it: what is long by its size."""
-    if hasattr(value, "shape") and hasattr(value, "tolist"):
+    if getattr(value, "shape", ()) and hasattr(value, "tolist"):
         return _brief_array(value)
+    value = value.item() if hasattr(value, "item") else value  # a number of numpy
     if isinstance(value, Mapping):
         return f"<{', '.join(map(str, value))}>" if 0 < len(value) <= _REPR_ELEMENTS else f"<{len(value)} entries>"
     if isinstance(value, tuple) and (len(value) > _REPR_ELEMENTS or any(map(dataclasses.is_dataclass, value))):
@@ -144,9 +145,9 @@ def _brief(value: Any) -> str:
 
 
 def _brief_array(array: Any) -> str:
-    if array.ndim == 1 and array.size <= _REPR_ELEMENTS:
+    if array.ndim == 1 and array.size <= _REPR_ELEMENTS and array.dtype.kind in "fiub":
         return f"[{', '.join(f'{number:.6g}' for number in array.tolist())}]"
-    return f"<array {' x '.join(map(str, array.shape)) or 'of one number'}>"
+    return f"<array {' x '.join(map(str, array.shape))}>"
 
 
 def _reduce(self: Any) -> tuple[object, ...]:

@@ -120,3 +120,12 @@ def test_the_axis_frame_is_a_rotation_with_the_axis_third(axis: list[float]) -> 
     assert frame[:, 2] == pytest.approx(axis)
     assert frame.T @ frame == pytest.approx(np.eye(3))
     assert np.linalg.det(frame) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("chain", CHAINS.values(), ids=CHAINS)
+def test_joints_may_be_none_and_of_any_number_type(chain: Chain) -> None:
+    values = np.zeros(len(chain.parameters))
+    assert chain.points(np.zeros((0, len(chain.joints))), values).shape == (0, 3)
+    ones = np.ones((2, len(chain.joints)))
+    for kind in (np.int64, np.float32):
+        np.testing.assert_array_equal(chain.points(ones.astype(kind), values.astype(kind)), chain.points(ones, values))

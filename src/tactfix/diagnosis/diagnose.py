@@ -52,7 +52,7 @@ from tactfix.results import Diagnosis
 MOST_SHAPES = 2
 """Shapes of a fixture by relations that are asked: one of each body, or one body in two frames."""
 MANY = 48
-"""Contacts of which parts without any wrong one have been searched (`poses.consensus`): beyond few of many there is
+"""Contacts of which parts without any wrong one have been searched (`poses.subsets`): beyond few of many there is
 none to find."""
 PART = 30
 """Contacts of many, well spread, by which mistakes are told that concern all of them: as many as have been timed."""

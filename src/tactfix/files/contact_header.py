@@ -18,7 +18,9 @@ _USUAL_COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny",
 COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACH_COLUMNS + ORIENTATION_COLUMNS, ()), "id", "sigma", "target")
 _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
-_OF_A_MACHINE: Final = "; for the log of a machine give " + Setting.LOG_FORMAT.word
+_OF_A_MACHINE: Final = (
+    "; for the log of a machine give " + Setting.LOG_FORMAT.word + ", or have tactfix import make a contact file of it"
+)
 """What is said besides where a file does not begin as contact files do."""
 
 

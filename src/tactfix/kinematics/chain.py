@@ -129,9 +129,9 @@ class Chain:
 
     def _frames(self, joints: Floats, values: Floats) -> tuple[list[Frame], tuple["_Segment", ...]]:
         """The frame in which each segment begins, and the segments: what lies before, between and behind the joints."""
-        segments = _segments(self, values.tobytes())
+        segments = _segments(self, np.ascontiguousarray(values, dtype=np.float64).tobytes())
         frames = [(np.broadcast_to(np.eye(3), (len(joints), 3, 3)), np.zeros((len(joints), 3)))]
-        turns = _turns(self, np.ascontiguousarray(joints).tobytes())
+        turns = _turns(self, np.ascontiguousarray(joints, dtype=np.float64).tobytes())
         for segment, motion, turn in zip(segments, self._moving, turns, strict=False):
             rotation, origin = _after(*frames[-1], segment.matrix)
             if motion.rotates:
@@ -157,7 +157,7 @@ def _after(rotation: Floats, origin: Floats, matrix: Floats) -> Frame:
 
 def _times(rotation: Floats, matrix: Floats) -> Floats:
     """Rotations (n, 3, 3) times one matrix (3, k): one product of (3 n, 3), several times as fast as n small ones."""
-    return np.asarray((rotation.reshape(-1, 3) @ matrix).reshape(len(rotation), 3, -1))
+    return np.asarray((rotation.reshape(-1, 3) @ matrix).reshape(len(rotation), 3, matrix.shape[1]))
 
 
 @frozen_value

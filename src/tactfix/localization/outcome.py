@@ -45,8 +45,8 @@ def solve(
 ) -> Solutions:
     """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
 
-    Where there is none the nearest miss, or samples of what relations leave free, unless without with_misses. Without
-    thorough a rigid fixture is searched at half the cost, and may keep a pose to itself.
+    Where there is none the nearest miss, unless without with_misses; samples where relations leave something free.
+    Without thorough a rigid fixture is searched at half the cost, and may keep a pose to itself.
 
     Raises UsageError where the file's relations leave the shape open, and the pose is restricted or was measured.
     """

@@ -49,9 +49,9 @@ _CONTACT_NUDGE = 1e-5
 def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Iterator[Floats]:
     """Two lots of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the contacts.
 
-    The zeros of one minimal subset lead to all that are well held. What else there may be takes the second lot, none
-    for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n >= 4
-    with radius; weights (n,); sigma: of the contacts.
+    The zeros of one minimal subset lead to all that are well determined. What else there may be takes the second lot,
+    none for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or
+    n >= 4 with radius; weights (n,); sigma: of the contacts.
     """
     size = CYLINDER_CONTACTS if radius is not None else FREE_CYLINDER_CONTACTS
     first, *others = _minimal_subsets(points, size)

@@ -6,7 +6,7 @@ do not, more coverings follow. 5. `complete` says whether all that was reached.
 
 Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
 a linear problem to within a few radii. A low-discrepancy covering of the rotations, each with a translation off that
-one by OFF_CENTRE, starts one damped descent each (`descent`), so a zero is lost only if its basin falls through
+one by START_OFFSET, starts one damped descent each (`descent`), so a zero is lost only if its basin falls through
 the covering. Basins differ: with two or three cylinders and few contacts the smallest hold one start in a
 thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
 as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the

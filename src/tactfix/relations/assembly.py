@@ -32,7 +32,7 @@ from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import Start, branch_fit, starts_from
 from tactfix.relations.branches import BRANCH_FITS
 from tactfix.relations.broken_relations import broken_candidates
-from tactfix.relations.combinations import combinations, located_alone
+from tactfix.relations.combinations import Combinations, combinations, located_alone
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
 from tactfix.relations.realization import FEW_BODIES, bodies, body_number, fixture_scale
@@ -79,10 +79,11 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
         searched = {body_number(fixture, fit.surfaces) for fit in fits if _is_near(fit)} - {None}
         if searched:
             chosen = [body for number, body in enumerate(shapes) if number in searched]
-            return body_solutions(fixture, chosen, contacts, sigmas, with_misses)
+            of_bodies = body_solutions(fixture, chosen, contacts, sigmas, with_misses)
+            return replace(of_bodies, complete=of_bodies.complete and _are_all(located, starts, of_bodies.limit))
     solutions = joint_solutions(fixture, problem, fits)
     fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
-    complete = len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned and _are_all(starts, solutions.limit)
+    complete = _are_all(located, starts, solutions.limit)
     return replace(solutions, complete=complete, fallen=tuple(fallen))
 
 
@@ -94,7 +95,12 @@ def _fits(
     return starts, [branch_fit(problem, start) for start in starts]
 
 
-def _are_all(starts: Sequence[Start], limit: float) -> bool:
+def _are_all(located: Combinations, starts: Sequence[Start], limit: float) -> bool:
+    """Whether every combination of features and every branch that may explain the contacts was followed."""
+    return len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned and _are_followed(starts, limit)
+
+
+def _are_followed(starts: Sequence[Start], limit: float) -> bool:
     """Whether no start was left out that may explain the contacts: the costliest that was followed promises not to."""
     return len(starts) < BRANCH_FITS or starts[-1].cost > limit
 
@@ -128,7 +134,7 @@ def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Sol
         return rigid
     starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     solutions = joint_solutions(fixture, problem, fits)
-    return replace(solutions, complete=rigid.complete and _are_all(starts, solutions.limit))
+    return replace(solutions, complete=rigid.complete and _are_followed(starts, solutions.limit))
 
 
 def _slack(fixture: Fixture, scale: float) -> float:

@@ -36,8 +36,8 @@ KEPT_SIGMA = 1e-12
 """Sigma (rad, fixture sizes) of a relation that surfaces known exactly keep but for rounding."""
 BRANCH_FITS = 96
 """Branches that are followed, of one combination of features and of all of them: those of the least cost. More than six
-relations must be open for one combination to have more; where one that was left out may explain the contacts, the
-result is said not to be complete."""
+relations must be open for one combination to have more. Where the costliest that is followed may explain the contacts,
+the result is said not to be complete; one that fell before its last relations were added is not counted."""
 
 
 def nearest_branch(

@@ -37,7 +37,8 @@ def body_solutions(
 ) -> Solutions:
     """Every pose of the bodies searched that explains the contacts; sigmas (n,) of the residuals.
 
-    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    Of more than FEW_BODIES those bodies in which one covering of the rotations meets a pose. Where none
+    does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
     # Limits are those of one frame, and a search looks near one place.
     limits = fixture.placement if all(len(shapes) == 1 for shapes in searched) else None

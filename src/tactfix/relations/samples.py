@@ -10,6 +10,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, product
+from math import prod
 from random import Random
 
 import numpy as np
@@ -64,7 +65,8 @@ def sampled_solutions(
             break
     held = [fit for fit in fits if _is_held(fit)]
     if held:  # step 4
-        complete = len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
+        are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
+        complete = are_started and len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
         return replace(joint_solutions(fixture, problem, held), complete=complete)
     best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]  # step 5
     return joint_solutions(fixture, problem, best, continuum=True)

@@ -1,4 +1,4 @@
-"""Corrected contacts of a fixture whose shape the relations leave open: are they explained, at little cost.
+"""Corrected contacts of a fixture whose shape is open, or one of many: are they explained, at little cost.
 
 Whoever looks for a mistake asks this of a hundred corrections, nearly all of them wrong, the cheapest question first:
 

@@ -11,6 +11,8 @@ CALIBRATE_SCHEMA: Final = "tactfix/calibrate/1"
 
 def calibration_sentence(result: Calibration) -> str:
     """The answer in one sentence: how surely the tip's place is known over the joint ranges, and was before."""
+    if result.status == "inconsistent":
+        return "inconsistent; no calibrated robot explains the touches"
     before, after = result.prediction
     sure = f"known to {after:.2g} {result.units} (rms sigma over the joint ranges; {before:.2g} before)"
     return f"{result.status}; the robot's parameters leave the place of its tip {sure}"

@@ -1,6 +1,7 @@
 """Every pose at which some tip explains the contacts.
 
-1. Take the tip to be off by no more than w: what bounds it, else a few sigma, and more as long as nothing is found.
+1. Take the tip to be off by no more than w: what bounds it; where that finds nothing, or nothing bounds it, a few sigma
+   and then more.
 2. A tip that is off by no more than w, wherever its flange points, moves no contact farther from its surface than w:
    the true pose, with the tip as it was reported, explains the contacts if each is given w for its noise. So the
    complete search for poses (`poses.all_poses`) with that noise finds the surroundings of every pose that may be right.
