@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tactfix.calibration.accuracy import covariance, undetermined
 
@@ -40,3 +41,13 @@ def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -
     alike = np.stack([moves[:, :, 0], moves[:, :, 0], moves[:, :, 2]], axis=2)
     first = np.array([[1e6, 0.0, 0.0]])
     assert undetermined(first, PRIOR, tip, alike, 1.0) == pytest.approx(np.sqrt(0.25 / 1.25), rel=1e-3)
+
+
+def test_an_error_that_the_tip_takes_up_counts_as_none() -> None:
+    """The first error moves the tip as its own offset does, and is not told; the second one is, to a thousandth."""
+    turns = Rotation.from_euler("z", [[0.0], [90.0], [180.0]], degrees=True).as_matrix()
+    height = np.array([[0, 0, 0.0], [0, 0, 1], [0, 0, 3]])
+    moves = np.concatenate([turns[:, :, :1], height[:, :, None], turns], axis=2)
+    tip = np.array([False, False, True, True, True])
+    told = np.array([[0.0, 1e3, 0, 0, 0]])
+    assert undetermined(told, np.ones(5), tip, moves, 1.0) == pytest.approx(1e-3, rel=1e-3)
