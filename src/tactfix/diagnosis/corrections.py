@@ -14,7 +14,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, circle_axes
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.mistakes import DiagnosisCode
 from tactfix.poses.points_as_planes import Equations, one_equation_each
 from tactfix.values import frozen_value
@@ -72,8 +72,14 @@ class Hypothesis:
     note: str = ""
 
     def numbers(self, problem: Problem) -> int:
-        """How many numbers are free: one for each equation left out, and those that are fitted."""
+        """By how much fewer the degrees of freedom are: equations left out, and numbers that are fitted.
+
+        A contact that belongs on a point has two equations more than the file counts; one that does not, two fewer.
+        """
         out = sum(problem.equations[i] for i in self.deleted)
+        if self.labels is not None:
+            told = (_equations_on(problem.surfaces[name]) for name in self.labels)
+            out += sum(problem.equations) - sum(told)
         return out + (0 if self.free is None else self.directions(problem).shape[1])
 
     @property
@@ -131,6 +137,10 @@ class Hypothesis:
             sigmas=contacts.sigmas * self.sigmas,
             tip_radius=tip,
         )
+
+
+def _equations_on(surface: Surface) -> int:
+    return 3 if isinstance(surface, Point) else 1
 
 
 def shifted(surface: Surface, shift: Floats) -> Surface:
