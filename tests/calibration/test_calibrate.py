@@ -107,7 +107,22 @@ def test_one_place_cannot_check_a_calibration(offsets: tuple[Cell, Touches]) -> 
     assert refused.status == "underdetermined"
     assert not refused.is_written
     assert "another place" in refused.reasons[0]
-    assert calibrate(cell, alone, unchecked=True).status == "calibrated"
+    trusted = calibrate(cell, alone, unchecked=True)
+    assert trusted.status == "calibrated"
+    assert trusted.reasons == ()
+    assert sum("another place" in warning for warning in trusted.warnings) == 1
+
+
+def test_what_one_place_leaves_undetermined_is_not_waived(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+    cell, touches, _ = session
+    one_seat = touches.subset(
+        [i for i in range(len(touches)) if (touches.places[i], touches.features[i]) == ("front", "a")]
+    )
+    result = calibrate(cell, one_seat.subset([0, 1, 2]), unchecked=True)
+    assert result.undetermined > 0.5
+    assert result.status == "underdetermined"
+    assert len(result.reasons) == 1
+    assert "let fewer parameters be unknown" in result.reasons[0]
 
 
 @pytest.mark.slow

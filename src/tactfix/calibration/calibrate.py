@@ -55,7 +55,7 @@ def calibrate(cell: Cell, touches: Touches, hold_out: Sequence[str] = (), unchec
         reasons=reasons,
         # Step 5.
         left_out=(*result.left_out, *(_held_out(fit, touches.at([name]), name) for name in hold_out)),
-        warnings=(*warnings_of(fit), *(reasons if unchecked else ())),
+        warnings=warnings_of(fit, unchecked),
     )
 
 

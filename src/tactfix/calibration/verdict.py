@@ -26,11 +26,14 @@ from tactfix.wording import listed
 GROSS_RESIDUAL: Final = 50.0
 """Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
 
+_ONE_PLACE: Final = "touches at one place cannot check a calibration: touch the fixture at another place too"
+"""A reason to write no robot, and the warning where the user lets one place do."""
+
 
 def status_of(
     fit: RobotFit, told: accuracy.Certainty, result: Calibration, unchecked: bool
 ) -> tuple[CalibrationStatus, tuple[str, ...]]:
-    """The status, and why it is not "calibrated"."""
+    """The status, and why it is not "calibrated". unchecked waives the check by another place, and nothing else."""
     rows = sum(len(group.touches) for group in fit.groups)
     if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
         named = listed([str(row) for row in fit.suspicious])
@@ -41,8 +44,8 @@ def status_of(
         reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
     if reasons:
         return "inconsistent", tuple(reasons)
-    if len(fit.touches.touched) < 2:
-        reasons.append("touches at one place cannot check a calibration: touch the fixture at another place too")
+    if _is_one_place(fit):
+        reasons += () if unchecked else (_ONE_PLACE,)
     elif fit.choice.factor == 0:
         reasons.append("no calibrated robot is better than the nominal one at the places left out")
     if result.undetermined >= accuracy.IDENTIFIED:
@@ -54,8 +57,11 @@ def status_of(
     asked = [name for name in unknown if name in fit.cell.unknown and "." in name]
     if asked:
         reasons.append(f"the touches do not tell {listed(asked)}, asked for by name")
-    only_checked = unchecked and len(fit.touches.touched) < 2 and not asked
-    return ("calibrated" if not reasons or only_checked else "underdetermined"), tuple(reasons)
+    return ("underdetermined" if reasons else "calibrated"), tuple(reasons)
+
+
+def _is_one_place(fit: RobotFit) -> bool:
+    return len(fit.touches.touched) < 2
 
 
 @frozen_value
@@ -82,9 +88,9 @@ def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
     )
 
 
-def warnings_of(fit: RobotFit) -> tuple[str, ...]:
+def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
     """What else there is to say of a fit."""
-    found = []
+    found = [_ONE_PLACE] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
         what = f"the residuals are {fit.noise:.2g} times what sigma allows for"
         found.append(f"{what}: surfaces are not as the file says, or the robot bends; sigmas are scaled up by it")
