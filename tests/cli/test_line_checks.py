@@ -86,6 +86,62 @@ def test_an_output_that_is_an_input_is_refused(
     assert (tmp_path / which).read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("locate", str(FIXTURE), str(CONTACTS)),
+        ("simulate", str(FIXTURE), "--seed", "3"),
+        ("batch", str(FIXTURE), str(CONTACTS), "--jobs", "1"),
+        ("convert", str(CONTACTS.with_name("expected.json")), "--to", "kuka"),
+        ("schema",),
+    ],
+    ids=lambda words: words[0],
+)
+@pytest.mark.parametrize("dash", [("--output", "-"), ("-o", "-"), ("--output=-",), ("-o-",)], ids=lambda dash: dash[-1])
+def test_a_dash_as_output_is_standard_output(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
+    dash: tuple[str, ...],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status = main([*words])
+    out = capsys.readouterr().out
+    assert out
+    assert main([*words, *dash]) == status
+    assert capsys.readouterr().out == out
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_fixture_file_is_started_on_standard_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "-"]) == 0
+    assert capsys.readouterr().out.startswith("#")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("locate", str(FIXTURE), str(CONTACTS)), "--next-contact"),
+        (("design-check", str(FIXTURE)), "--junit"),
+        (("check", str(FIXTURE), str(CONTACTS), "--reference", "pose.json"), "--history"),
+    ],
+    ids=lambda words: words[0] if isinstance(words, tuple) else words,
+)
+def test_what_is_written_beside_the_result_goes_to_no_dash(
+    words: tuple[str, ...], option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*words, option, "-"]) == 2
+    assert capsys.readouterr() == (
+        "",
+        f"tactfix: {option} - would mix with the result on standard output; name a file\n",
+    )
+
+
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 @pytest.mark.parametrize("swallowed", [False, True])
 def test_both_signals_clean_up_and_are_told_in_one_line(

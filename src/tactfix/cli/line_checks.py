@@ -1,5 +1,5 @@
-"""What every command line is held to: its numbers are decimal numbers, no output is one of its inputs, and standard
-input is read once.
+"""What every command line is held to: its numbers are decimal numbers, no output is one of its inputs, standard input
+is read once, and - as output is standard output.
 
 Python takes more for a number than people write: 1_0, nan, digits of other scripts.
 """
@@ -18,7 +18,11 @@ _NUMBER_TYPES: Final = ("float", "integer", "float range", "integer range")
 
 _LONGEST_PATH: Final = 4096
 """Characters of a path (PATH_MAX of Linux): what is longer is no file's name."""
-_OUTPUTS: Final = ("output", "junit", "next_contact")
+_BESIDE_RESULT: Final = ("junit", "next_contact", "history")
+"""Parameters that name a file to write beside the result."""
+
+
+_OUTPUTS: Final = ("output", *_BESIDE_RESULT)
 """Parameters that name a file to write."""
 
 
@@ -47,7 +51,13 @@ class CheckedCommand(QuickCommand):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; raises UsageError where it would write over a file that it reads, or read - twice."""
+        """Run the command; raises UsageError where it would write over a file that it reads, or read - twice.
+
+        --output - is standard output, as if no output were given.
+        """
+        _check_standard_output(ctx.params)
+        if str(ctx.params.get("output")) == "-":
+            ctx.params["output"] = None
         _check_outputs(ctx.params)
         _check_standard_input(ctx.params)
         return super().invoke(ctx)
@@ -65,6 +75,13 @@ def _check_standard_input(values: Mapping[str, Any]) -> None:
     read = [one for value in given for one in (value if isinstance(value, list | tuple) else [value])]
     if read.count("-") > 1:
         raise UsageError("standard input, -, can be read only once; name files for the others")
+
+
+def _check_standard_output(values: Mapping[str, Any]) -> None:
+    beside = next((name for name in _BESIDE_RESULT if str(values.get(name)) == "-"), None)
+    if beside is not None:
+        option = "--" + beside.replace("_", "-")
+        raise UsageError(f"{option} - would mix with the result on standard output; name a file")
 
 
 def _is_one_file(given: Path, output: Path) -> bool:

@@ -14,7 +14,8 @@ ContactsPath: TypeAlias = Annotated[
     str, typer.Argument(metavar="CONTACTS", help="Contact file (CSV); - is standard input.", show_default=False)
 ]
 Output: TypeAlias = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all.")
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all; - prints it."),
 ]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything that is known, as JSON.")]
 Scheduler: TypeAlias = Annotated[
