@@ -34,9 +34,12 @@ def chi_square_limit(dof: int, probability: float = REJECTED_IN_ERROR) -> float:
     return 2 * high
 
 
-def normal_limit(count: int, probability: float = REJECTED_IN_ERROR) -> float:
-    """The size, in sigma, that any of count normal numbers exceeds with at most this probability (Bonferroni)."""
-    return math.sqrt(chi_square_limit(1, probability / count))
+def normal_limit(count: int, probability: float = REJECTED_IN_ERROR, equations: int = 1) -> float:
+    """The size, in sigma, that any of count normal numbers exceeds with at most this probability (Bonferroni).
+
+    equations: numbers of each, where they are vectors and the size is their length.
+    """
+    return math.sqrt(chi_square_limit(equations, probability / count))
 
 
 def least_chi_square(dof: int, probability: float = SUSPICIOUS) -> float:

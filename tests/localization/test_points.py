@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from tactfix import Contacts, LocateResult, contacts_from_arrays, locate
 from tactfix.design.design_check import Wishes, design_check
@@ -149,6 +150,28 @@ def test_what_one_and_two_points_leave_free_is_named() -> None:
 def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
     contacts, _, _ = touched(4, list(SEATS) * 2, SEATS | {"b": (203.0, 0.0, 0.0)})
     assert locate(seats(), contacts).status == "inconsistent"
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.6, 0.64, 0.48), (0.0, -0.6, 0.8)])
+def test_a_slip_from_a_point_is_judged_by_its_length_whatever_the_axes(way: tuple[float, ...]) -> None:
+    """Twelve contacts of three equations each: the length of a normal vector (chi-square, three degrees of freedom)."""
+    names = list(SEATS) * 4
+    clean, turn, _ = touched(9, names, sigma=1e-9)
+    there = np.array([SEATS[name] for name in names])
+    points = clean.points.copy()
+    points[4] += 7.5 * SIGMA * turn @ way
+    result = locate(seats(), contacts_from_arrays(names, points, sigma=SIGMA, tip_radius=3.0))
+    assert result.status == "inconsistent"
+    assert result.chi2 < result.chi2_limit
+    (reason,) = result.candidates[0].reasons
+    assert reason.row == 5
+    # The largest residual over its covariance, from the equations written out.
+    rows = np.array([[*np.cross(at, axis), *axis] for at in there for axis in np.eye(3)])
+    left = np.eye(36) - rows @ np.linalg.pinv(rows)
+    own = (left @ np.kron(np.eye(12)[4], 7.5 * np.array(way)))[12:15]
+    size = np.sqrt(own @ np.linalg.inv(left[12:15, 12:15]) @ own)
+    limit = np.sqrt(chi2.isf(1e-6 / 12, 3))
+    assert reason.message.endswith(f"stands out by {size:.3g} sigma; noise exceeds {limit:.3g} once in a million")
 
 
 def by_relations() -> Fixture:

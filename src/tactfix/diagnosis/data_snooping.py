@@ -6,27 +6,54 @@ number, and of all tests for one wrong contact the most powerful (Baarda 1968, A
 networks). Where relations have sigmas of their own the true leverage is larger: the residuals are normalised to less.
 
 1. Residuals over sigma and their derivatives are taken at the pose, one equation each, with what is known beforehand.
-2. Each is divided by what the fit leaves of its standard deviation, sqrt(1 - h_i) (`deletion`).
-3. The largest stands out if noise exceeds it, among all of them, with less than the probability asked for.
+2. Each is divided by what the fit leaves of its standard deviation, sqrt(1 - h_i) (`deletion`). The three of a contact
+   on a point are a vector r_i of covariance I - H_ii, its size the root of r_i' (I - H_ii)^-1 r_i, whatever the axes.
+3. The one stands out that is largest against its limit, if noise exceeds that, over all contacts, with less than the
+   probability asked for: of a chi-square with as many degrees of freedom as r_i has directions that the fit leaves.
 4. To first order, the pose without that contact says how far it has moved the fixture.
 """
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import Doubts, span_of
+from tactfix.diagnosis.deletion import SEEN, Doubts, span_of
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints, cross
 from tactfix.noise import normal_limit
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import SMALLEST_RATIO, contact_residuals, sensitivity, with_known
 from tactfix.poses.solution import Solution
+from tactfix.values import frozen_value
+
+
+@frozen_value
+class NormalizedResiduals:
+    """sizes (n,) of the contacts' normalised residuals; directions (n,) in which each may differ from zero."""
+
+    sizes: Floats
+    directions: Ints
+
+    def limits(self, probability: float) -> Floats:
+        """What noise makes any of them exceed with this probability, (n,)."""
+        count = len(self.sizes)
+        by_directions = [normal_limit(count, probability, directions) for directions in (1, 1, 2, 3)]
+        return np.array(by_directions)[self.directions]
+
+
+@frozen_value
+class StandsOut:
+    """A contact (index), the size of its normalised residual, the limit for that, and the directions that it has."""
+
+    index: int
+    size: float
+    limit: float
+    directions: int
 
 
 def normalized_residuals(
     contacts: Contacts, sigmas: Floats, solution: Solution, placement: Placement | None = None
-) -> tuple[Floats, Ints]:
-    """Sizes (m,) of the normalised residuals, and which contact (m,) each is of: three are of a contact on a point.
+) -> NormalizedResiduals:
+    """The normalised residuals at a pose.
 
     sigmas (n,) of the residuals; placement: what is known of the pose beforehand.
     """
@@ -35,16 +62,31 @@ def normalized_residuals(
     seen = sensitivity(single.contacts, normals, single.sigmas)
     seen, more = with_known(seen, placement, solution.base_from_fixture)
     doubts = Doubts(np.concatenate([values / single.sigmas, more]), span_of(seen.reduced))
-    return doubts.normalized[: len(single.of)], single.of  # step 2
+    first = np.flatnonzero(np.diff(single.of, prepend=-1))  # step 2
+    sizes, directions = doubts.normalized[first], np.ones(len(first), dtype=np.intp)
+    on_point = np.flatnonzero(np.bincount(single.of) == 3)
+    equations = first[on_point, None] + np.arange(3)
+    sizes[on_point], directions[on_point] = _lengths(doubts.scaled[equations], doubts.span[equations])
+    return NormalizedResiduals(sizes, directions)
+
+
+def _lengths(residuals: Floats, span: Floats) -> tuple[Floats, Ints]:
+    """Lengths (k,) of residuals (k, 3) over their covariance I - span span', and directions that this leaves."""
+    variances, axes = np.linalg.eigh(np.eye(3) - span @ np.swapaxes(span, 1, 2))
+    along = np.einsum("kij,ki->kj", axes, residuals)
+    lengths = np.sqrt((along**2 / np.maximum(variances, SEEN)).sum(axis=1))
+    return lengths, (variances > SEEN).sum(axis=1)
 
 
 def contact_that_stands_out(
     contacts: Contacts, sigmas: Floats, solution: Solution, probability: float, placement: Placement | None = None
-) -> tuple[int, float] | None:
-    """The index and the normalised residual of the worst contact, if noise exceeds that with less than probability."""
-    sizes, of = normalized_residuals(contacts, sigmas, solution, placement)
-    worst = int(np.argmax(sizes))  # step 3
-    return (int(of[worst]), float(sizes[worst])) if sizes[worst] > normal_limit(len(sizes), probability) else None
+) -> StandsOut | None:
+    """The worst contact, if noise exceeds its normalised residual, over all of them, with less than probability."""
+    found = normalized_residuals(contacts, sigmas, solution, placement)
+    limits = found.limits(probability)
+    worst = int(np.argmax(found.sizes / limits))  # step 3
+    size, limit = float(found.sizes[worst]), float(limits[worst])
+    return StandsOut(worst, size, limit, int(found.directions[worst])) if size > limit else None
 
 
 def movement_without(

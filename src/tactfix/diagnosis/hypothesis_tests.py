@@ -49,7 +49,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import moved
 from tactfix.mistakes import CAUSES, DiagnosisCode
-from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit, normal_limit
+from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
@@ -208,11 +208,11 @@ def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution])
     if problem.dof < 2 or not 1 < factor < MOST_TIMES or coarse:
         return []
     solution = solution_at(best.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
-    sizes, _ = normalized_residuals(problem.contacts, problem.sigmas, solution)
-    if float(sizes.max()) > factor * normal_limit(len(sizes), SUSPICIOUS):
+    found = normalized_residuals(problem.contacts, problem.sigmas, solution)
+    if (found.sizes > factor * found.limits(SUSPICIOUS)).any():
         return []
     hypothesis = Hypothesis("sigma", sigmas=factor)
-    score = problem.dof + hypothesis.penalty(problem) + math.log(len(sizes))
+    score = problem.dof + hypothesis.penalty(problem) + math.log(len(problem.single.contacts))
     ways = [replace(w, hypothesis=hypothesis, chi2=float(problem.dof), score=score, others=()) for w in best.ways]
     return [replace(ways[0], others=tuple(ways[1:]))]
 

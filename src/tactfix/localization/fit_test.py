@@ -5,6 +5,7 @@ of each contact. Between one in a million and one in a thousand the pose is kept
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from tactfix.noise import REJECTED_IN_ERROR, SUSPICIOUS, chi_square_limit, least
 from tactfix.poses.solution import Solution
 from tactfix.probe import implied_probe_sigma, residual_sigmas
 from tactfix.results import Diagnosis, Reason
+
+if TYPE_CHECKING:
+    from tactfix.diagnosis.data_snooping import StandsOut
 
 NOMINAL_RESIDUAL = 1e-6
 """Share of sigma below which residuals are rounding: no probe made these contacts."""
@@ -28,10 +32,9 @@ def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: f
     found = _stands_out(fixture, contacts, solution, REJECTED_IN_ERROR)
     if found is None:
         return None
-    worst, size = found
-    most = normal_limit(len(contacts))
-    message = f"{contacts.label(worst)} stands out by {size:.3g} sigma; noise exceeds {most:.3g} once in a million"
-    return Reason("fit", contacts.features[worst], contacts.rows[worst], message)
+    label, row, feature = contacts.label(found.index), contacts.rows[found.index], contacts.features[found.index]
+    message = f"{label} stands out by {found.size:.3g} sigma; noise exceeds {found.limit:.3g} once in a million"
+    return Reason("fit", feature, row, message)
 
 
 def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
@@ -76,23 +79,23 @@ def _one_contact_or_sigma(
     fixture: Fixture,
     contacts: Contacts,
     solution: Solution,
-    suspect: tuple[int, float] | None,
+    suspect: "StandsOut | None",
     dof: int,
     *,
     all_alike: bool,
 ) -> tuple[Diagnosis, ...]:
     """The contact that stands out, another sigma where all residuals together are suspicious, or one of these.
 
-    In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free, and twice the
-    logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
+    In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free (each equation
+    of the one contact), and twice the logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
     """
     from tactfix.diagnosis.ranking import INDISTINCT
     from tactfix.diagnosis.telling import one_of
 
     count, scores = len(contacts), []
     if suspect is not None:
-        score = solution.chi2 - suspect[1] ** 2 + 3 * math.log(count)
-        scores.append((score, _outlier(fixture, contacts, solution, *suspect)))
+        score = solution.chi2 - suspect.size**2 + (suspect.directions + 2) * math.log(count)
+        scores.append((score, _outlier(fixture, contacts, solution, suspect)))
     if all_alike and (suspect is None or dof > 1):
         score = dof * (1 + math.log(solution.chi2 / max(dof, 1))) + math.log(count)
         words = "the residuals are {ratio:.2g} times what sigma allows for"
@@ -102,9 +105,7 @@ def _one_contact_or_sigma(
     return (one_of(causes),) if scores[-1][0] - scores[0][0] <= INDISTINCT else tuple(causes)
 
 
-def _stands_out(
-    fixture: Fixture, contacts: Contacts, solution: Solution, probability: float
-) -> tuple[int, float] | None:
+def _stands_out(fixture: Fixture, contacts: Contacts, solution: Solution, probability: float) -> "StandsOut | None":
     # No normalised residual is larger than the root of chi-square: most poses need not be asked, and nothing imported.
     if solution.chi2 <= normal_limit(len(contacts), probability) ** 2:
         return None
@@ -115,16 +116,17 @@ def _stands_out(
     )
 
 
-def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, index: int, size: float) -> Diagnosis:
+def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, suspect: "StandsOut") -> Diagnosis:
     from tactfix.diagnosis.data_snooping import movement_without
 
+    index = suspect.index
     moves = movement_without(contacts, residual_sigmas(fixture, contacts), solution, index, fixture.placement)
     message = (
-        f"{contacts.label(index)} on {contacts.features[index]} stands out by {size:.3g} sigma: touch it again; "
-        f"without it the fixture would be found {moves:.2g} {fixture.units} elsewhere"
+        f"{contacts.label(index)} on {contacts.features[index]} stands out by {suspect.size:.3g} sigma: touch it "
+        f"again; without it the fixture would be found {moves:.2g} {fixture.units} elsewhere"
     )
     row, feature = contacts.rows[index], contacts.features[index]
-    left = solution.chi2 - size**2
+    left = solution.chi2 - suspect.size**2
     return Diagnosis("outlier", (row,), (feature,), float(solution.residuals[index]), left, message)
 
 
