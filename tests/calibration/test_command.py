@@ -118,6 +118,10 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
     assert report["planned"] == 3
     assert report["added"] == []
     assert report["prediction"]["planned"] == report["prediction"]["with_added"] < report["prediction"]["prior"]
+    left = report["undetermined"]
+    assert 0.5 < left["planned"] == left["with_added"] < 1
+    assert f"the touches planned leave {100 * left['planned']:.0f} per cent of the robot's errors undetermined" in err
+    assert "let fewer parameters be unknown" in err
     assert keeps(report, schema_of("calibrate-plan"))
     for words, message in (
         ((cell, "--plan", 3), "nothing says where front, left and high is; give planned touches, or placement"),

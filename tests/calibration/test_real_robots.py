@@ -2,7 +2,8 @@
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from tactfix.calibration.calibrate import calibrate
 from tactfix.calibration.cell import Cell, Place, Prior, Touches
 from tactfix.calibration.result import Calibration
+from tactfix.calibration.touch_plan import plan_touches
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, Point
 from tactfix.kinematics.chain import Chain, Joint
@@ -43,11 +45,15 @@ def motoman_chain() -> Chain:
     return chain_of_rows([Row(*row, 0.0, Joint("q")) for row in moving], "standard", flange_from_tip)
 
 
-def motoman(unknown: tuple[str, ...], planes: Sequence[str]) -> tuple[Chain, Calibration]:
-    chain = motoman_chain()
+def touched_planes(unknown: tuple[str, ...], planes: Sequence[str]) -> tuple[Cell, Touches]:
     rows = [(row[0], "face", row[1:]) for row in read("motoman", "plane_contacts.csv") if row[0] in planes]
-    cell = Cell("mm", chain, 0.0, unknown, PRIOR, {name: Place(name, PLANE) for name in planes})
-    return chain, calibrate(cell, touches(rows))
+    cell = Cell("mm", motoman_chain(), 0.0, unknown, PRIOR, {name: Place(name, PLANE) for name in planes})
+    return cell, touches(rows)
+
+
+def motoman(unknown: tuple[str, ...], planes: Sequence[str]) -> tuple[Chain, Calibration]:
+    cell, made = touched_planes(unknown, planes)
+    return cell.chain, calibrate(cell, made)
 
 
 def tracker(chain: Chain, values: Floats) -> float:
@@ -69,6 +75,7 @@ def tracker(chain: Chain, values: Floats) -> float:
 
 
 OFFSETS = ("joint_offsets", "tip")
+PLANES = [("wall", "lower"), ("wall", "higher"), ("higher", "lower"), ("wall", "higher", "lower")]
 
 
 def test_wall_and_two_tables_make_the_motoman_better() -> None:
@@ -93,9 +100,7 @@ def test_all_parameters_from_two_tables_are_refused() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "planes", [("wall", "lower"), ("wall", "higher"), ("higher", "lower"), ("wall", "higher", "lower")]
-)
+@pytest.mark.parametrize("planes", PLANES)
 @pytest.mark.parametrize("unknown", [OFFSETS, ("all",)])
 def test_what_is_not_refused_does_no_harm(unknown: tuple[str, ...], planes: tuple[str, ...]) -> None:
     chain, result = motoman(unknown, planes)
@@ -119,19 +124,24 @@ def test_few_touches_do_no_harm(count: int) -> None:
             assert result.status != "calibrated" or tracker(chain, result.values) <= 0.26
 
 
-def sockets(robot: str, urdf: str, train: Sequence[str], held: str) -> tuple[float, float, float, float]:
-    """Mean distance in training, rms distances at the place held out before and after, and the mean there after."""
+def touched_sockets(
+    robot: str, urdf: str, places: Sequence[str], unknown: tuple[str, ...] = ("all",)
+) -> tuple[Cell, Touches]:
     text = shared_data("reference", "real", "robots", robot, urdf).read_text()
-    places = (*train, held)
     rows = [(place, row[0], row[1:]) for place in places for row in read(robot, f"{place}.csv")]
     chain = urdf_robot(text, "ball_link", None, 1000.0).chain
-    cell = Cell("mm", chain, 5.0, ("all",), PRIOR, {name: Place(name, SOCKETS) for name in places})
-    result = calibrate(cell, touches(rows), hold_out=(held,))
+    return Cell("mm", chain, 5.0, unknown, PRIOR, {name: Place(name, SOCKETS) for name in places}), touches(rows)
+
+
+def sockets(robot: str, urdf: str, train: Sequence[str], held: str) -> tuple[float, float, float, float]:
+    """Mean distance in training, rms distances at the place held out before and after, and the mean there after."""
+    cell, made = touched_sockets(robot, urdf, (*train, held))
+    result = calibrate(cell, made, hold_out=(held,))
     assert result.status == "calibrated"
     (out,) = [item for item in result.left_out if item.held_out]
-    joints = np.array([[float(q) for q in row[2]] for row in rows if row[0] == held])
-    middles = [0.0 if row[1] == "socket_0" else 50.0 for row in rows if row[0] == held]
-    mean = distance_from_sockets(chain.points(joints, result.values[:-1]), np.array(middles))
+    there = made.at([held])
+    middles = np.array([0.0 if feature == "socket_0" else 50.0 for feature in there.features])
+    mean = distance_from_sockets(cell.chain.points(there.joints, result.values[:-1]), middles)
     return float(np.mean([touch.after for touch in result.touches])), out.rms_before, out.rms_after, mean
 
 
@@ -142,6 +152,31 @@ def distance_from_sockets(points: Floats, along: Floats) -> float:
     u, _, vt = np.linalg.svd(a.T @ b)
     turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
     return float(np.linalg.norm(a @ turn - b, axis=1).mean())
+
+
+REAL = [
+    *((touched_planes, (unknown, planes)) for planes in PLANES for unknown in (OFFSETS, ("all",))),
+    *(
+        (touched_sockets, (*files, unknown))
+        for files in (
+            ("kuka_14", "iiwa14.urdf", ("front", "left_back")),
+            ("panda_1", "panda.urdf", ("back-high", "right")),
+        )
+        for unknown in (OFFSETS, ("all",))
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("touched", "how"), REAL)
+def test_the_plan_foretells_what_calibrate_finds_undetermined(
+    touched: Callable[..., tuple[Cell, Touches]], how: tuple[Any, ...]
+) -> None:
+    cell, made = touched(*how)
+    foretold, _ = plan_touches(cell, made, 0, 0.1).undetermined
+    found = calibrate(cell, made).undetermined
+    assert foretold == pytest.approx(found, abs=0.09)
+    assert (foretold >= 0.5) == (found >= 0.5)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Touches planned: they reach what they are to touch, what they would tell is true, and they tell more than others."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactfix.calibration.cell import Cell, Place
-from tactfix.calibration.touch_plan import plan_touches
+from tactfix.calibration.touch_plan import TouchPlan, plan_touches
 from tactfix.errors import UsageError
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
@@ -33,7 +34,13 @@ def pose(name: str) -> Floats:
     return base_from_fixture
 
 
-def covariance(cell: Cell, joints: Floats, places: tuple[str, ...], names: tuple[str, ...]) -> Floats:
+def covariance(
+    cell: Cell,
+    joints: Floats,
+    places: tuple[str, ...],
+    names: tuple[str, ...],
+    widths: Mapping[str, float] | None = None,
+) -> Floats:
     """Of the parameters, from touches of seats at places that may stand anywhere: by differences of `tips`."""
     step = 1e-6
     columns = [(tips({name: step}, joints) - tips({name: -step}, joints)).ravel() / (2 * step) for name in names]
@@ -47,8 +54,27 @@ def covariance(cell: Cell, joints: Floats, places: tuple[str, ...], names: tuple
     basis, sizes, _ = np.linalg.svd(where, full_matrices=False)
     basis = basis[:, sizes > 1e-9 * sizes[0]]
     robot = robot - basis @ (basis.T @ robot)
-    by_name = {parameter.name: cell.prior.sigma(parameter) for parameter in cell.parameters}
+    by_name = widths or {parameter.name: cell.prior.sigma(parameter) for parameter in cell.parameters}
     return np.linalg.inv(robot.T @ robot + np.diag([1 / by_name[name] ** 2 for name in names]))
+
+
+def left_undetermined(cell: Cell, plan: TouchPlan) -> float:
+    """Of errors a tenth of the prior, rms over postures drawn anew: motions of base and tip make good what they can."""
+    names = tuple(item.name for item in plan.parameters)
+    widths = {p.name: cell.prior.sigma(p) * (1.0 if p.name.startswith("tip") else 0.1) for p in cell.parameters}
+    expected = np.array([widths[name] for name in names])
+    joints = np.random.default_rng(8).uniform(*cell.joint_ranges.T, (2000, 6))
+    x, step = tips({}, joints), 1e-6
+    by = [(tips({name: step}, joints) - tips({name: -step}, joints)).ravel() / (2 * step) for name in names]
+    made_good = [(np.broadcast_to(axis, x.shape)).ravel() for axis in np.eye(3)]
+    made_good += [np.cross(axis, x).ravel() for axis in np.eye(3)]
+    made_good += [column for name, column in zip(names, by, strict=True) if name.startswith("tip")]
+    basis = np.linalg.qr(np.stack(made_good, axis=1))[0]
+    moves = np.stack([column - basis @ (basis.T @ column) for column in by], axis=1)
+    moves[:, [name.startswith("tip") for name in names]] = 0.0
+    spread = covariance(cell, plan.added.joints, plan.added.places, names, widths)
+    after = np.einsum("ij,jk,ik->", moves, spread, moves)
+    return float(np.sqrt(after / ((moves * expected) ** 2).sum()))
 
 
 def test_touches_added_reach_their_seats_and_tell_what_is_said(cell: Cell) -> None:
@@ -65,6 +91,7 @@ def test_touches_added_reach_their_seats_and_tell_what_is_said(cell: Cell) -> No
     sigmas = np.sqrt(np.diag(covariance(cell, plan.added.joints, plan.added.places, names)))
     scale = [np.rad2deg(1.0) if item.unit == "deg" else 1.0 for item in plan.parameters]
     assert [item.with_added for item in plan.parameters] == pytest.approx(sigmas * scale, rel=1e-3)
+    assert plan.undetermined == pytest.approx((1.0, left_undetermined(cell, plan)), rel=0.03)
 
 
 def test_touches_added_tell_more_than_as_many_others(cell: Cell) -> None:

@@ -301,6 +301,13 @@ class PlanStagesJson(TypedDict):
     with_added: Number
 
 
+class UndeterminedStagesJson(TypedDict):
+    """What touches leave of the robot's errors, from 0 to 1: the touches planned, and with those added."""
+
+    planned: Number
+    with_added: Number
+
+
 class CalibratePlanJson(TypedDict):
     """The JSON of calibrate --plan, in the cell's units; angles in degrees."""
 
@@ -313,6 +320,7 @@ class CalibratePlanJson(TypedDict):
     not_identified: list[str]
     prediction: PlanStagesJson
     worst: PlanStagesJson
+    undetermined: UndeterminedStagesJson
     observability: dict[str, Number]
     unplaced: list[str]
     out_of_reach: list[str]

@@ -9,7 +9,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from tactfix.calibration.touch_plan import TouchPlan
+from tactfix.calibration.accuracy import IDENTIFIED
+from tactfix.calibration.touch_plan import EXPECTED_ERRORS, TouchPlan
 from tactfix.report.json_report import Json, number
 from tactfix.version import VERSION
 from tactfix.wording import listed, spreadsheet_cell
@@ -61,6 +62,7 @@ def touch_plan_json(plan: TouchPlan) -> Json:
         "not_identified": list(plan.not_identified),
         "prediction": dict(zip(stages, map(number, plan.prediction), strict=True)),
         "worst": dict(zip(stages, map(number, plan.worst), strict=True)),
+        "undetermined": dict(zip(stages[1:], map(number, plan.undetermined), strict=True)),
         "observability": {name: number(value) for name, value in plan.observability.items()},
         "unplaced": list(plan.unplaced),
         "out_of_reach": list(plan.out_of_reach),
@@ -75,6 +77,7 @@ def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
         yield f"{plan.planned} touches planned: {planned}"
     if len(plan.added):
         yield f"with {len(plan.added)} added: {after}, {plan.worst[2]:.3g} {plan.units} where it is worst"
+    yield _left(plan)
     told = [item.name for item in plan.parameters if item.identified]
     yield f"{len(told)} of {len(plan.parameters)} parameters told to less than half of their prior"
     for words in plan.not_identified:
@@ -84,6 +87,18 @@ def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
         yield f"none is added at {listed(plan.unplaced)}: write placement: {{near: ...}} or plan touches there"
     if plan.out_of_reach:
         yield f"no posture found that reaches {listed(plan.out_of_reach)}"
+
+
+def _left(plan: TouchPlan) -> str:
+    """What would be left of the robot's errors, and whether calibrate would refuse that."""
+    planned, after = (f"{100 * share:.0f} per cent" for share in plan.undetermined)
+    stages = [f"planned leave {planned}"] if plan.planned else []
+    stages += [f"added {after}" if stages else f"added leave {after}"] if len(plan.added) else []
+    limit = f"calibrate writes no robot at {100 * IDENTIFIED:.0f} or more"
+    remedy = "; plan other features or places, or let fewer parameters be unknown"
+    size = f"if they are {100 * EXPECTED_ERRORS:.0f} per cent of the prior"
+    what = f"the touches {', with those '.join(stages)} of the robot's errors undetermined, {size}"
+    return f"{what}; {limit}{remedy if plan.undetermined[1] >= IDENTIFIED else ''}"
 
 
 def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
