@@ -26,7 +26,7 @@ from tactfix.wording import listed
 GROSS_RESIDUAL: Final = 50.0
 """Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
 
-_ONE_PLACE: Final = "touches at one place cannot check a calibration: touch the fixture at another place too"
+_NOTHING_CHECKS: Final = "touches at one place cannot check a calibration: touch the fixture at another place too"
 """A reason to write no robot, and the warning where the user lets one place do."""
 
 
@@ -45,7 +45,7 @@ def status_of(
     if reasons:
         return "inconsistent", tuple(reasons)
     if _is_one_place(fit):
-        reasons += () if unchecked else (_ONE_PLACE,)
+        reasons += () if unchecked else (_NOTHING_CHECKS,)
     elif fit.choice.factor == 0:
         reasons.append("no calibrated robot is better than the nominal one at the places left out")
     if result.undetermined >= accuracy.IDENTIFIED:
@@ -90,7 +90,7 @@ def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
 
 def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
     """What else there is to say of a fit."""
-    found = [_ONE_PLACE] if unchecked and _is_one_place(fit) else []
+    found = [_NOTHING_CHECKS] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
         what = f"the residuals are {fit.noise:.2g} times what sigma allows for"
         found.append(f"{what}: surfaces are not as the file says, or the robot bends; sigmas are scaled up by it")
