@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tactfix.diagnosis.deletion import Doubts
+from tactfix.diagnosis.deletion import CaseDeletion
 from tactfix.localization.locate import locate
 from tactfix.poses.rigid import rigid_solutions
 from tests.support.problems import PLATE, placed, touch_all
@@ -13,7 +13,7 @@ from tests.support.problems import PLATE, placed, touch_all
 
 class Spoilt(NamedTuple):
     rows: np.ndarray
-    doubts: Doubts
+    deletion: CaseDeletion
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def spoilt():
     values[[3, 17, 30]] += [400.0, -900.0, 250.0]
     best, *_ = np.linalg.lstsq(rows, values, rcond=None)
     span = np.linalg.qr(rows)[0]
-    return Spoilt(rows=rows, doubts=Doubts(values - rows @ best, span))
+    return Spoilt(rows=rows, deletion=CaseDeletion(values - rows @ best, span))
 
 
 def left_without(rows, residuals, index):
@@ -36,26 +36,26 @@ def left_without(rows, residuals, index):
 
 @pytest.mark.parametrize("index", [[17], [3, 17], [3, 17, 30], [0, 1, 2, 3, 4]])
 def test_gain_is_what_least_squares_without_them_gains(spoilt, index):
-    chi2 = spoilt.doubts.scaled @ spoilt.doubts.scaled
-    left = left_without(spoilt.rows, spoilt.doubts.scaled, index)
-    assert spoilt.doubts.gain(index) == pytest.approx(chi2 - left, rel=1e-9)
-    assert spoilt.doubts.share_left(index) == pytest.approx(left / chi2, rel=1e-6, abs=1e-12)
+    chi2 = spoilt.deletion.scaled @ spoilt.deletion.scaled
+    left = left_without(spoilt.rows, spoilt.deletion.scaled, index)
+    assert spoilt.deletion.gain(index) == pytest.approx(chi2 - left, rel=1e-9)
+    assert spoilt.deletion.remaining_share(index) == pytest.approx(left / chi2, rel=1e-6, abs=1e-12)
 
 
 def test_those_that_are_off_are_doubted_first_and_are_all(spoilt):
-    assert spoilt.doubts.order[0] == 17
-    assert set(spoilt.doubts.order[:3]) == {3, 17, 30}
-    assert spoilt.doubts.are_all([3, 17, 30])
-    assert not spoilt.doubts.are_all([3, 17])
+    assert spoilt.deletion.order[0] == 17
+    assert set(spoilt.deletion.order[:3]) == {3, 17, 30}
+    assert spoilt.deletion.is_explained_without([3, 17, 30])
+    assert not spoilt.deletion.is_explained_without([3, 17])
 
 
 def test_what_a_contact_alone_holds_is_no_gain():
     """A residual that the pose makes up for in full says nothing, wherever the contact is."""
     rows = np.vstack([np.eye(6), np.eye(6)[:5]])
     span = np.linalg.qr(rows)[0]
-    doubts = Doubts(np.zeros(11), span)
-    assert doubts.gain([5]) == 0
-    assert doubts.share_left([5]) == 1
+    deletion = CaseDeletion(np.zeros(11), span)
+    assert deletion.gain([5]) == 0
+    assert deletion.remaining_share([5]) == 1
 
 
 def test_the_doubts_of_located_contacts_are_their_residuals():
@@ -64,6 +64,8 @@ def test_the_doubts_of_located_contacts_are_their_residuals():
     result = locate(placed(PLATE), contacts)
     surfaces = {name: feature.surface for name, feature in placed(PLATE).features.items()}
     (best,) = rigid_solutions(surfaces, contacts, contacts.sigmas).found
-    doubts = Doubts.of(contacts, contacts.sigmas, best)
-    assert doubts.scaled @ doubts.scaled == pytest.approx(result.chi2, rel=1e-9)
-    assert np.abs(doubts.span.T @ doubts.scaled).max() < 1e-2, "nothing is left that a motion of the fixture explains"
+    deletion = CaseDeletion.of(contacts, contacts.sigmas, best)
+    assert deletion.scaled @ deletion.scaled == pytest.approx(result.chi2, rel=1e-9)
+    assert np.abs(deletion.span.T @ deletion.scaled).max() < 1e-2, (
+        "nothing is left that a motion of the fixture explains"
+    )

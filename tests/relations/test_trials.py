@@ -106,12 +106,12 @@ def test_contacts_bent_more_than_a_radius_allows_are_ruled_out_before_any_fit(tm
     part, touched, noise = touched_part("bar on plate")
     fixture, contacts = read(part, touched, noise, tmp_path)
     trials = Trials(fixture, contacts)
-    assert trials.lets_pass(contacts)
+    assert trials.is_feasible(contacts)
     for factor in (1e-3, 25.4):
-        assert not trials.lets_pass(replace(contacts, points=contacts.points * factor))
+        assert not trials.is_feasible(replace(contacts, points=contacts.points * factor))
     for factor in (1 / 25.4, 1e-3, 25.4):
         sigmas = contacts.sigmas * factor
-        assert not trials.lets_pass(replace(contacts, points=contacts.points * factor, sigmas=sigmas))
+        assert not trials.is_feasible(replace(contacts, points=contacts.points * factor, sigmas=sigmas))
     assert not fits
 
 

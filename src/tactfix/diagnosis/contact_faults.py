@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import Doubts
+from tactfix.diagnosis.deletion import CaseDeletion
 from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve, Stage
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
@@ -33,13 +33,13 @@ MUCH_EXPLAINED = 0.1
 """Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
 
 
-def few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> Iterator[Stage]:
+def few_of_many(fixture: Fixture, contacts: Contacts, deletion: CaseDeletion, solve: Solve) -> Iterator[Stage]:
     """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
     if len(contacts) >= SINGLE_FAULT_CONTACTS:
-        alone = [i for i in doubts.singly[:CONTACTS_DOUBTED] if doubts.are_all([i])]
+        alone = [i for i in deletion.singly[:CONTACTS_DOUBTED] if deletion.is_explained_without([i])]
         yield relabelled(contacts, alone[:1])
         yield without_each(contacts, alone)
-    wrong = _wrong_ones(fixture, contacts, doubts, solve)
+    wrong = _wrong_ones(fixture, contacts, deletion, solve)
     if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
         yield swapped_labels(contacts, [(wrong[0], wrong[1])])
     if len(wrong) > 1:
@@ -49,11 +49,11 @@ def few_of_many(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Sol
         yield without_each(contacts, wrong)
 
 
-def _wrong_ones(fixture: Fixture, contacts: Contacts, doubts: Doubts, solve: Solve) -> list[int]:
+def _wrong_ones(fixture: Fixture, contacts: Contacts, deletion: CaseDeletion, solve: Solve) -> list[int]:
     """Indices of a few contacts that a pose leaves out which explains all others; empty where there is none."""
     for count in SEVERAL:
-        doubtful = doubts.order[:count]
-        if count > len(contacts) // SINGLE_FAULT_CONTACTS or doubts.share_left(doubtful) > MUCH_EXPLAINED:
+        doubtful = deletion.order[:count]
+        if count > len(contacts) // SINGLE_FAULT_CONTACTS or deletion.remaining_share(doubtful) > MUCH_EXPLAINED:
             continue
         try:
             solutions = solve(_without(contacts, doubtful))
@@ -105,13 +105,13 @@ def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
     return contacts.subset(np.delete(np.arange(len(contacts)), index))
 
 
-def likely_pairs(contacts: Contacts, order: Sequence[int], doubts: Doubts | None) -> list[tuple[int, int]]:
+def likely_pairs(contacts: Contacts, order: Sequence[int], deletion: CaseDeletion | None) -> list[tuple[int, int]]:
     """Pairs of contacts on different features, those first without which chi-square would fall most."""
     names = contacts.features
     pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_DOUBTED]), 2) if names[i] != names[k]]
-    if doubts is None:
+    if deletion is None:
         return pairs
-    gains = np.array([doubts.gain(pair) for pair in pairs])
+    gains = np.array([deletion.gain(pair) for pair in pairs])
     return [pairs[int(p)] for p in np.argsort(-gains, kind="stable")]
 
 

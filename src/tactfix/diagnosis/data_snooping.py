@@ -1,22 +1,25 @@
-"""Whether one contact stands out of the others at a pose that fits them all together: Baarda's data snooping.
+"""Baarda's data snooping: whether the normalised residual of one contact is larger than noise explains.
 
-The sum of squared residuals hides one bad contact among many good ones. A normalised residual is a residual over its
-own standard deviation after the fit, sigma_i sqrt(1 - h_i), h_i the leverage: for good contacts a standard normal
-number, and of all tests for one wrong contact the most powerful (Baarda 1968, A testing procedure for use in geodetic
-networks). Where relations have sigmas of their own the true leverage is larger: the residuals are normalised to less.
+Chi-square of many good contacts can hide one bad contact. A normalised residual is a residual over its own standard
+deviation after the fit, sigma_i sqrt(1 - h_i), where h_i is the leverage. For a good contact it is a standard normal
+number. Of all tests for one wrong contact this is the most powerful (Baarda 1968, A testing procedure for use in
+geodetic networks). For relations with a sigma of their own the true leverage is larger than the one used here, so the
+normalised residuals are too small and the test is conservative.
 
 1. Residuals over sigma and their derivatives are taken at the pose, one equation each, with what is known beforehand.
-2. Each is divided by what the fit leaves of its standard deviation, sqrt(1 - h_i) (`deletion`). The three of a contact
-   on a point are a vector r_i of covariance I - H_ii, its size the root of r_i' (I - H_ii)^-1 r_i, whatever the axes.
-3. The one stands out that is largest against its limit, if noise exceeds that, over all contacts, with less than the
-   probability asked for: of a chi-square with as many degrees of freedom as r_i has directions that the fit leaves.
-4. To first order, the pose without that contact says how far it has moved the fixture.
+2. Each is divided by sqrt(1 - h_i), its standard deviation after the fit (`deletion`). The three residuals of a contact
+   on a point are a vector r_i of covariance I - H_ii. Its size, the root of r_i' (I - H_ii)^-1 r_i, is independent of
+   the axes.
+3. The contact whose size is largest relative to its limit is an outlier if noise exceeds that limit, over all contacts,
+   with less than the given probability. The size squared is a chi-square with as many degrees of freedom as r_i has
+   directions with a redundancy number above LEAST_REDUNDANCY.
+4. The pose without that contact is computed to first order; the difference says how far the contact moved the fixture.
 """
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import SEEN, Doubts, span_of
+from tactfix.diagnosis.deletion import LEAST_REDUNDANCY, CaseDeletion, span_of
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints, cross
 from tactfix.noise import normal_limit
@@ -34,7 +37,7 @@ class NormalizedResiduals:
     directions: Ints
 
     def limits(self, probability: float) -> Floats:
-        """What noise makes any of them exceed with this probability, (n,)."""
+        """The limits (n,) that noise alone makes any of them exceed with this probability."""
         count = len(self.sizes)
         by_directions = [normal_limit(count, probability, directions) for directions in (1, 1, 2, 3)]
         return np.array(by_directions)[self.directions]
@@ -42,7 +45,7 @@ class NormalizedResiduals:
 
 @frozen_value
 class StandsOut:
-    """A contact (index), the size of its normalised residual, the limit for that, and the directions that it has."""
+    """An outlier: index of the contact, size and limit of its normalised residual, number of its directions."""
 
     index: int
     size: float
@@ -61,27 +64,27 @@ def normalized_residuals(
     values, normals = contact_residuals(single.surfaces, single.contacts)
     seen = sensitivity(single.contacts, normals, single.sigmas)
     seen, more = with_known(seen, placement, solution.base_from_fixture)
-    doubts = Doubts(np.concatenate([values / single.sigmas, more]), span_of(seen.reduced))
+    deletion = CaseDeletion(np.concatenate([values / single.sigmas, more]), span_of(seen.reduced))
     first = np.flatnonzero(np.diff(single.of, prepend=-1))  # step 2
-    sizes, directions = doubts.normalized[first], np.ones(len(first), dtype=np.intp)
+    sizes, directions = deletion.normalized[first], np.ones(len(first), dtype=np.intp)
     on_point = np.flatnonzero(np.bincount(single.of) == 3)
     equations = first[on_point, None] + np.arange(3)
-    sizes[on_point], directions[on_point] = _lengths(doubts.scaled[equations], doubts.span[equations])
+    sizes[on_point], directions[on_point] = _lengths(deletion.scaled[equations], deletion.span[equations])
     return NormalizedResiduals(sizes, directions)
 
 
 def _lengths(residuals: Floats, span: Floats) -> tuple[Floats, Ints]:
-    """Lengths (k,) of residuals (k, 3) over their covariance I - span span', and directions that this leaves."""
+    """Lengths (k,) of residuals (k, 3) in the metric of their covariance I - span span', and its rank (k,)."""
     variances, axes = np.linalg.eigh(np.eye(3) - span @ np.swapaxes(span, 1, 2))
     along = np.einsum("kij,ki->kj", axes, residuals)
-    lengths = np.sqrt((along**2 / np.maximum(variances, SEEN)).sum(axis=1))
-    return lengths, (variances > SEEN).sum(axis=1)
+    lengths = np.sqrt((along**2 / np.maximum(variances, LEAST_REDUNDANCY)).sum(axis=1))
+    return lengths, (variances > LEAST_REDUNDANCY).sum(axis=1)
 
 
 def contact_that_stands_out(
     contacts: Contacts, sigmas: Floats, solution: Solution, probability: float, placement: Placement | None = None
 ) -> StandsOut | None:
-    """The worst contact, if noise exceeds its normalised residual, over all of them, with less than probability."""
+    """The contact that is worst relative to its limit; None if it is within the limit for this probability."""
     found = normalized_residuals(contacts, sigmas, solution, placement)
     limits = found.limits(probability)
     worst = int(np.argmax(found.sizes / limits))  # step 3
@@ -92,7 +95,7 @@ def contact_that_stands_out(
 def movement_without(
     contacts: Contacts, sigmas: Floats, solution: Solution, index: int, placement: Placement | None = None
 ) -> float:
-    """How far the fixture moves at most, at any of the contacts, where one of them is left out (to first order)."""
+    """The largest displacement of the fixture at any contact when one contact is deleted (to first order)."""
     others = contacts.subset(np.delete(np.arange(len(contacts)), index))
     single = one_equation_each(solution.surfaces, others, np.delete(sigmas, index))
     values, normals = contact_residuals(single.surfaces, single.contacts)

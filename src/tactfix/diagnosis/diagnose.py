@@ -32,12 +32,12 @@ from tactfix.diagnosis.contact_faults import (
     without_each,
 )
 from tactfix.diagnosis.corrections import Problem
-from tactfix.diagnosis.deletion import Doubts
+from tactfix.diagnosis.deletion import CaseDeletion
+from tactfix.diagnosis.feasibility import Feasibility
 from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
 from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
 from tactfix.diagnosis.ranking import INDISTINCT
-from tactfix.diagnosis.screen import Screen
 from tactfix.diagnosis.telling import one_of
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
@@ -121,11 +121,13 @@ def suspicions(
     speak against it. solve gives the solutions for corrected contacts. trials: of a fixture by
     relations that leave its shape open, or one of many.
     """
-    doubts = Doubts.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
-    order = doubts.order if doubts else _on_contradicted_first(contacts, trials)  # step 1
-    screen = trials or Screen(fixture, frozenset(contacts.rows[i] for i in order[:MOST_DOUBTED]))
-    pairs = likely_pairs(contacts, order, doubts)
-    swaps = (hypothesis for hypothesis in swapped_labels(contacts, pairs) if screen.lets_pass(hypothesis.contacts))
+    deletion = CaseDeletion.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
+    order = deletion.order if deletion else _on_contradicted_first(contacts, trials)  # step 1
+    feasibility = trials or Feasibility(fixture, frozenset(contacts.rows[i] for i in order[:MOST_DOUBTED]))
+    pairs = likely_pairs(contacts, order, deletion)
+    swaps = (
+        hypothesis for hypothesis in swapped_labels(contacts, pairs) if feasibility.is_feasible(hypothesis.contacts)
+    )
     # Step 2.
     units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
     if fits:
@@ -135,14 +137,16 @@ def suspicions(
     else:
         stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:
-        alone = doubts.singly if doubts else order
+        alone = deletion.singly if deletion else order
         stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:CONTACTS_DOUBTED]))
         stages.append(islice(swaps, MOST_SWAPS))
-    few = few_of_many(fixture, contacts, doubts, solve) if doubts and not fits else ()
+    few = few_of_many(fixture, contacts, deletion, solve) if deletion and not fits else ()
     # Where single contacts cost next to nothing to ask, none is taken for several.
     for stage in chain(stages, few) if trials else chain(few, stages):
         # Step 3.
-        asked: Iterator[Hypothesis] = (hypothesis for hypothesis in stage if screen.lets_pass(hypothesis.contacts))
+        asked: Iterator[Hypothesis] = (
+            hypothesis for hypothesis in stage if feasibility.is_feasible(hypothesis.contacts)
+        )
         if trials is not None:
             asked = _promising(asked, trials)
         found = [(h, told) for h in asked if (told := _tried(h, explained)) is not None]  # step 4

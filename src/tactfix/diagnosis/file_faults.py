@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import SEEN, Doubts
+from tactfix.diagnosis.deletion import LEAST_REDUNDANCY, CaseDeletion
 from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve, Stage
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
@@ -72,10 +72,10 @@ def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
         solution = next(iter(solve(contacts).found), None)
         if solution is None:
             return None
-        span = Doubts.of(contacts, contacts.sigmas, solution).span
+        span = CaseDeletion.of(contacts, contacts.sigmas, solution).span
         shift = 1 / contacts.sigmas
         unexplained = shift - span @ (span.T @ shift)
-        if np.linalg.norm(unexplained) < SEEN * np.linalg.norm(shift):
+        if np.linalg.norm(unexplained) < LEAST_REDUNDANCY * np.linalg.norm(shift):
             return None
         scaled = solution.residuals / contacts.sigmas
         change = float(unexplained @ scaled / (unexplained @ unexplained))

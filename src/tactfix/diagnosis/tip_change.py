@@ -1,13 +1,13 @@
-"""How far the tip stands from where it is taken to be, to first order at a pose that is left.
+"""The error of the tip's place in the flange frame, to first order at a pose that fits.
 
-A tip that stands q elsewhere in the flange moves the contact i by R_i q, R_i how the flange stood, and its residual by
-n_i . R_i q. Where the flange turned, no motion of the fixture makes up for that: three columns more in the least
-squares.
+A tip that is displaced by q in the flange frame moves contact i by R_i q, where R_i is the rotation of the flange, and
+changes its residual by n_i . R_i q. If the flange had different orientations, no motion of the fixture has the same
+effect. So the least squares get three more columns.
 
-1. Residuals over sigma and what motions of the fixture do to them are taken at the pose.
-2. From residuals and the columns n_i . R_i is taken away what these motions make up for.
-3. Where of a direction of q nothing is left, the contacts cannot tell it; else least squares give q.
-4. It is as likely as one wrong contact if the Bayesian information criterion (Schwarz 1978) says so.
+1. Residuals over sigma and the Jacobian of the motions of the fixture are taken at the pose.
+2. Residuals and the columns n_i . R_i are projected onto the complement of that Jacobian's columns.
+3. If the projected columns are dependent, q is not determined; otherwise least squares give q.
+4. q is compared with one wrong contact by the Bayesian information criterion (Schwarz 1978).
 """
 
 import math
@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import Doubts, span_of
+from tactfix.diagnosis.deletion import CaseDeletion, span_of
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.poses.points_as_planes import one_equation_each
@@ -26,10 +26,10 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class TipChange:
-    """change (3,) in the flange frame, units; what is left of chi-square with it, and whether it is the likelier cause.
+    """change (3,): of the tip, in the flange frame and fixture units; chi2: after the change.
 
-    is_plausible: that it explains the residuals no worse than the one contact that stands out most, by the Bayesian
-    information criterion: log n for each number that is free, and twice log n for the choice of one contact.
+    is_plausible: whether it explains the residuals no worse than deleting the worst contact does, by the Bayesian
+    information criterion: log n for each free number, and twice log n for the choice of one contact.
     """
 
     change: Floats
@@ -40,7 +40,7 @@ class TipChange:
 def tip_change(
     contacts: Contacts, sigmas: Floats, solution: Solution, placement: Placement | None = None
 ) -> TipChange | None:
-    """The change of the tip that fits best, None where the contacts cannot tell it; sigmas (n,) of the residuals."""
+    """The change of the tip that fits best; None if the contacts do not determine it. sigmas (n,) of the residuals."""
     assert contacts.flange_rotations is not None
     single = one_equation_each(solution.surfaces, contacts, sigmas)
     values, normals = contact_residuals(single.surfaces, single.contacts)  # step 1
@@ -57,7 +57,7 @@ def tip_change(
         return None
     change = -np.linalg.lstsq(own, left, rcond=None)[0]
     rest = left + own @ change
-    worst = float(Doubts(scaled, span).normalized[: len(single.of)].max())
+    worst = float(CaseDeletion(scaled, span).normalized[: len(single.of)].max())
     count = len(single.of)
     chi2, before = float(rest @ rest), float(left @ left)
     as_one = before - worst**2 + 3 * math.log(count)  # step 4

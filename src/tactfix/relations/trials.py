@@ -64,7 +64,7 @@ class Trials:
         """The features whose contacts no surface explains."""
         return [name for name in self.contacts.by_feature if not self._is_explained(self.contacts.on(name))]
 
-    def lets_pass(self, contacts: Contacts) -> bool:
+    def is_feasible(self, contacts: Contacts) -> bool:
         """Whether each feature's contacts are explained by some surface, and if shrunk still tell of its radius."""
         parts = [contacts.on(name) for name in contacts.by_feature]
         is_shrunk = len(contacts) == len(self.contacts) and contacts.spread < self.contacts.spread / 2
