@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.corrections import Problem
-from tactfix.diagnosis.file_mistakes import units
+from tactfix.diagnosis.contact_mistakes import units
 from tactfix.diagnosis.fixture_mistakes import exchanges, reorderings
+from tactfix.diagnosis.hypotheses import Problem
 from tactfix.files.fixture_file import load_fixture
 from tactfix.localization.locate import locate
 from tests.support.problems import CORNER, Patch, placed, random_pose

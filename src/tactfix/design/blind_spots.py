@@ -36,9 +36,9 @@ from tactfix.design.blind_spot import (
 from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, moments, most_telling, normals_of, shift_of
 from tactfix.design.wrong_files import diameters, exchanged_axes, mirror_image, wrong_place, wrong_radius, wrong_side
 from tactfix.design.wrong_labels import least_visible, relabels, swaps
+from tactfix.diagnosis.contact_mistakes import TURNED_ENTRY
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
-from tactfix.diagnosis.file_mistakes import TURNED_ENTRY
 from tactfix.geometry.rigid import inverse
 from tactfix.mistakes import BLIND_SPOTS, BlindSpotCode
 from tactfix.noise import SUSPICIOUS, chi_square_limit

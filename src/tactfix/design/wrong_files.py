@@ -11,9 +11,9 @@ import numpy as np
 
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
 from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
-from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
-from tactfix.diagnosis.trial_search import Explanation, TrialSearch, searched_anew
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
+from tactfix.diagnosis.trial_search import TrialSearch, searched_anew
 from tactfix.fixture import Placement, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface

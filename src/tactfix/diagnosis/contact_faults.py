@@ -1,45 +1,108 @@
-"""Which contacts would have to go, or change their labels, for the others to be consistent.
+"""Mistakes in the contacts, each as a correction that is located again: of a few contacts, or of the whole file.
 
-Where the wrong ones are few of many, the pose that all others agree on is found without them, and they stand out by
-their residuals there, one by one or together.
+Few of many contacts (`few_of_many`):
+
+1. Each contact whose deletion alone makes the others consistent (`deletion`) is tried on other features and deleted.
+2. Else more and more contacts are deleted together, in the order of stepwise deletion, as long as that removes nearly
+   all of chi-square; the others are located.
+3. At the pose that is found the wrong contacts have residuals above SURE sigma: they are told, or their labels swapped.
+
+The tip radius (`tip_radii`):
+
+1. The fixture is located with the tip radius as it is.
+2. A change of the tip radius shifts every contact along its outward normal. This column is projected onto the
+   complement of the motions of the fixture, and least squares give the change.
+3. Steps 1 and 2 are repeated until the change is below a tenth of sigma.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.deletion import CaseDeletion
-from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve, Stage
+from tactfix.diagnosis.deletion import LEAST_REDUNDANCY, CaseDeletion
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
+from tactfix.mistakes import DiagnosisCode
 from tactfix.noise import SURE
 from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.solution import Solutions
 from tactfix.probe import residual_sigmas
+from tactfix.results import Diagnosis
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
-MOST_DOUBTED = 40
-"""Contacts, those doubted most, that are asked whether they rule a hypothesis out, and of which each two labels are
-swapped: the cost grows with the square of their number."""
+SINGLE_DELETIONS = 12
+"""Contacts that are deleted or relabelled one by one, in decreasing order of the fall of chi-square."""
+
+MOST_SUSPECTS = 40
+"""Contacts, first in the order of stepwise deletion, by which a correction is tested for feasibility, and of which
+every pair of labels is swapped. The cost grows with the square of their number."""
 MOST_SWAPS = 24
-"""Swaps that are located, those first without whose two contacts chi-square would fall most."""
-SEVERAL = (1, 2, 3, 5, 8, 12, 20)
-"""Contacts that are left out together, those doubted most."""
-SINGLE_FAULT_CONTACTS = 8
-"""Of so many contacts at most one is left out."""
-MUCH_EXPLAINED = 0.1
-"""Share of chi-square that is not left, as far as residuals near the best pose tell, where those left out are wrong."""
+"""Swaps of labels that are located again, in decreasing order of the fall of chi-square without the two contacts. Each
+takes a search."""
+JOINT_DELETIONS = (1, 2, 3, 5, 8, 12, 20)
+"""Numbers of contacts that are deleted together, one after the other: each is about 1.6 times the one before, so
+that at most 0.6 times as many good contacts as bad ones are deleted with them. Afterwards only those above SURE
+sigma count."""
+CONTACTS_PER_FAULT = 8
+"""Contacts for each one that may be deleted (no unit): of fewer, too few are left to call the deleted ones wrong."""
+MOST_REMAINING = 0.1
+"""Share of chi-square that may remain, by the linear model, for the deletion to be located again."""
+
+TIP_STEPS = 6
+"""Linear corrections of the tip radius at most."""
+LEAST_GAIN = 0.5
+"""Share by which another tip radius must lower chi-square, by the linear model, to be located again: the true one
+lowers it by nearly all."""
+UNITS_MEANT = {
+    25.4: "inches where mm is said",
+    1 / 25.4: "mm where inches are said",
+    1e3: "metres where mm is said, or mm where micrometres are",
+    1e-3: "mm where metres are said, or micrometres where mm is",
+    1e3 / 25.4: "metres where inches are said",
+    25.4e-3: "inches where metres are said",
+    1e6: "metres where micrometres are said",
+    1e-6: "micrometres where metres are said",
+    25.4e3: "inches where micrometres are said",
+    1 / 25.4e3: "micrometres where inches are said",
+}
+"""Factors between any two units that a contact file may have (mm, m, um, inch), each with the mistake that it
+undoes."""
+
+
+@frozen_value
+class Correction:
+    """A mistake in words, and the contacts without it; rows, features and value as in Diagnosis."""
+
+    code: DiagnosisCode
+    message: str
+    contacts: Contacts
+    rows: tuple[int, ...] = ()
+    features: tuple[str, ...] = ()
+    value: float | None = None
+
+    def explains(self, chi2: float, remark: str) -> Diagnosis:
+        """The diagnosis if the corrected contacts have this chi-square; remark: what to say of their pose."""
+        return Diagnosis(self.code, self.rows, self.features, self.value, chi2, self.message + remark)
+
+
+Stage: TypeAlias = Iterator[Correction]
+"""Corrections that are tried together. If one of them explains the contacts, no later stage is tried."""
+Solve: TypeAlias = Callable[[Contacts], Solutions]
+"""Every pose that explains corrected contacts, or the nearest one if there is none."""
 
 
 def few_of_many(fixture: Fixture, contacts: Contacts, deletion: CaseDeletion, solve: Solve) -> Iterator[Stage]:
-    """What explains all but a few of the contacts: a probe that scans makes thousands, and not one mistake at most."""
-    if len(contacts) >= SINGLE_FAULT_CONTACTS:
-        alone = [i for i in deletion.singly[:CONTACTS_DOUBTED] if deletion.is_explained_without([i])]
+    """The corrections of a few of many contacts. A scanning probe makes thousands, and more than one may be wrong."""
+    if len(contacts) >= CONTACTS_PER_FAULT:  # step 1
+        alone = [i for i in deletion.singly[:SINGLE_DELETIONS] if deletion.is_explained_without([i])]
         yield relabelled(contacts, alone[:1])
         yield without_each(contacts, alone)
-    wrong = _wrong_ones(fixture, contacts, deletion, solve)
+    wrong = _wrong_ones(fixture, contacts, deletion, solve)  # steps 2 and 3
     if len(wrong) == 2 and contacts.features[wrong[0]] != contacts.features[wrong[1]]:
         yield swapped_labels(contacts, [(wrong[0], wrong[1])])
     if len(wrong) > 1:
@@ -50,13 +113,13 @@ def few_of_many(fixture: Fixture, contacts: Contacts, deletion: CaseDeletion, so
 
 
 def _wrong_ones(fixture: Fixture, contacts: Contacts, deletion: CaseDeletion, solve: Solve) -> list[int]:
-    """Indices of a few contacts that a pose leaves out which explains all others; empty where there is none."""
-    for count in SEVERAL:
-        doubtful = deletion.order[:count]
-        if count > len(contacts) // SINGLE_FAULT_CONTACTS or deletion.remaining_share(doubtful) > MUCH_EXPLAINED:
+    """Indices of the contacts above SURE sigma at a pose that explains all others; empty if no such pose is found."""
+    for count in JOINT_DELETIONS:
+        suspects = deletion.order[:count]
+        if count > len(contacts) // CONTACTS_PER_FAULT or deletion.remaining_share(suspects) > MOST_REMAINING:
             continue
         try:
-            solutions = solve(_without(contacts, doubtful))
+            solutions = solve(_without(contacts, suspects))
         except TactfixError:
             continue
         best = next(iter(solutions.found), None)
@@ -78,26 +141,26 @@ def relabelled(contacts: Contacts, index: Sequence[int]) -> Stage:
                 "consistent"
             )
             other = replace(contacts, features=features)
-            yield Hypothesis("relabel", message, other, (contacts.rows[i],), (feature,))
+            yield Correction("relabel", message, other, (contacts.rows[i],), (feature,))
 
 
 def without_each(contacts: Contacts, index: Sequence[int]) -> Stage:
-    """Each of these contacts alone left out."""
+    """Each of these contacts deleted alone."""
     for i in index if len(contacts) > 6 else ():
         label = f"{contacts.label(i)} ({contacts.features[i]})"
         message = f"without {label} the others are consistent: touch it again"
-        rows, features = _told(contacts, [i])
-        yield Hypothesis("outlier", message, _without(contacts, [i]), rows, features)
+        rows, features = _rows_and_features(contacts, [i])
+        yield Correction("outlier", message, _without(contacts, [i]), rows, features)
 
 
 def _without_all(contacts: Contacts, index: Sequence[int]) -> Stage:
     labels = listed([contacts.label(i) for i in index])
     message = f"without {labels} the others are consistent: touch these again"
-    yield Hypothesis("outlier", message, _without(contacts, index), *_told(contacts, index))
+    yield Correction("outlier", message, _without(contacts, index), *_rows_and_features(contacts, index))
 
 
-def _told(contacts: Contacts, index: Sequence[int]) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """The rows of these contacts, and their features."""
+def _rows_and_features(contacts: Contacts, index: Sequence[int]) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """The rows of these contacts and their features, as a Diagnosis has them."""
     return tuple(contacts.rows[i] for i in index), tuple(dict.fromkeys(contacts.features[i] for i in index))
 
 
@@ -106,9 +169,9 @@ def _without(contacts: Contacts, index: Sequence[int]) -> Contacts:
 
 
 def likely_pairs(contacts: Contacts, order: Sequence[int], deletion: CaseDeletion | None) -> list[tuple[int, int]]:
-    """Pairs of contacts on different features, those first without which chi-square would fall most."""
+    """Pairs of contacts on different features, in decreasing order of the fall of chi-square when both are deleted."""
     names = contacts.features
-    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_DOUBTED]), 2) if names[i] != names[k]]
+    pairs = [(i, k) for i, k in combinations(sorted(order[:MOST_SUSPECTS]), 2) if names[i] != names[k]]
     if deletion is None:
         return pairs
     gains = np.array([deletion.gain(pair) for pair in pairs])
@@ -122,4 +185,76 @@ def swapped_labels(contacts: Contacts, pairs: Sequence[tuple[int, int]]) -> Stag
         features[i], features[k] = features[k], features[i]
         message = f"with the labels of {contacts.label(i)} and {contacts.label(k)} swapped the contacts are consistent"
         swapped = replace(contacts, features=tuple(features))
-        yield Hypothesis("swapped_labels", message, swapped, *_told(contacts, [i, k]))
+        yield Correction("swapped_labels", message, swapped, *_rows_and_features(contacts, [i, k]))
+
+
+def approaches(contacts: Contacts, against: Sequence[int]) -> Stage:
+    """All approaches reversed, or one of them; against: indices, the contact that is most clearly reversed first."""
+    if not against:
+        return
+    message = "with all approaches reversed the contacts are consistent: are these outward normals (nx, ny, nz)?"
+    yield Correction("approach", message, replace(contacts, approaches=-contacts.approaches))
+    for i in against[:SINGLE_DELETIONS]:
+        approaches = contacts.approaches.copy()
+        approaches[i] *= -1
+        message = f"with the approach of {contacts.label(i)} reversed the contacts are consistent"
+        rows, features = (contacts.rows[i],), (contacts.features[i],)
+        yield Correction("approach", message, replace(contacts, approaches=approaches), rows, features)
+
+
+def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
+    """Another tip radius than that of the file: zero, or the one that fits best."""
+    given = f"{contacts.tip_radius:g} {fixture.units}"
+    if contacts.tip_radius > 0:
+        message = f"with tip radius 0 instead of {given} the contacts are consistent: are they corrected for the tip?"
+        yield Correction("tip_radius", message, replace(contacts, tip_radius=0.0), value=0.0)
+    try:
+        corrected = _with_estimated_tip(contacts, solve)
+    except TactfixError:
+        return
+    if corrected is not None and corrected.tip_radius > 0:
+        value = f"{corrected.tip_radius:.4g} {fixture.units}"
+        message = f"with a tip radius of {value} instead of {given} the contacts are consistent"
+        yield Correction("tip_radius", message, corrected, value=corrected.tip_radius)
+
+
+def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
+    """The contacts with the tip radius that fits best; None if undetermined, or if chi-square hardly falls."""
+    for number in range(TIP_STEPS):
+        solution = next(iter(solve(contacts).found), None)
+        if solution is None:
+            return None
+        span = CaseDeletion.of(contacts, contacts.sigmas, solution).span
+        shift = 1 / contacts.sigmas
+        unexplained = shift - span @ (span.T @ shift)
+        if np.linalg.norm(unexplained) < LEAST_REDUNDANCY * np.linalg.norm(shift):
+            return None
+        scaled = solution.residuals / contacts.sigmas
+        change = float(unexplained @ scaled / (unexplained @ unexplained))
+        if not number and change**2 * float(unexplained @ unexplained) < LEAST_GAIN * float(scaled @ scaled):
+            return None
+        contacts = replace(contacts, tip_radius=contacts.tip_radius + change)
+        if abs(change) < 0.1 * contacts.sigmas.min():
+            break
+    return contacts
+
+
+def coordinates(contacts: Contacts) -> Stage:
+    """The coordinates alone in another unit than that of the file."""
+    for factor, meant in UNITS_MEANT.items():
+        message = f"multiplied by {factor:.10g} the coordinates are consistent: are they {meant}?"
+        yield Correction("unit", message, replace(contacts, points=contacts.points * factor), value=factor)
+
+
+def whole_files(contacts: Contacts) -> Stage:
+    """All lengths in another unit than that of the file."""
+    for factor, meant in UNITS_MEANT.items():
+        scaled = replace(
+            contacts,
+            points=contacts.points * factor,
+            sigmas=contacts.sigmas * factor,
+            tip_radius=contacts.tip_radius * factor,
+            tip_offset=None if contacts.tip_offset is None else contacts.tip_offset * factor,
+        )
+        message = f"multiplied by {factor:.10g} all lengths of the contacts are consistent: are they {meant}?"
+        yield Correction("unit", message, scaled, value=factor)

@@ -1,15 +1,26 @@
-"""Mistakes in a few contacts: off their surface, on another feature, or with labels swapped."""
+"""Mistakes in the contact file: contacts off their surface, wrong labels, a wrong unit, a wrong tip."""
 
 import math
 from collections.abc import Iterable
 from itertools import combinations
 
-from tactfix.diagnosis.corrections import Hypothesis, Problem
+import numpy as np
+
+from tactfix.diagnosis.contact_faults import UNITS_MEANT
+from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.geometry.surfaces import Point
+
+TURNED_ENTRY = 1e-3
+"""Rotations of the flange count as one orientation if no entry differs by more (no unit, about rad): with a turn that
+small, a displaced tip and a displaced fixture are the same to within a thousandth of the displacement."""
+
+LEAST_SPREAD = 30.0
+"""Least spread of the contacts, in sigma, after a change of their unit. Contacts that are closer together fit any
+pose."""
 
 
 def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothesis]:
-    """Each of these sets of contacts (from 0) left out."""
+    """Each of these sets of contacts (indices from 0) deleted."""
     names, count = problem.contacts.features, len(problem.contacts)
     return [
         Hypothesis(
@@ -24,17 +35,17 @@ def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothes
 
 
 def single_outliers(problem: Problem) -> list[Hypothesis]:
-    """Each contact left out, where one more than a pose takes is left."""
+    """Each contact deleted, if the contacts are redundant."""
     return outliers(problem, [(i,) for i in range(len(problem.contacts))]) if problem.dof > 0 else []
 
 
 def relabels(problem: Problem) -> list[Hypothesis]:
-    """Each contact on each other feature, but for points, whose contacts are three equations."""
+    """Each contact on each other feature; no points, whose contacts have three equations."""
     return [one for one in _relabels(problem) if not _concerns_point(problem, one)]
 
 
 def relabels_of_points(problem: Problem) -> list[Hypothesis]:
-    """Each contact on a point on each other feature, and each other contact on each point."""
+    """Each contact on a point moved to each other feature, and each other contact to each point."""
     return [one for one in _relabels(problem) if _concerns_point(problem, one)]
 
 
@@ -59,7 +70,7 @@ def swaps(problem: Problem) -> list[Hypothesis]:
 
 
 def swaps_with_points(problem: Problem) -> list[Hypothesis]:
-    """The same where a point is among the two."""
+    """The labels of each two contacts swapped of which one is on a point."""
     return [one for one in _swaps(problem) if _concerns_point(problem, one)]
 
 
@@ -78,3 +89,31 @@ def _swaps(problem: Problem) -> list[Hypothesis]:
 def _concerns_point(problem: Problem, one: Hypothesis) -> bool:
     names = {*one.features, *(problem.contacts.features[i] for i in one.index)}
     return any(isinstance(problem.surfaces[name], Point) for name in names)
+
+
+def tips(problem: Problem) -> list[Hypothesis]:
+    """Another tip radius than the file says: none, or the one that fits best."""
+    free = Hypothesis("tip_radius", free="tip", alternatives=2)
+    return [free] if problem.contacts.tip_radius == 0 else [free, Hypothesis("tip_radius", tip=0.0, alternatives=2)]
+
+
+def tip_offsets(problem: Problem) -> list[Hypothesis]:
+    """The tip's centre elsewhere in the flange frame, if the contacts have flange rotations that differ."""
+    flanges = problem.contacts.flange_rotations
+    if flanges is None or np.abs(flanges - flanges[0]).max() < TURNED_ENTRY:
+        return []
+    return [Hypothesis("tip_offset", free="tip_offset")]
+
+
+def units(problem: Problem) -> list[Hypothesis]:
+    """The coordinates alone, or all lengths, in another unit than the file says."""
+    count, tip = 2 * len(UNITS_MEANT), problem.contacts.tip_radius
+    spread = problem.contacts.spread / float(problem.contacts.sigmas.max())
+    possible = [factor for factor in UNITS_MEANT if spread * factor > LEAST_SPREAD]
+    coordinates = [Hypothesis("unit", alternatives=count, points=factor) for factor in possible]
+    # If all lengths are scaled, the spread in sigma stays as it is.
+    whole = UNITS_MEANT if spread > LEAST_SPREAD else {}
+    return coordinates + [
+        Hypothesis("unit", alternatives=count, points=factor, sigmas=factor, tip=tip * factor, note="whole")
+        for factor in whole
+    ]

@@ -1,17 +1,16 @@
-"""Why no pose explains the contacts: single mistakes that would make them consistent.
+"""Why no pose explains the contacts: mistakes that, once corrected, make them consistent.
 
-A cell makes these mistakes: all or one approach reversed, a forgotten or wrong tip radius, a wrong unit, one bad
-contact, two labels swapped. Each hypothesis corrects one of them in the contacts.
+If the fixture has few shapes, all mistakes are fitted at once (`hypothesis_tests`). Otherwise, and for a few wrong
+contacts of many, corrections are tried in stages (`staged_diagnosis`): approaches reversed, a wrong tip radius, a wrong
+unit, wrong contacts, swapped labels.
 
-1. Contacts are ordered by what leaving them out would gain at the best pose (`deletion`).
-2. Hypotheses come in stages: approaches first where a pose fits but for them, else units and tip radii, and a few of
-   many contacts where one fits all others; what is rarer or would explain more comes later, labels last.
-3. Locating again costs a tenth of a second or more, so that each is first asked whether a few of its contacts rule it
-   out (`screen`): that leaves few of the units, and of the pairs whose labels may be swapped.
-4. The others are located again. The first stage after which a pose is left is the last.
-5. Its hypotheses are reported, the most plausible first.
-
-Where the fixture has few shapes all hypotheses are fitted at once instead (`hypothesis_tests`).
+1. Contacts are ordered by the fall of chi-square when they are deleted at the best pose (`deletion`).
+2. The corrections are put in stages. If a pose fits and only approaches reject it, approaches come first, else units
+   and tip radii. Single contacts follow, then a few of many contacts together, and swapped labels last.
+3. A correction that is not feasible (`feasibility`) is dropped: nearly all units and most swaps are.
+4. The others are located again, which takes a tenth of a second or more each. The first stage that leaves a pose ends
+   the search.
+5. Its corrections are reported, the most plausible first.
 """
 
 import math
@@ -24,21 +23,26 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.contact_faults import (
-    MOST_DOUBTED,
+    MOST_SUSPECTS,
     MOST_SWAPS,
+    SINGLE_DELETIONS,
+    Correction,
+    Solve,
+    approaches,
+    coordinates,
     few_of_many,
     likely_pairs,
     swapped_labels,
+    tip_radii,
+    whole_files,
     without_each,
 )
-from tactfix.diagnosis.corrections import Problem
 from tactfix.diagnosis.deletion import CaseDeletion
 from tactfix.diagnosis.feasibility import Feasibility
-from tactfix.diagnosis.file_faults import approaches, coordinates, tip_radii, whole_files
-from tactfix.diagnosis.hypotheses import CONTACTS_DOUBTED, Hypothesis, Solve
+from tactfix.diagnosis.hypotheses import Problem
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
+from tactfix.diagnosis.messages import one_of
 from tactfix.diagnosis.ranking import INDISTINCT
-from tactfix.diagnosis.telling import one_of
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.poses.all_poses import spread_indices
@@ -50,14 +54,17 @@ from tactfix.relations.trials import Trials
 from tactfix.results import Diagnosis
 
 MOST_SHAPES = 2
-"""Shapes of a fixture by relations that are asked: one of each body, or one body in two frames."""
+"""Shapes of a fixture by relations that are diagnosed: the two mirror images that most relations allow, or one body
+in two frames. `few_shapes` returns the shapes of at most two bodies."""
 MANY = 48
-"""Contacts of which parts without any wrong one have been searched (`poses.subsets`): beyond few of many there is
-none to find."""
+"""Contacts from which on a few wrong ones are looked for by their residuals first (`few_of_many`), and mistakes that
+concern all contacts are judged by PART of them."""
 PART = 30
-"""Contacts of many, well spread, by which mistakes are told that concern all of them: as many as have been timed."""
+"""Well spread contacts of many by which mistakes in the fixture or the whole file are judged. The time of a
+diagnosis is published for 30 contacts (`tests.benchmarks.bench_diagnosis`), and grows with their number."""
 Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
-"""The chi-square of the pose that is left for corrected contacts, with a remark where it is weak; None for none."""
+"""The chi-square of the pose of corrected contacts, and a remark if it is weakly determined; None if no pose is
+left."""
 
 NOTHING_EXPLAINS = (
     "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
@@ -69,17 +76,17 @@ def diagnosed(
     contacts: Contacts,
     solutions: Sequence[Solution],
     accepts: Accepts,
-    suspicious: Callable[[], tuple[Diagnosis, ...]],
+    staged: Callable[[], tuple[Diagnosis, ...]],
 ) -> tuple[Diagnosis, ...]:
-    """The mistakes that explain the contacts, most plausible first; nothing where none does.
+    """The mistakes that explain the contacts, most plausible first; empty if none does.
 
-    solutions: what fits them, or nearly. suspicious: how the mistakes are looked for where the file leaves the shape of
-    the fixture free or one of many, or contacts are many.
+    solutions: poses that fit, or nearly. staged: the staged diagnosis, for a fixture with an open shape or many shapes,
+    and for a few wrong contacts of many.
     """
     shapes = few_shapes(fixture)
     if not shapes:
-        return suspicious()
-    if len(contacts) >= MANY and (few := suspicious()):
+        return staged()
+    if len(contacts) >= MANY and (few := staged()):
         return few
     slack = float(
         np.linalg.norm([r.sigma * (fixture_scale(fixture) if r.kind == "angle" else 1.0) for r in fixture.relations])
@@ -94,11 +101,11 @@ def diagnosed(
 def _mistakes_of_all(
     fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
 ) -> tuple[Diagnosis, ...]:
-    """The mistakes that concern all contacts, or all on a feature, of many: those that explain a part of them."""
+    """The mistakes that explain PART of many contacts, without those that concern single contacts."""
     index = spread_indices(problem.contacts, PART)
     part = Problem(problem.surfaces, problem.contacts.subset(index), problem.sigmas[index])
-    there = [solution_at(s.base_from_fixture, part.surfaces, part.contacts, part.sigmas) for s in solutions]
-    entries = mistakes_that_explain(fixture, part, there, accepts)
+    known = [solution_at(s.base_from_fixture, part.surfaces, part.contacts, part.sigmas) for s in solutions]
+    entries = mistakes_that_explain(fixture, part, known, accepts)
     kept = ([cause for cause in entry.causes or (entry,) if not cause.rows] for entry in entries)
     judged = f" (judged by {len(index)} contacts)"
     return tuple(
@@ -106,7 +113,7 @@ def _mistakes_of_all(
     )
 
 
-def suspicions(
+def staged_diagnosis(
     fixture: Fixture,
     contacts: Contacts,
     best: Solution | None,
@@ -115,18 +122,18 @@ def suspicions(
     explained: Explained,
     trials: Trials | None = None,
 ) -> tuple[Diagnosis, ...]:
-    """What would make the contacts consistent, best first; nothing where no single mistake explains them.
+    """The corrections of the first stage that explains the contacts, best first; empty if no single mistake does.
 
-    best: the pose that explains them best. fits: whether a pose fits the points, and only approach, touch box or path
-    speak against it. solve gives the solutions for corrected contacts. trials: of a fixture by
-    relations that leave its shape open, or one of many.
+    best: the pose with the least chi-square. fits: whether a pose fits, and only approach, touch box or path reject it.
+    solve: the solutions of corrected contacts. trials: for a fixture whose relations leave its shape open, or allow
+    many shapes.
     """
     deletion = CaseDeletion.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
-    order = deletion.order if deletion else _on_contradicted_first(contacts, trials)  # step 1
-    feasibility = trials or Feasibility(fixture, frozenset(contacts.rows[i] for i in order[:MOST_DOUBTED]))
+    order = deletion.order if deletion else _contradicted_first(contacts, trials)  # step 1
+    feasibility = trials or Feasibility(fixture, frozenset(contacts.rows[i] for i in order[:MOST_SUSPECTS]))
     pairs = likely_pairs(contacts, order, deletion)
     swaps = (
-        hypothesis for hypothesis in swapped_labels(contacts, pairs) if feasibility.is_feasible(hypothesis.contacts)
+        correction for correction in swapped_labels(contacts, pairs) if feasibility.is_feasible(correction.contacts)
     )
     # Step 2.
     units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
@@ -138,74 +145,74 @@ def suspicions(
         stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:
         alone = deletion.singly if deletion else order
-        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:CONTACTS_DOUBTED]))
+        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:SINGLE_DELETIONS]))
         stages.append(islice(swaps, MOST_SWAPS))
     few = few_of_many(fixture, contacts, deletion, solve) if deletion and not fits else ()
-    # Where single contacts cost next to nothing to ask, none is taken for several.
+    # With trials single contacts are cheap to test, and come before several.
     for stage in chain(stages, few) if trials else chain(few, stages):
         # Step 3.
-        asked: Iterator[Hypothesis] = (
-            hypothesis for hypothesis in stage if feasibility.is_feasible(hypothesis.contacts)
+        asked: Iterator[Correction] = (
+            correction for correction in stage if feasibility.is_feasible(correction.contacts)
         )
         if trials is not None:
             asked = _promising(asked, trials)
-        found = [(h, told) for h in asked if (told := _tried(h, explained)) is not None]  # step 4
+        found = [(h, entry) for h in asked if (entry := _tried(h, explained)) is not None]  # step 4
         if found:
             return _ranked(contacts, found)  # step 5
     return ()
 
 
-def _ranked(contacts: Contacts, found: Sequence[tuple[Hypothesis, Diagnosis]]) -> tuple[Diagnosis, ...]:
-    """Most plausible first; of a unit of the coordinates alone and of all lengths the less plausible is left out.
+def _ranked(contacts: Contacts, found: Sequence[tuple[Correction, Diagnosis]]) -> tuple[Diagnosis, ...]:
+    """Most plausible first; of one factor on the coordinates alone and on all lengths only the more plausible.
 
-    Another sigma beside the coordinates changes the density of a normal number by its factor (as in
-    `corrections.Hypothesis.penalty`), without which the larger sigma would always win.
+    If sigma is scaled too, the density of a normal number changes by the same factor (as in
+    `hypotheses.Hypothesis.penalty`); otherwise the larger sigma would always win.
     """
 
-    def score(hypothesis: Hypothesis, told: Diagnosis) -> float:
-        if not isinstance(told.value, float) or told.code != "unit":
-            return told.chi2 or 0.0
-        factor = float(hypothesis.contacts.sigmas[0] / contacts.sigmas[0]) / told.value
-        return (told.chi2 or 0.0) + 2 * len(contacts) * math.log(factor)
+    def score(correction: Correction, entry: Diagnosis) -> float:
+        if not isinstance(entry.value, float) or entry.code != "unit":
+            return entry.chi2 or 0.0
+        factor = float(correction.contacts.sigmas[0] / contacts.sigmas[0]) / entry.value
+        return (entry.chi2 or 0.0) + 2 * len(contacts) * math.log(factor)
 
     ranked = []
     best: dict[object, float] = {}
-    for own, told in sorted(((score(*one), one[1]) for one in found), key=lambda pair: pair[0]):
-        if told.code != "unit" or own <= best.setdefault(told.value, own) + INDISTINCT:
-            ranked.append(told)
+    for own, entry in sorted(((score(*one), one[1]) for one in found), key=lambda pair: pair[0]):
+        if entry.code != "unit" or own <= best.setdefault(entry.value, own) + INDISTINCT:
+            ranked.append(entry)
     return tuple(ranked)
 
 
 def _has_lengths(fixture: Fixture) -> bool:
-    """Whether anything of a fixture is a length; faces at angles fit contacts in any unit."""
+    """Whether the fixture has a length at all: planes known by angles alone fit contacts in any unit."""
     given = fixture.is_placed or fixture.touch or any(f.radius is not None for f in fixture.features.values())
     return bool(given) or any(relation.kind == "distance" for relation in fixture.relations)
 
 
-def _on_contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
-    """Indices of the contacts, those first that are on a feature that no surface explains."""
+def _contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
+    """Indices of the contacts, those on features first whose contacts no surface explains."""
     suspects = trials.contradicted() if trials else ()
     return sorted(range(len(contacts)), key=lambda i: contacts.features[i] not in suspects)
 
 
-def _promising(asked: Iterable[Hypothesis], trials: Trials) -> Iterator[Hypothesis]:
-    """Those that the linear model does not rule out, the most promising first, since not all may be fitted."""
-    promises = [(trials.promise(hypothesis.contacts), hypothesis) for hypothesis in asked]
-    for promise, hypothesis in sorted(promises, key=lambda pair: pair[0]):
+def _promising(asked: Iterable[Correction], trials: Trials) -> Iterator[Correction]:
+    """The corrections that the linear model does not exclude, in order of its chi-square: not all may be fitted."""
+    promises = [(trials.promise(correction.contacts), correction) for correction in asked]
+    for promise, correction in sorted(promises, key=lambda pair: pair[0]):
         if promise < math.inf:
-            yield hypothesis
+            yield correction
 
 
-def _tried(hypothesis: Hypothesis, explained: Explained) -> Diagnosis | None:
+def _tried(correction: Correction, explained: Explained) -> Diagnosis | None:
     try:
-        left = explained(hypothesis.contacts)
+        left = explained(correction.contacts)
     except TactfixError:
         return None
-    return None if left is None else hypothesis.explains(*left)
+    return None if left is None else correction.explains(*left)
 
 
 def _against(contacts: Contacts, solution: Solution) -> list[int]:
-    """Indices of the contacts that say how the probe came, those first where it came most out of the material."""
+    """Indices of the contacts with an approach, the one that is most clearly out of the material first."""
     given = np.flatnonzero(contacts.has_approach)
     cosine = np.einsum("ij,ij->i", contacts.approaches[given], solution.normals[given])
     return [int(i) for i in given[np.argsort(-cosine)]]

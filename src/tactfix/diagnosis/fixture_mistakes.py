@@ -7,7 +7,7 @@ from itertools import combinations, pairwise, permutations
 
 import numpy as np
 
-from tactfix.diagnosis.corrections import Hypothesis, Problem
+from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
@@ -15,19 +15,21 @@ from tactfix.mistakes import DiagnosisCode
 
 AXIS_LETTERS = "xyz"
 MOST_PERMUTED = 4
-"""Features, or blocks of contacts, all of whose orders are tried; of more only two are exchanged."""
+"""Features, or blocks of contacts, of which all permutations are tried (4: 23 of them; 5 would be 119, each with a
+search of its own); of more only two are exchanged."""
 UNCHANGED_SHARE = 1e-9
-"""Share of the fixture's coordinates within which a change of them changes nothing."""
+"""Share of the coordinates up to which two surfaces are the same: far above rounding, far below any manufactured
+difference."""
 
 
 def radii(problem: Problem) -> list[Hypothesis]:
-    """The radius of each round feature that is touched is another one."""
+    """A wrong radius of each round feature that is touched."""
     round_ = _round(problem)
     return [Hypothesis("radius", features=(name,), alternatives=len(round_), free="radius") for name in round_]
 
 
 def diameters(problem: Problem) -> list[Hypothesis]:
-    """The radius of each round feature that is touched is a diameter, and those of all are."""
+    """A diameter for the radius of each round feature that is touched, and of all of them."""
     halves: dict[str, Surface] = {n: replace(s, radius=s.radius / 2) for n, s in _round(problem).items()}
     found = [
         Hypothesis("diameter", features=(name,), alternatives=len(halves) + 1, surfaces={name: half})
@@ -42,12 +44,12 @@ def _round(problem: Problem) -> dict[str, Sphere | Cylinder]:
 
 
 def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
-    """The radii of all are diameters."""
+    """Diameters for all radii."""
     return Hypothesis("diameter", features=tuple(halves), alternatives=len(halves) + 1, surfaces=halves)
 
 
 def sides(problem: Problem) -> list[Hypothesis]:
-    """Each round feature that is touched from the other side: a pin is written as a bore, or a bore as a pin."""
+    """The other side of each round feature that is touched: a pin for a bore, or a bore for a pin."""
     tip = problem.contacts.tip_radius
     others = {n: turned_out(s) for n, s in _round(problem).items() if s.side == "inner" or s.radius > tip}
     return [
@@ -78,7 +80,7 @@ def signs(problem: Problem) -> list[Hypothesis]:
 
 
 def _touched_of_several(problem: Problem) -> list[str]:
-    """The touched features; of one alone nobody knows where it should be."""
+    """The touched features; none if there is only one, whose place in the fixture is not observable."""
     touched = list(problem.contacts.by_feature)
     return touched if len(touched) > 1 else []
 
@@ -93,7 +95,7 @@ def _mapped_feature(
 
 
 def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
-    """The surface with its coordinates mapped, and with those of its place alone, where that makes it another one."""
+    """The surface with all coordinates mapped, and with those of its place alone, as far as these differ from it."""
     if isinstance(surface, Point):
         return []
     whole = mapped(surface, matrix)
@@ -103,24 +105,24 @@ def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
 
 
 def exchanged_axes(problem: Problem) -> list[Hypothesis]:
-    """The whole fixture with two coordinates exchanged: which two matters only for where its frame stands."""
+    """The whole fixture with two coordinates exchanged: any two give the same body in another frame."""
     matrix, axes = _exchanges()[0]
     return [Hypothesis("axes", surfaces={n: mapped(s, matrix) for n, s in problem.surfaces.items()}, note=axes)]
 
 
 def reflections(problem: Problem) -> list[Hypothesis]:
-    """The whole fixture mirrored: alike but for where its frame stands."""
+    """The whole fixture mirrored: any plane gives the same body in another frame."""
     matrix, axis = _mirrors()[0]
     return [Hypothesis("mirrored", surfaces={n: mapped(s, matrix) for n, s in problem.surfaces.items()}, note=axis)]
 
 
 def exchanges(problem: Problem) -> list[Hypothesis]:
-    """Two features taken for each other, and two blocks of contacts in the other order."""
+    """The labels of two features exchanged, or those of two blocks of contacts."""
     return [one for one in _exchanges_of_features(problem) if len(one.features) == 2]
 
 
 def reorderings(problem: Problem) -> list[Hypothesis]:
-    """More than two features taken for each other, and blocks of contacts in any other order."""
+    """The labels of more than two features permuted, or those of blocks of contacts."""
     return [one for one in _exchanges_of_features(problem) if len(one.features) > 2]
 
 
@@ -150,7 +152,7 @@ def _two_exchanged(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
 
 
 def _blocks_reordered(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """Labels as they were, had the blocks in which features were touched one after the other come in another order."""
+    """Labels with the blocks of contacts on one feature, in the order of the file, permuted."""
     starts = [0, *(i for i in range(1, len(names)) if names[i] != names[i - 1]), len(names)]
     blocks = [names[a:b] for a, b in pairwise(starts)]
     if len(blocks) <= MOST_PERMUTED:
@@ -170,7 +172,7 @@ def exchange(a: int, b: int) -> Floats:
 
 
 def changed_by(surface: Surface, matrix: Floats) -> bool:
-    """Whether mapping its coordinates by an orthogonal matrix (3, 3) makes it another surface."""
+    """Whether mapping the coordinates by an orthogonal matrix (3, 3) changes the surface."""
     return not _is_same(surface, mapped(surface, matrix))
 
 

@@ -1,12 +1,13 @@
-"""Which mistakes explain contacts on a rigid fixture: all hypotheses fitted, tested, and ranked.
+"""Which mistakes explain contacts on a rigid fixture: all hypotheses are fitted, tested and ranked.
 
-1. Mistakes that leave the pose on which all else agrees are fitted from there (`trial_search`).
-2. Mistakes that change everything are searched for anew.
-3. Reversed approaches, a larger sigma and a tip elsewhere are read from the residuals at poses that are known.
-4. Explanations are kept whose chi-square is within its limit, and that approach, touch boxes and paths allow.
-5. Where none is enough, more than two features taken for each other are searched for; then two or three contacts are
-   left out together.
-6. The most plausible are told, those together that the contacts cannot tell apart (`ranking`).
+1. Mistakes in a few contacts or one feature are fitted from the poses that the other contacts agree on
+   (`trial_search`).
+2. Mistakes that concern all contacts are searched for from all rotations.
+3. Reversed approaches, a larger sigma and a displaced tip follow from the residuals at the known poses.
+4. An explanation is kept if its chi-square is within its limit, and approaches, touch boxes and paths allow its pose.
+5. If none explains the contacts well, permutations of more than two features are searched for, then the deletion of two
+   or three contacts together.
+6. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
 """
 
 import math
@@ -25,10 +26,11 @@ from tactfix.diagnosis.contact_mistakes import (
     single_outliers,
     swaps,
     swaps_with_points,
+    tip_offsets,
+    tips,
+    units,
 )
-from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.data_snooping import normalized_residuals
-from tactfix.diagnosis.file_mistakes import tip_offsets, tips, units
 from tactfix.diagnosis.fixture_mistakes import (
     diameters,
     exchanged_axes,
@@ -41,9 +43,10 @@ from tactfix.diagnosis.fixture_mistakes import (
     sides,
     signs,
 )
-from tactfix.diagnosis.ranking import says_more, told_apart, without_generalizations
-from tactfix.diagnosis.telling import one_of, told
-from tactfix.diagnosis.trial_search import NO_CHANGE, Explanation, TrialSearch, searched_anew
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
+from tactfix.diagnosis.messages import diagnosis_of, one_of
+from tactfix.diagnosis.ranking import says_more, split_by_plausibility, without_generalizations
+from tactfix.diagnosis.trial_search import NO_CHANGE, TrialSearch, searched_anew
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
@@ -56,7 +59,7 @@ from tactfix.poses.solution import Solution
 from tactfix.results import Diagnosis
 
 Accepts: TypeAlias = Callable[[Fixture, Contacts, Solution], str | None]
-"""A remark on a pose that nothing speaks against, empty where there is none to make; None where something does."""
+"""None if a test rejects the pose; else a remark on it, which may be empty."""
 
 FromProblem: TypeAlias = Callable[[Problem], list[Hypothesis]]
 FROM_KNOWN_POSES: Final[Mapping[DiagnosisCode, FromProblem]] = {
@@ -71,8 +74,8 @@ FROM_KNOWN_POSES: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "mirrored": signs,
     "tip_radius": tips,
 }
-"""Mistakes that leave the pose on which all else agrees where it is."""
-ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
+"""Mistakes in a few contacts or one feature: the other contacts fix the pose."""
+FROM_ALL_ROTATIONS: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "feature_exchange": exchanges,
     "relabel": relabels_of_points,
     "swapped_labels": swaps_with_points,
@@ -80,38 +83,42 @@ ANEW: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "mirrored": reflections,
     "unit": units,
 }
-"""Mistakes that change everything."""
+"""Mistakes that concern all contacts, so that no known pose is near."""
 
 PLAINLY_OUT = 0.5
-"""Cosine of approach and normal, five times the 0.1 rad to which the direction of a pose must be known."""
+"""Cosine of approach and outward normal above which the probe came out of the material, whatever the covariance is:
+five times 0.1 rad, the worst sigma of rotation that a pose may have (`localization.free_motions`)."""
 ELSEWHERE = 0.01
-"""Share of the contacts' spread by which contacts are in other places of the fixture at two poses that are two."""
+"""Share of the contacts' spread: two poses of one hypothesis are distinct if a contact lies this far apart on the
+fixture."""
 AMBIGUOUS = " (what is left is ambiguous)"
 MOST_ENTRIES = 8
-"""Entries of a diagnosis at most, the most plausible first."""
+"""Entries of a diagnosis at most, the most plausible first: what a person reads."""
 MOST_TESTED = 40
-"""Explanations, those most plausible, that are asked whether approach, touch boxes and paths allow them."""
+"""Number of explanations, in order of plausibility, that are tested against approaches, touch boxes and paths. Each
+test takes about as long as the report of a pose."""
 MOST_LEFT_OUT = 3
-"""Contacts left out together: beyond three there are too many sets, and a robust fit finds them first."""
+"""Contacts deleted together at most. Of 30 contacts there are 4,060 sets of three and 27,405 of four; four wrong
+contacts were not studied (`tests.validation.diagnosis` has three)."""
 COARSEST_SIGMA = 0.01
-"""Share of the contacts' spread above which no larger sigma is offered: whatever does not fit would fit with it."""
+"""Share of the contacts' spread above which no larger sigma is offered: nearly any contacts fit with such a sigma."""
 MOST_TIMES = 30.0
-"""Times the sigma of the file above which no larger one is offered, for the same reason."""
+"""Largest factor on the sigma of the file that is offered. The study of mistakes has factors of 5 to 15."""
 
 
 def mistakes_that_explain(
     fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
 ) -> tuple[Diagnosis, ...]:
-    """The mistakes after which a pose is left, most plausible first; solutions: those that fit as it is, or nearly."""
+    """The mistakes that explain the contacts, most plausible first; solutions: poses that nearly fit without any."""
     known = [solution.base_from_fixture for solution in solutions]
     search = TrialSearch(problem, known)
     found = search.explanations(_all(FROM_KNOWN_POSES, problem))  # step 1
-    found += searched_anew(problem, _all(ANEW, problem))  # step 2
+    found += searched_anew(problem, _all(FROM_ALL_ROTATIONS, problem))  # step 2
     # Step 3.
     found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
     accepted = _accepted(fixture, problem, found, accepts)  # step 4
     if not any(_is_enough(problem, one) for one, _ in accepted):  # step 5
-        # There are many, each takes a search, and they are as rare as the mistakes before them are common.
+        # There are many of them, each takes a search, and they are rare.
         accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
         if problem.dof < size or _is_settled(problem, [one for one, _ in accepted], size):
@@ -126,16 +133,16 @@ def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[
 
 
 def _is_settled(problem: Problem, accepted: Sequence[Explanation], size: int) -> bool:
-    """Whether sets of so many contacts need not be left out: something explains all, and no set that is smaller by one.
+    """Whether sets of so many contacts need not be deleted: a hypothesis explains all, and it is no set with one less.
 
-    Where fewer contacts explain others by chance, the bad ones together do so better.
+    If a set with one contact less explains the others, that may be chance, and the true set fits better.
     """
     enough = [one.hypothesis for one in accepted if _is_enough(problem, one)]
     return bool(enough) and all(len(hypothesis.deleted) != size - 1 for hypothesis in enough)
 
 
 def _is_enough(problem: Problem, one: Explanation) -> bool:
-    """Whether more mistakes at once need not be looked for; what allows larger residuals explains anything."""
+    """Whether no combination of mistakes need be looked for. A larger sigma does not count: it explains anything."""
     return not one.hypothesis.allows_more and one.chi2 <= _limit(problem, one, SUSPICIOUS)
 
 
@@ -146,7 +153,7 @@ def _limit(problem: Problem, one: Explanation, probability: float) -> float:
 def _accepted(
     fixture: Fixture, problem: Problem, found: Sequence[Explanation], accepts: Accepts
 ) -> list[tuple[Explanation, str]]:
-    """Those that explain the contacts, and that nothing else speaks against, with what is to be remarked."""
+    """Those within their limit of chi-square that no other test rejects, each with its remark."""
     explaining = [one for one in found if one.chi2 <= _limit(problem, one, 1e-6)]
     accepted: list[tuple[Explanation, str]] = []
     for one in sorted(explaining, key=lambda one: one.score)[:MOST_TESTED]:
@@ -161,10 +168,10 @@ def _accepted(
 
 
 def _is_elsewhere(problem: Problem, one: Explanation, other: Explanation) -> bool:
-    """Whether contacts are in plainly other places of the fixture."""
+    """Whether a contact lies elsewhere on the fixture, by more than ELSEWHERE."""
     points = problem.contacts.points
-    here, there = (transform_points(inverse(way.base_from_fixture), points) for way in (one, other))
-    return bool(np.abs(here - there).max() > ELSEWHERE * problem.contacts.spread)
+    first, second = (transform_points(inverse(way.base_from_fixture), points) for way in (one, other))
+    return bool(np.abs(first - second).max() > ELSEWHERE * problem.contacts.spread)
 
 
 def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accepts) -> str | None:
@@ -173,18 +180,18 @@ def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accep
     if corrected.contacts.tip_radius < 0 or (not hypothesis.deleted and _comes_out(corrected, one.base_from_fixture)):
         return None
     moved = set(hypothesis.surfaces) | (set(hypothesis.features) if hypothesis.free == "place" else set())
-    # Touch boxes say where a feature is touched that stands where the file says.
+    # The touch box of a feature that is displaced does not apply.
     touch = {name: box for name, box in fixture.touch.items() if name not in moved}
     solution = solution_at(one.base_from_fixture, corrected.surfaces, corrected.contacts, corrected.sigmas)
     remark = accepts(replace(fixture, touch=touch), corrected.contacts, solution)
-    # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
+    # A weakly determined pose is accepted after a deletion only: contacts in a wrong unit may shrink to a point.
     return remark if not remark or hypothesis.deleted else None
 
 
 def _comes_out(corrected: Problem, base_from_fixture: Floats) -> bool:
-    """Whether a contact came out of the material by so much that either the pose falls or its direction is unknown.
+    """Whether a contact came out of the material by more than PLAINLY_OUT.
 
-    A pose whose normals are less sure than that is worthless; so no covariance is needed to tell.
+    No covariance is needed: a pose with such uncertain normals would be too weakly determined to be accepted.
     """
     surfaces = {name: moved(base_from_fixture, surface) for name, surface in corrected.surfaces.items()}
     _, normals = contact_residuals(surfaces, corrected.contacts)
@@ -194,14 +201,14 @@ def _comes_out(corrected: Problem, base_from_fixture: Floats) -> bool:
 def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]) -> tuple[Diagnosis, ...]:
     if not accepted:
         return ()
-    alike, others = told_apart(without_generalizations(problem, list(accepted)))
-    say = [told(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_ENTRIES]]
-    rest = [told(problem, fixture.units, one, accepted[one]) for one in others[: MOST_ENTRIES - len(say)]]
-    return (one_of(say), *rest)
+    alike, others = split_by_plausibility(without_generalizations(problem, list(accepted)))
+    first = [diagnosis_of(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_ENTRIES]]
+    rest = [diagnosis_of(problem, fixture.units, one, accepted[one]) for one in others[: MOST_ENTRIES - len(first)]]
+    return (one_of(first), *rest)
 
 
 def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
-    """One factor on every sigma, where then no contact stands out."""
+    """One factor on every sigma, if no normalised residual is an outlier after it."""
     best = search.explanations([NO_CHANGE])[0]
     factor = math.sqrt(best.chi2 / max(problem.dof, 1))
     coarse = factor * float(problem.sigmas.max()) > COARSEST_SIGMA * problem.contacts.spread
@@ -230,7 +237,7 @@ def _approaches(problem: Problem, search: TrialSearch, solutions: Sequence[Solut
 
 
 def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:
-    """All approaches reversed, or those that come out of the material at a pose that fits."""
+    """At a pose that fits: all approaches reversed, or those that come out of the material there."""
     contacts = problem.contacts
     cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, solution.normals), -1.0)
     against = tuple(np.flatnonzero(cosine > SURE * solution.normal_sigmas).tolist())
@@ -256,4 +263,4 @@ AT_POSES: Final[Mapping[DiagnosisCode, AtPoses]] = {
     "sigma": _sigma,
     "tip_offset": _tip_offset,
 }
-"""Mistakes that are told from the residuals and sides at poses that are known, or from these alone."""
+"""Mistakes that follow from residuals and approaches at the known poses."""

@@ -1,20 +1,20 @@
 """Least squares over the pose and a few more numbers, for hundreds of hypotheses at once.
 
-A trial says on which surface each contact lies, how much it counts, and what more is free. In the fixture frame, with
-y = A x + b of a contact x, its residual over sigma is
+A trial assigns a surface and a weight to each contact, and has further unknowns q. In the fixture frame, with
+y = A x + b of a contact x, the residual over sigma is
 
     plane              (n . (y - a) - t - c . q) / sigma              a = anchor + D q
     sphere, cylinder   (s (|P (y - a)| - r) - t - c . q) / sigma      s = 1 outer, -1 inner
 
-With a tip that stands q elsewhere in the flange, x is x + R q, R how the flange stood at the contact. Else q are the
-numbers fitted: c = 1 for every contact is another tip radius, c = s for those of one feature another radius
-of it, and D the directions in which a feature may stand elsewhere. Levenberg-Marquardt; arrays have the trials first,
-so that numpy and LAPACK work on all of them in one call:
+For a tip that is displaced by q in the flange frame, x becomes x + R q, where R is the rotation of the flange at the
+contact. Otherwise c = 1 for every contact makes q a change of the tip radius, c = s for the contacts of one feature a
+change of its radius, and D holds the directions in which one feature may be displaced. Levenberg-Marquardt; the trials
+are the first axis of all arrays, so that numpy and LAPACK work on all of them in one call:
 
-1. Residuals and their derivatives are taken where the trials stand.
+1. Residuals and their derivatives are evaluated at the trials.
 2. Damped normal equations give each trial a step, its turn and shift together no longer than one.
 3. Where chi-square falls the trial takes it, its damping a tenth; else it stays, its damping tenfold.
-4. A trial ends where it gains next to nothing (TRIAL_GAIN) or no step leads down (LAST_DAMPING).
+4. A trial ends when its gain is below TRIAL_GAIN, or its damping above LAST_DAMPING: then no step lowers chi-square.
 """
 
 from collections.abc import Sequence
@@ -27,13 +27,17 @@ from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
 from tactfix.values import frozen_value
 
 TRIAL_DAMPING = 1e-4
-"""Damping of the first step, as a share of the diagonal."""
+"""Damping of the first step, as a share of the diagonal of the normal matrix: nearly a Gauss-Newton step, since a trial
+starts next to a minimum."""
 SINGULAR_DAMPING = 1e-9
-"""Where contacts leave a motion free the normal equations are singular but for this."""
+"""Least damping, as a share of the diagonal: the normal matrix of a free motion is singular without it. The root of the
+rounding of doubles is 1.5e-8; below that, damping no longer changes a well determined step."""
 LAST_DAMPING = 1e8
-"""Damping at which no step leads down any more."""
+"""Damping, as a share of the diagonal, at which a trial ends: 12 steps in a row have failed, and the next one would be
+1e-8 of a Gauss-Newton step."""
 TRIAL_GAIN = 1e-6
-"""Share of chi-square (and of one) that a last step gains."""
+"""A trial has converged when a step lowers chi-square by less than this share of 1 + chi-square: far below the
+differences of 10 that decide between hypotheses (`ranking.INDISTINCT`)."""
 
 
 @frozen_value
@@ -65,10 +69,10 @@ def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, 
 
 @frozen_value
 class Trials:
-    """points (n, 3) in base; flanges (n, 3, 3): how the flange stood, where the tip's place in it is fitted, else None.
+    """points (n, 3) in base; flanges (n, 3, 3): rotations of the flange if the tip's place in it is fitted, else None.
 
-    For each of T trials weights (T, n), surfaces (T, n) by their row, tips (T,), columns (T, n, k): c, shifts (T, n, 3,
-    k): D, and where it stands: rotations (T, 3, 3), offsets (T, 3), numbers (T, k).
+    For each of T trials: weights (T, n), surfaces (T, n) by their row in the table, tip radii tips (T,), columns (T, n,
+    k): c, shifts (T, n, 3, k): D, and the unknowns: rotations (T, 3, 3), offsets (T, 3), numbers (T, k): q.
     """
 
     points: Floats
@@ -90,7 +94,7 @@ class Trials:
 
 @frozen_value
 class Fits:
-    """Where trials have come to: residuals (T, n) over sigma, jacobians (T, n, 6 + k), chi2 (T,)."""
+    """Trials after some steps, with residuals (T, n) over sigma, jacobians (T, n, 6 + k) and chi2 (T,) there."""
 
     trials: Trials
     residuals: Floats
@@ -145,7 +149,7 @@ def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
 
 
 def _step(residuals: Floats, jacobians: Floats, damping: Floats) -> Floats:
-    """Damped steps (T, 6 + k), turn and shift no longer than one; what nothing resists stays."""
+    """Damped steps (T, 6 + k), turn and shift together no longer than one; an unknown without any derivative stays."""
     normal = np.swapaxes(jacobians, 1, 2) @ jacobians
     gradient = np.swapaxes(jacobians, 1, 2) @ residuals[..., None]
     diagonal = np.einsum("tii->ti", normal)

@@ -1,9 +1,11 @@
-"""How well each hypothesis explains the contacts: fits from the poses that most contacts agree on.
+"""The least chi-square of each hypothesis: fits from the poses that most contacts agree on.
 
-1. Mistakes in a few contacts or in one feature leave the pose that all others agree on where it is (`robust_poses`).
-2. All are tried at once, a few steps (`trial_fits`) from each such pose that they can be found from.
-3. The most plausible so far are fitted to the end, and ends that have met count as one.
-4. What changes everything (a unit, features taken for each other) is searched for anew.
+1. Robust fits give the poses that most contacts agree on (`robust_poses`). With a mistake in a few contacts or in one
+   feature the true pose is one of them.
+2. Every hypothesis is fitted for a few steps from each of these poses that is possible for it, all side by side
+   (`trial_fits`).
+3. The most plausible are fitted to convergence; fits that end at one pose are merged.
+4. Hypotheses that concern all contacts (a unit, features exchanged) are searched for from all rotations.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,9 +15,9 @@ from itertools import combinations
 
 import numpy as np
 
-from tactfix.diagnosis.corrections import Hypothesis, Problem
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.feasibility import least_chi_square
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
@@ -26,54 +28,37 @@ from tactfix.poses.all_poses import all_poses
 from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.poses.search_frame import SearchFrame
-from tactfix.values import frozen_value
 
-POSES = 8
-"""Poses that trials start from, beside those known: those that most contacts agree on."""
+ROBUST_POSES = 8
+"""Robust poses that trials start from, beside the known ones."""
 FEW_STARTS = 120
-"""Rotations from which a problem is searched that is changed as a whole: of 31 that explain contacts of the study it
-found all, as more did, and with few contacts on four features dozens are to be searched."""
+"""Start rotations of a search for a hypothesis that concerns all contacts. With 120 all 31 such hypotheses that explain
+contacts of `tests.validation.diagnosis` were found, as with more. With few contacts on four features there are dozens
+of searches."""
 TRIAL_STEPS, FITTING_STEPS = 3, 30
-"""Steps of every trial, and of those that are fitted to the end."""
+"""Levenberg-Marquardt steps of every trial, and of those that are fitted to convergence."""
 HYPOTHESES_FITTED = 80
-"""Hypotheses that are fitted to the end: the most plausible after TRIAL_STEPS, by chi-square and penalty."""
-FROM = 6
-"""Poses from which each of these hypotheses is."""
-WORSE = 10.0
-"""By so much chi-square may be larger at other poses that are looked at."""
+"""Hypotheses that are fitted to convergence: the most plausible after TRIAL_STEPS, by chi-square and penalty."""
+POSES_FOLLOWED = 6
+"""Poses from which each of these hypotheses is fitted to convergence, at most."""
+CHI2_WINDOW = 10.0
+"""Largest difference of chi-square between the best pose of a hypothesis and others that are kept for the tests by
+approach and touch box."""
 IN_PLACE_SIGMAS = 3.0
-"""Sigmas within which a contact is where it should be, at a pose from which other labels are tried for it."""
-MOST_AGREE = 0.5
-"""Share of the contacts not concerned that agree within BOUND sigma at poses from which a few contacts are doubted."""
-SETS = 12
-"""Sets of contacts that are left out, for each pose, those first without which chi-square falls most."""
-CORRELATED = 1e-9
-"""Is added to the diagonal where contacts left out together leave nothing to judge them by."""
-
-
-@frozen_value
-class Explanation:
-    """A hypothesis, values (k,) that were fitted (changes in fixture units), the pose (4, 4), what is left of chi2.
-
-    score: chi2 and the penalty of the hypothesis, the smaller the more plausible. others: the same at further poses
-    that are as good or nearly so, and at twins of these by the fixture's symmetry.
-    """
-
-    hypothesis: Hypothesis
-    values: Floats
-    base_from_fixture: Floats
-    chi2: float
-    score: float
-    others: tuple["Explanation", ...] = ()
-
-    @property
-    def ways(self) -> tuple["Explanation", ...]:
-        """It and the others, best first."""
-        return (self, *self.others)
+"""Residual, in sigma, up to which a contact fits its feature: a pose at which it does is no start for another label of
+it."""
+LEAST_AGREEING = 0.5
+"""Share of the other contacts that must have residuals within BOUND sigma at a pose, for a mistake in a few contacts to
+be fitted from there."""
+SETS_TRIED = 12
+"""Sets of contacts that are deleted together, for each pose, in decreasing order of the fall of chi-square."""
+DELETION_REGULARIZATION = 1e-9
+"""Added to the diagonal of I - H_SS (no unit), which is singular if the contacts of a set are the only ones to fix a
+motion. Far above rounding, far below any redundancy number that counts."""
 
 
 class TrialSearch:
-    """One problem and the poses that trials of hypotheses on it start from."""
+    """One problem, and the poses from which hypotheses on it are fitted."""
 
     def __init__(self, problem: Problem, known: Sequence[Floats] = ()) -> None:
         self.problem = problem
@@ -84,16 +69,16 @@ class TrialSearch:
     def _poses(self, known: Sequence[Floats]) -> tuple[Floats, Floats]:
         smallest = float(self.single.sigmas.min())
         equations = self.frame.equations(self.single.surfaces, self.single.contacts, smallest / self.single.sigmas)
-        robust = robust_poses(equations, smallest / self.frame.length, POSES)
+        robust = robust_poses(equations, smallest / self.frame.length, ROBUST_POSES)
         turns = np.array([pose[:3, :3].T for pose in known]).reshape(-1, 3, 3)
         origins = np.array([self.frame.base_origin - pose[:3, 3] for pose in known]).reshape(-1, 3)
         shifts = ((turns @ origins[..., None])[..., 0] - self.frame.fixture_origin) / self.frame.length
         return np.concatenate([robust.rotations, turns]), np.concatenate([robust.offsets, shifts])
 
     def explanations(self, hypotheses: Sequence[Hypothesis]) -> list[Explanation]:
-        """Each of the most plausible hypotheses where it fits best, most plausible first.
+        """The most plausible hypotheses at their best poses, most plausible first.
 
-        A tip elsewhere in the flange is looked for alone: it moves each contact in another direction.
+        A displaced tip is fitted in a call of its own: it moves each contact in another direction.
         """
         if not hypotheses:
             return []
@@ -113,13 +98,13 @@ class TrialSearch:
         return sorted(found, key=lambda explanation: explanation.score)
 
     def _explanation(self, hypothesis: Hypothesis, fits: Fits, ends: Sequence[int], penalty: float) -> Explanation:
-        """The hypothesis by its trials, best first."""
+        """The explanation from the fits of one hypothesis, best first."""
         numbers = 0 if hypothesis.free is None else hypothesis.directions(self.problem).shape[1]
         values = self.frame.length * fits.trials.numbers[:, :numbers]
         first, *others = (
             Explanation(hypothesis, values[k], self._pose(fits, k), float(fits.chi2[k]), float(fits.chi2[k]) + penalty)
             for k in ends
-            if fits.chi2[k] <= fits.chi2[ends[0]] + WORSE
+            if fits.chi2[k] <= fits.chi2[ends[0]] + CHI2_WINDOW
         )
         twins = [
             replace(way, base_from_fixture=way.base_from_fixture @ turn)
@@ -135,16 +120,16 @@ class TrialSearch:
 
     @cached_property
     def _half_turns(self) -> list[Floats]:
-        """Motions (4, 4) of the fixture frame that lay every surface on itself: at each of them a pose fits as well."""
+        """Symmetries (4, 4) of the fixture, in its frame: a pose followed by one of them fits as well."""
         centre = homogeneous(np.eye(3), self.frame.fixture_origin)
         turns = self.frame.half_turns(self.single.surfaces, self.single.contacts)
         return [centre @ homogeneous(turn, np.zeros(3)) @ inverse(centre) for turn in turns]
 
     def _trials(self, hypotheses: Sequence[Hypothesis]) -> tuple[SurfaceTable, Trials, Ints]:
-        """A trial of each hypothesis from each pose that it is worth trying from; which hypothesis (T,) each is of."""
+        """Trials of the hypotheses from their promising poses, and the number (T,) of the hypothesis of each trial."""
         rows = _Rows(self.problem, self.frame, hypotheses)
-        worth = np.array([self._worth_trying(hypothesis) for hypothesis in hypotheses])
-        of, pose = np.nonzero(worth)
+        promising = np.array([self._promising_poses(hypothesis) for hypothesis in hypotheses])
+        of, pose = np.nonzero(promising)
         trials = Trials(
             points=rows.points,
             flanges=rows.flanges,
@@ -159,47 +144,49 @@ class TrialSearch:
         )
         return rows.table, trials, of
 
-    def _worth_trying(self, hypothesis: Hypothesis) -> Bools:
-        """From which of the poses (k,) it can be found.
+    def _promising_poses(self, hypothesis: Hypothesis) -> Bools:
+        """Which of the poses (k,) may be near the pose of the hypothesis.
 
-        A mistake in a few contacts only from where most others agree; other labels only where their own do not fit.
+        For a mistake in a few contacts the others must mostly agree there; for a label it must not fit as it is.
         """
         if not hypothesis.index:
             return np.ones(len(self.rotations), dtype=bool)
         concerned = np.isin(self.single.of, hypothesis.index)
-        sizes = np.abs(self._there.residuals)
-        others = np.count_nonzero(sizes[:, ~concerned] <= BOUND, axis=1) >= MOST_AGREE * np.count_nonzero(~concerned)
+        sizes = np.abs(self._at_poses.residuals)
+        others = np.count_nonzero(sizes[:, ~concerned] <= BOUND, axis=1) >= LEAST_AGREEING * np.count_nonzero(
+            ~concerned
+        )
         if hypothesis.labels is None:
             return np.asarray(others)
         return np.asarray(others & (sizes[:, concerned] > IN_PLACE_SIGMAS).all(axis=1))
 
     @cached_property
-    def _there(self) -> Fits:
-        """The contacts as they are at the poses."""
+    def _at_poses(self) -> Fits:
+        """Residuals and Jacobians of the unchanged problem at the poses."""
         table, trials, _ = self._trials([NO_CHANGE])
         return Fits(trials, *evaluate(table, trials), np.zeros(0))
 
     def sets_to_leave_out(self, size: int) -> list[tuple[int, ...]]:
-        """Sets of so many contacts without which chi-square falls most, to first order at each pose."""
+        """Sets of so many contacts whose deletion lowers chi-square most, to first order at each pose."""
         sets = np.array(list(combinations(range(len(self.single.contacts)), size)))
         found: dict[tuple[int, ...], None] = {}
-        for residuals, jacobian in zip(self._there.residuals, self._there.jacobians, strict=True):
+        for residuals, jacobian in zip(self._at_poses.residuals, self._at_poses.jacobians, strict=True):
             span = span_of(jacobian[:, :6])
             own = residuals - span @ (span.T @ residuals)
-            left = np.eye(len(own)) - span @ span.T + CORRELATED * np.eye(len(own))
+            left = np.eye(len(own)) - span @ span.T + DELETION_REGULARIZATION * np.eye(len(own))
             gains = np.linalg.solve(left[sets[:, :, None], sets[:, None, :]], own[sets][..., None])[..., 0]
-            best = np.argsort(-np.einsum("si,si->s", own[sets], gains), kind="stable")[:SETS]
+            best = np.argsort(-np.einsum("si,si->s", own[sets], gains), kind="stable")[:SETS_TRIED]
             found |= dict.fromkeys(tuple(sorted(set(self.single.of[sets[k]].tolist()))) for k in best)
-        # Two equations may be of one contact on a point.
+        # Two equations of a set may belong to one contact on a point.
         return [chosen for chosen in found if len(chosen) == size]
 
 
 NO_CHANGE = Hypothesis("sigma")
-"""Nothing is changed."""
+"""The hypothesis that changes nothing."""
 
 
 def searched_anew(problem: Problem, hypotheses: Iterable[Hypothesis]) -> list[Explanation]:
-    """Those of the hypotheses, which change everything, that two contacts do not rule out, each where it fits best."""
+    """The feasible ones of hypotheses that concern all contacts, each at its best poses."""
     found = []
     for hypothesis in hypotheses:
         try:
@@ -227,20 +214,20 @@ def _fits_anew(problem: Problem) -> Sequence[PoseFit]:
 
 
 def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:
-    """The trials of the hypotheses that are most plausible as yet, FROM each, those that have met as one."""
+    """The trials of the most plausible hypotheses, POSES_FOLLOWED of each, one for each pose that they have reached."""
     taken: dict[int, list[int]] = {}
     for number in np.argsort(begun.chi2 + penalties, kind="stable").tolist():
         hypothesis = int(of[number])
         if hypothesis not in taken and len(taken) == HYPOTHESES_FITTED:
             continue
         already = taken.setdefault(hypothesis, [])
-        if len(already) < FROM and not _is_any(begun.trials, number, already):
+        if len(already) < POSES_FOLLOWED and not _is_any(begun.trials, number, already):
             already.append(number)
     return np.array([number for numbers in taken.values() for number in numbers], dtype=np.intp)
 
 
 def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
-    """Whether a trial stands where one of the others does."""
+    """Whether a trial has the pose of one of the others."""
     return any(
         np.abs(trials.rotations[number] - trials.rotations[k]).max() < ONE_POSE
         and np.abs(trials.offsets[number] - trials.offsets[k]).max() < ONE_POSE
@@ -249,7 +236,7 @@ def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
 
 
 class _Rows:
-    """The arrays of trials, a row for each hypothesis, in the units of the frame."""
+    """The arrays of the trials, a row for each hypothesis, lengths in the unit of the frame."""
 
     def __init__(self, problem: Problem, frame: SearchFrame, hypotheses: Sequence[Hypothesis]) -> None:
         single = problem.single

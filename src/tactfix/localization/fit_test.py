@@ -68,10 +68,10 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof
         return None
     if solution.chi2 - found.chi2 <= chi_square_limit(3, SUSPICIOUS):
         return None
-    from tactfix.diagnosis.telling import tip_offset_told
+    from tactfix.diagnosis.messages import tip_offset_message
 
     then = "the residuals are what sigma allows for"
-    value, message = tip_offset_told(contacts, found.change, fixture.units, then, float(np.median(contacts.sigmas)))
+    value, message = tip_offset_message(contacts, found.change, fixture.units, then, float(np.median(contacts.sigmas)))
     return Diagnosis("tip_offset", (), (), value, found.chi2, message)
 
 
@@ -89,8 +89,8 @@ def _one_contact_or_sigma(
     In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free (each equation
     of the one contact), and twice the logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
     """
+    from tactfix.diagnosis.messages import one_of
     from tactfix.diagnosis.ranking import INDISTINCT
-    from tactfix.diagnosis.telling import one_of
 
     count, scores = len(contacts), []
     if suspect is not None:

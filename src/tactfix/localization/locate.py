@@ -130,7 +130,7 @@ def _answer(
         return _with_next_contact(result, fixture, contacts, left)
     if status == "underdetermined":
         return _with_free_motions(result, fixture, contacts, solutions, left)
-    return _with_suspicions(result, fixture, contacts, solutions) if explain else result
+    return _with_diagnosis(result, fixture, contacts, solutions) if explain else result
 
 
 def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
@@ -241,9 +241,9 @@ def _with_free_motions(
     return replace(result, free_motions=motions, warnings=(*result.warnings, doubt))
 
 
-def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
+def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with what would make the contacts consistent."""
-    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, suspicions
+    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, staged_diagnosis
     from tactfix.relations.realization import few_shapes
     from tactfix.relations.trials import Trials
 
@@ -277,7 +277,7 @@ def _with_suspicions(result: LocateResult, fixture: Fixture, contacts: Contacts,
         contacts,
         solutions.found,
         accepts,
-        lambda: suspicions(fixture, contacts, best, fits, solve_again, explained, trials),
+        lambda: staged_diagnosis(fixture, contacts, best, fits, solve_again, explained, trials),
     )
     nothing = f"{NOTHING_EXPLAINS} {CUT}" if trials and trials.is_cut else NOTHING_EXPLAINS
     messages = tuple(cause.message for cause in found) or (nothing,)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
+from tactfix.diagnosis.messages import one_of
 from tactfix.diagnosis.ranking import INDISTINCT
-from tactfix.diagnosis.telling import one_of
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface, moved

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
-from tactfix.diagnosis.telling import tip_offset_told
+from tactfix.diagnosis.messages import tip_offset_message
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
@@ -90,7 +90,7 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solutions: TipSolutions
     if best is None or not best.tip_is_known or solutions.dof < 1:
         return ()
     then = "the contacts are consistent"
-    value, message = tip_offset_told(contacts, best.tip, fixture.units, then, float(np.median(contacts.sigmas)))
+    value, message = tip_offset_message(contacts, best.tip, fixture.units, then, float(np.median(contacts.sigmas)))
     return (Diagnosis("tip_offset", (), (), value, best.solution.chi2, message),)
 
 

@@ -18,8 +18,9 @@ from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.zeros import Zeros
 from tactfix.values import frozen_value
 
-ONE_PLACE = 1e-3
-"""Share of a radius below which contacts are all at one place, as far as a search can tell."""
+COINCIDENT_SHARE = 1e-3
+"""Share of the largest radius: contacts and surfaces with a smaller extent coincide, and lengths are scaled by the
+radius. Their extent is then rounding or noise, and equations scaled by it would be nearly singular."""
 SEARCH_ROUNDING = 1e-12
 """Share of the coordinates that rounding may make of nothing, with some to spare."""
 
@@ -108,4 +109,4 @@ def _length(size: float, touched: Sequence[SidedSurface], contacts: Contacts) ->
     """What scales the search: size, but where all touches are one place a radius, or one, instead of its rounding."""
     largest = max((surface.radius for surface in touched if not isinstance(surface, Plane)), default=0.0)
     rounding = SEARCH_ROUNDING * float(np.abs(contacts.points).max())
-    return size if size > max(ONE_PLACE * largest, rounding) else largest or max(rounding, 1.0)
+    return size if size > max(COINCIDENT_SHARE * largest, rounding) else largest or max(rounding, 1.0)

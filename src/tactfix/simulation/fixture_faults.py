@@ -11,8 +11,8 @@ from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
-from tactfix.diagnosis.corrections import place_directions
 from tactfix.diagnosis.fixture_mistakes import AXIS_LETTERS, changed_by, exchange, turned_out
+from tactfix.diagnosis.hypotheses import place_directions
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Bools, Floats, unit
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface

@@ -1,13 +1,12 @@
-"""Explanations in words and numbers."""
+"""Explanations as diagnoses: code, rows, features, value and message."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.corrections import Hypothesis, Problem
-from tactfix.diagnosis.file_faults import UNITS_MEANT
-from tactfix.diagnosis.trial_search import Explanation
+from tactfix.diagnosis.contact_faults import UNITS_MEANT
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
 from tactfix.poses.pose_fit import contact_residuals
@@ -18,8 +17,8 @@ from tactfix.wording import decimals, fixed, listed
 CONSISTENT = "the contacts are consistent"
 
 
-def told(problem: Problem, units: str, explanation: Explanation, remark: str = "") -> Diagnosis:
-    """The diagnosis that an explanation is; remark: what is to be said of what is left."""
+def diagnosis_of(problem: Problem, units: str, explanation: Explanation, remark: str = "") -> Diagnosis:
+    """The diagnosis of an explanation; remark: what to say of the pose that remains."""
     hypothesis = explanation.hypothesis
     value, message = _value_and_message(problem, units, explanation)
     return Diagnosis(
@@ -33,7 +32,7 @@ def told(problem: Problem, units: str, explanation: Explanation, remark: str = "
 
 
 def one_of(causes: list[Diagnosis]) -> Diagnosis:
-    """Causes that the contacts cannot tell apart as one: the most plausible, with the rows and features of all."""
+    """Indistinct causes as one entry: the most plausible one, with the rows and features of all."""
     if len(causes) == 1:
         return causes[0]
     return replace(
@@ -46,10 +45,10 @@ def one_of(causes: list[Diagnosis]) -> Diagnosis:
     )
 
 
-Told = tuple[float | tuple[float, ...] | None, str]
+ValueAndMessage = tuple[float | tuple[float, ...] | None, str]
 
 
-def _value_and_message(problem: Problem, units: str, explanation: Explanation) -> Told:
+def _value_and_message(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:
     hypothesis = explanation.hypothesis
     match hypothesis.code:
         case "outlier":
@@ -66,7 +65,7 @@ def _value_and_message(problem: Problem, units: str, explanation: Explanation) -
             return _fixture_file(problem, units, explanation)
 
 
-def _outlier(problem: Problem, explanation: Explanation) -> Told:
+def _outlier(problem: Problem, explanation: Explanation) -> ValueAndMessage:
     contacts, index = problem.contacts, explanation.hypothesis.index
     in_base = {name: moved(explanation.base_from_fixture, s) for name, s in problem.surfaces.items()}
     off = contact_residuals(in_base, contacts.subset(index))[0]
@@ -98,16 +97,16 @@ def _approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
     return f"with the approach of {labels} reversed {CONSISTENT}"
 
 
-def _unit(hypothesis: Hypothesis) -> Told:
+def _unit(hypothesis: Hypothesis) -> ValueAndMessage:
     what = "all lengths of the contacts" if hypothesis.note == "whole" else "the coordinates"
     factor = hypothesis.points
     return factor, f"multiplied by {factor:.10g} {what} are consistent: are they {UNITS_MEANT[factor]}?"
 
 
-def _tip(problem: Problem, units: str, explanation: Explanation) -> Told:
+def _tip(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:
     if explanation.hypothesis.free == "tip_offset":
         sigma = float(np.median(problem.sigmas))
-        return tip_offset_told(problem.contacts, explanation.values, units, CONSISTENT, sigma)
+        return tip_offset_message(problem.contacts, explanation.values, units, CONSISTENT, sigma)
     given = f"{problem.contacts.tip_radius:g} {units}"
     if explanation.hypothesis.tip is not None:
         return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
@@ -116,8 +115,8 @@ def _tip(problem: Problem, units: str, explanation: Explanation) -> Told:
     return value, f"with a tip radius of {shown} {units} instead of {given} {CONSISTENT}"
 
 
-def tip_offset_told(contacts: Contacts, change: Floats, units: str, then: str, sigma: float) -> Told:
-    """The tip's place in the flange frame that is right, or how far it is off where none was said; and the words."""
+def tip_offset_message(contacts: Contacts, change: Floats, units: str, then: str, sigma: float) -> ValueAndMessage:
+    """The right place of the tip in the flange frame, or its displacement if the file gives none; and the message."""
     off = f"{float(np.linalg.norm(change)):.3g} {units}"
     if contacts.tip_offset is None:
         by = ", ".join(fixed(value, decimals(sigma)) for value in change)
@@ -129,7 +128,7 @@ def tip_offset_told(contacts: Contacts, change: Floats, units: str, then: str, s
     )
 
 
-def _sigma(problem: Problem, units: str, factor: float) -> Told:
+def _sigma(problem: Problem, units: str, factor: float) -> ValueAndMessage:
     said = float(np.median(problem.contacts.sigmas))
     right = implied_probe_sigma(problem.contacts, problem.sigmas, factor)
     return right, (
@@ -138,7 +137,7 @@ def _sigma(problem: Problem, units: str, factor: float) -> Told:
     )
 
 
-def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Told:
+def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:
     """Mistakes in the fixture file."""
     hypothesis = explanation.hypothesis
     if hypothesis.code == "diameter":
@@ -164,7 +163,7 @@ def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Tol
     )
 
 
-def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> Told:
+def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> ValueAndMessage:
     radii = []
     for surface in hypothesis.surfaces.values():
         assert isinstance(surface, Sphere | Cylinder)
@@ -196,7 +195,7 @@ def _point(surface: Surface) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64
 
 
 def _coordinates_of(surface: Surface, digits: int) -> str:
-    """The coordinates of its place, those along an axis or in a plane left out where they are x, y or z."""
+    """The coordinates of its place, without those along an axis or in a plane that is parallel to x, y or z."""
     direction = surface.direction if isinstance(surface, Cylinder) else np.zeros(3)
     shown = np.abs(direction) < 1 - 1e-9
     if isinstance(surface, Plane):

@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_mistakes import relabels, relabels_of_points, single_outliers, swaps, swaps_with_points
-from tactfix.diagnosis.corrections import Problem
-from tactfix.diagnosis.file_mistakes import tips, units
+from tactfix.diagnosis.contact_mistakes import (
+    relabels,
+    relabels_of_points,
+    single_outliers,
+    swaps,
+    swaps_with_points,
+    tips,
+    units,
+)
 from tactfix.diagnosis.fixture_mistakes import exchanges, places, radii, sides, signs
+from tactfix.diagnosis.hypotheses import Problem
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere
 
 SURFACES = {
