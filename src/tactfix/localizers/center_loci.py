@@ -1,10 +1,13 @@
-"""Where a point can be that keeps given distances from points, axes and planes: intersections of three such loci.
+"""Points at given distances from points, axes and planes: the intersections of three such loci.
 
-Two spheres share their radical plane, so that one sphere is left at most, with planes and cylinders:
+1. Two spheres are replaced by one sphere and their radical plane, so that at most one sphere remains.
+2. The remaining three loci are intersected:
 
     sphere, plane, plane        a line meets a sphere: 2 points
     sphere, plane, cylinder     a circle meets a cylinder: 4
-    sphere, cylinder, cylinder  8
+    sphere, cylinder, cylinder  8: common zeros of three quadrics, by a Macaulay matrix (`homogeneous_forms`)
+
+3. Quadrics with a multiple zero are intersected a second time, with their coefficients changed by a little.
 """
 
 import numpy as np
@@ -15,14 +18,17 @@ from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, qu
 from tactfix.values import frozen_value
 
 _NEVER_MEETING = 1e-7
-"""Planes or loci closer to each other than this meet nowhere, or everywhere, as far as doubles can tell."""
+"""Distance of planes or loci (unit size, or sine) below which they meet nowhere or everywhere to within rounding:
+the root of the rounding of doubles, as `degeneracy.RATIO`."""
 
 _EIGHT = 8
 """Common zeros of three quadrics (Bezout)."""
 _MULTIPLE_GAP = 1e-4
-"""Ratio of singular values of the null space below which zeros may be multiple or a curve."""
+"""Ratio of singular values of the Macaulay matrix below which zeros may be multiple, or a curve. A gap this small
+leaves about 12 digits of a simple zero."""
 _QUADRIC_NUDGE = 1e-5
-"""By so much the quadrics are then changed at random, which parts the zeros."""
+"""Standard deviation of the change of the coefficients of quadrics of unit size. It separates multiple zeros by
+about its root, 3e-3, near enough for the least squares that follow."""
 _TOUCH_ELSEWHERE = "touch somewhere else, or use another distance"
 
 
@@ -64,8 +70,8 @@ def meeting_points(loci: tuple[Locus, Locus, Locus]) -> Floats:
     spheres = [locus for locus in loci if isinstance(locus, SphereLocus)]
     planes = [locus for locus in loci if isinstance(locus, PlaneLocus)]
     cylinders = [locus for locus in loci if isinstance(locus, CylinderLocus)]
-    planes += [_radical_plane(spheres[0], other) for other in spheres[1:]]
-    if not cylinders:
+    planes += [_radical_plane(spheres[0], other) for other in spheres[1:]]  # step 1
+    if not cylinders:  # step 2
         return _on_line(spheres[0], planes[0], planes[1])
     if planes:
         return _on_circle(spheres[0], planes[0], cylinders[0])
@@ -84,7 +90,7 @@ def _radical_plane(first: SphereLocus, second: SphereLocus) -> PlaneLocus:
 
 
 def _on_line(sphere: SphereLocus, first: PlaneLocus, second: PlaneLocus) -> Floats:
-    """Both points of a sphere on the line that two planes share, or the nearest one of that line."""
+    """The two points of a sphere on the line of two planes, or the point of that line that is nearest to the sphere."""
     along = np.cross(first.normal, second.normal)
     ratio = float(np.linalg.norm(along))
     if ratio <= _NEVER_MEETING:
@@ -109,7 +115,7 @@ def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) 
     across = basis_across(cylinder.direction)
     flat_middle = across @ (middle - cylinder.point)
     u, v = radius * (across @ basis_across(plane.normal).T).T
-    # Values at five places determine the five coefficients, and the largest of them a place that is no root.
+    # Five values determine the five coefficients; 16 are taken so that the largest is far from a root.
     angles = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
     flat = flat_middle + np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
     values = np.sum(flat**2, axis=1) - cylinder.distance**2
@@ -132,7 +138,7 @@ def _trigonometric_zeros(angles: Floats, values: Floats) -> Floats:
     """
     start = angles[np.argmax(np.abs(values))] + np.pi
     basis = _degree_two(angles - start)
-    # The angles are evenly spread: the columns of the basis are square to each other.
+    # For evenly spaced angles the columns of the basis are orthogonal.
     a0, a1, b1, a2, b2 = values @ basis / (basis**2).sum(axis=0)
     quartic = [a0 - a1 + a2, 2 * b1 - 4 * b2, 2 * a0 - 6 * a2, 2 * b1 + 4 * b2, a0 + a1 + a2]
     return np.asarray(start + 2 * np.angle(1.0 + 1j * np.roots(quartic).real))
@@ -156,7 +162,7 @@ def _on_two_cylinders(sphere: SphereLocus, first: CylinderLocus, second: Cylinde
         )
     quadrics = [_sphere_matrix(sphere), _cylinder_matrix(first), _cylinder_matrix(second)]
     found, gap = _quadric_zeros(np.array(quadrics))
-    if gap < _MULTIPLE_GAP:
+    if gap < _MULTIPLE_GAP:  # step 3
         nudge = np.random.default_rng(5).normal(scale=_QUADRIC_NUDGE, size=(3, 4, 4))
         found = np.concatenate([found, _quadric_zeros(np.array(quadrics) + nudge + np.swapaxes(nudge, 1, 2))[0]])
     finite = np.abs(found[:, 3].real) > 1e-9 * np.linalg.norm(found.real, axis=1)

@@ -1,11 +1,12 @@
 """Cylinders through contacts: five or more, or four of known radius.
 
 1. Contacts are centred and scaled (`scaling`), and refused where infinitely many cylinders pass through them.
-2. A well spread sample of them is searched: axes through minimal subsets of it, and where those do not settle it, over
-   a covering of all directions (`cylinder_search`).
-3. Just enough contacts: the zeros are refined, multiple ones too (`cylinder_refinement`). More: starts are followed for
-   a few steps, and those that may explain the contacts are refined on all of them by weighted least squares.
-4. Return the distinct minima that noise can explain, best first; of a redundant set the best one in any case.
+2. A well spread sample of them is searched: the cylinders through a minimal subset are starts. If these may not be all,
+   further subsets and a covering of all directions follow (`cylinder_search`).
+3. A minimal set: the zeros are refined, multiple ones too (`cylinder_refinement`). A redundant set: the starts are
+   followed for a few steps, and those that may explain the contacts are refined on all of them by weighted least
+   squares.
+4. The distinct minima that noise can explain are returned, best first; of a redundant set the best one in any case.
 
 Eqs. 16-45 and fig. 5 for five contacts; I. G. Macdonald, J. Pach and T. Theobald 2001 for four of known radius.
 """
@@ -27,25 +28,25 @@ from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 
 _SAMPLE = 24
-"""Contacts that the search looks at; the rest only refine what it found."""
+"""Contacts that the search uses, well spread; the others take part in the refinement."""
 
 _CYLINDER_START_STEPS = 10
-"""Of more contacts than the fewest, every start is followed so many steps: what explains them has all but settled."""
+"""Steps of every start of a redundant set, before most are dropped."""
 
 _CYLINDER_GIVEN_UP = 1e3
-"""A start so many times above the limit of chi-square is given up then, but for the best few."""
+"""A start whose chi-square exceeds this multiple of the limit after those steps is dropped, except the best few."""
 
 _GLANCE = 6
-"""Steps after which the zeros of one minimal subset show whether they are all there is."""
+"""Steps of the zeros of the first minimal subset, after which it is asked whether they are all."""
 
 _WELL_DETERMINED = 3e-3
-"""A cylinder is well determined where one sigma moves it by less than this part of the contacts' extent. Of 63
-cylinders that one minimal subset lost in 6,000 tidy and random problems all lay beside others held worse than
-four times that."""
+"""A cylinder is well determined if one sigma moves it by less than this share of the contacts' extent. Of 6,000 tidy
+and random problems one minimal subset lost 63 cylinders. All of these lay beside others that one sigma moves by more
+than four times as much."""
 
 _BEST, _CYLINDER_RIVAL = 3, 4.0
-"""So many of the best starts are followed in any case, if their chi-square is within a factor of the least: the
-least-squares optimum is one of them."""
+"""Number of the best starts that are followed in any case, if their chi-square is within the factor of the least: the
+least-squares optimum must be one of them, and is returned even if noise does not explain it."""
 
 
 def localize_cylinder(
@@ -75,7 +76,7 @@ def localize_cylinder(
 
 
 def _refuse(contacts: UnitContacts, radius_known: bool) -> None:
-    """Raise where infinitely many cylinders pass through the contacts."""
+    """Raise if infinitely many cylinders pass through the contacts."""
     refuse_coincident("cylinder", contacts, CYLINDER_CONTACTS if radius_known else FREE_CYLINDER_CONTACTS)
     refuse_collinear("cylinder", contacts)
     if not radius_known:
@@ -87,7 +88,7 @@ def _problem(contacts: UnitContacts, radius: float | None) -> CylinderProblem:
 
 
 def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
-    """All local minima (B, 7) worth having: on all contacts, or on a sample of them first."""
+    """All local minima (B, 7) that may explain the contacts: of all contacts, from starts by a sample of them."""
     index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
@@ -105,7 +106,7 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
 
 
 def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: int) -> tuple[Floats, Floats, list[int]]:
-    """The states (B, 7) after a few steps, their chi-squares (B,), and which differ, best first."""
+    """The states (B, 7) after a few steps, their chi-squares (B,), and the distinct ones, best first."""
     states = problem.refined(states, steps)
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
@@ -113,9 +114,10 @@ def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: i
 
 
 def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, sigma: float) -> bool:
-    """Whether distinct states (B, 7), best first, must be all that explain the contacts: those are well determined.
+    """Whether distinct states (B, 7), best first, are all that explain the contacts: then they are well determined.
 
-    A minimal subset loses a cylinder only beside others that its contacts hardly tell from it, and those show.
+    A minimal subset loses a cylinder only if its contacts hardly distinguish it from another one, and that one is then
+    weakly determined.
     """
     limit = chi_square_limit(dof)
     explaining = states[chi2 <= limit]
@@ -126,7 +128,7 @@ def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, s
 
 
 def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:
-    """Of starts in order of chi-square those that may end up explaining the contacts, or as their optimum."""
+    """The starts, given in order of chi-square, that may lead to an explanation or to the optimum."""
     explaining = _CYLINDER_GIVEN_UP * chi_square_limit(dof)
     rivals = [i for i in order[:_BEST] if chi2[i] <= _CYLINDER_RIVAL * chi2[order[0]]]
     return [i for i in order if chi2[i] <= explaining or i in rivals]
@@ -151,7 +153,7 @@ def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats
             float(chi2[i]),
             float(np.sqrt(np.mean(distance**2))),
             float(cond),
-            bool(doubtful),
+            bool(poorly),
         )
-        for state, i, distance, cond, doubtful in zip(states[kept], kept, distances, condition, poor, strict=True)
+        for state, i, distance, cond, poorly in zip(states[kept], kept, distances, condition, poor, strict=True)
     )

@@ -1,8 +1,16 @@
 """Geometric least squares for cylinders: from a stack of axes to the nearest local minima.
 
 A state is (foot (3,), direction (3,), radius): foot is the point of the axis nearest to the origin, which should be
-near the contacts' mean. Parameters: two shifts of the foot and two tilts in a basis square to the axis, and the radius
+near the contacts' mean. Parameters: two shifts of the foot and two tilts in a basis across the axis, and the radius
 unless it is known.
+
+Roots of minimal sets (`refined_roots`):
+
+1. Every start takes a few steps of `least_squares.refined`.
+2. Starts whose residuals are then larger than noise and _CYLINDER_IN_SIGHT allow are dropped: they are the real parts
+   of complex zeros.
+3. The others are refined to convergence. Roots within ONE_ROOT are one, and those that rounding scatters about one
+   multiple root (`distinct_roots`).
 """
 
 from dataclasses import field, replace
@@ -18,7 +26,8 @@ CYLINDER_PARAMETERS = 5
 """Two shifts and two tilts of the axis, and the radius."""
 
 _CYLINDER_SIGHT_STEPS, _CYLINDER_IN_SIGHT = 8, 1e-3
-"""After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
+"""After so many steps the residuals (unit size) of a start near a root are below this: at a triple root, where each
+step reduces the distance by a third, 8 steps reduce the cubic residuals by (2/3)^24 = 6e-5."""
 
 
 @frozen_value
@@ -67,17 +76,17 @@ class CylinderProblem:
         return refined(self.evaluate, self.step, states, iterations)
 
     def polished(self, states: Floats, steps: int) -> Floats:
-        """The states (B, 7), next to single roots of as many contacts as parameters, so many Newton steps nearer."""
+        """The states (B, 7) near simple roots after so many Newton steps; as many contacts as parameters."""
         return polished(self.evaluate, self.step, states, steps)
 
 
 def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | float) -> tuple[Floats, Ints]:
-    """Of starts (B, 7) for problems with as many contacts as parameters those that come near a root, refined.
+    """The roots that starts (B, 7) lead to, for problems with as many contacts as parameters.
 
-    A zero of the algebraic equations is near one; the real part of a complex pair may lead nowhere, and is dropped as
-    soon as that shows. slack, a number or (B,): by so much a contact may miss the surface in the end, in problems of
-    unit size. Returns states (k, 7) and their numbers (k,) among the starts.
+    slack, a number or (B,): residual that noise may leave, in problems of unit size. Returns states (k, 7) and their
+    numbers (k,) among the starts.
     """
+    # Steps 1 to 3.
     states = problem.refined(states, _CYLINDER_SIGHT_STEPS)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
     near = np.flatnonzero(misses <= np.maximum(_CYLINDER_IN_SIGHT, 30 * slack))
@@ -111,17 +120,20 @@ def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats
 
 
 _NEVER_ONE_ROOT = 1e-2
-"""Axes farther apart than this are never one root."""
+"""Distance of two axes (unit size, or sine) beyond which they are never taken for one scattered multiple root:
+rounding of 1e-15 scatters even a root of order six by its sixth root, 3e-3, only."""
 
 _MULTIPLE_ROOT_CONTACTS = 24
-"""More contacts leave no multiple root to worry about."""
+"""Contacts above which multiple roots are not looked for: residuals of many well spread contacts do not vanish to
+higher order together."""
 
 _LARGEST_RADIUS = 1e5
-"""In units of the contacts' extent: beyond, the contacts lie on a plane as far as doubles can tell."""
+"""Largest radius in units of the contacts' extent. Contacts of extent 1 on a larger cylinder are 1 / (8 * 1e5) =
+1e-6 from a plane, and rounding times the radius leaves no more than ten digits of it."""
 
 
 def distinct(states: Floats, cost: Floats) -> list[int]:
-    """The indices of states (B, 7) that differ as surfaces, cheapest first."""
+    """The indices of states (B, 7) that are distinct surfaces, in order of cost."""
     same = _distances(states) < ONE_ROOT
     passed = ~np.isfinite(cost) | (np.abs(states[:, 6]) >= _LARGEST_RADIUS)
     kept: list[int] = []
@@ -133,11 +145,12 @@ def distinct(states: Floats, cost: Floats) -> list[int]:
 
 
 def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, rounding: float) -> list[int]:
-    """The same for refined states, of which those scattered by rounding about one multiple root count once.
+    """The same for refined states, where those that rounding scatters about one multiple root count once.
 
-    At a distance d from a root of order k the residuals are like d^k and the smallest singular value of their Jacobian
-    like d^(k-1): rounding divided by it is how far such a root is scattered. For single roots, and for two that are
-    only close, that is next to nothing. rounding: of a residual, in the problem's unit; problem: one set of contacts.
+    At a distance d from a root of order k the residuals are of size d^k and the smallest singular value of their
+    Jacobian is of size d^(k-1). So rounding divided by that singular value is the scatter of such a root. For simple
+    roots, and for two that are merely close, it is negligible. rounding: of a residual, in the problem's unit; problem:
+    one set of contacts.
     """
     index = np.arange(len(states))
     if len(states) < 2 or problem.points.shape[-2] > _MULTIPLE_ROOT_CONTACTS:

@@ -1,10 +1,10 @@
 """Starting axes for cylinders through any number of contacts, so that no local minimum that matters is missed.
 
-1. A cylinder that explains all contacts explains any five of them (any four, where the radius is known), so the zeros
-   of a minimal subset lead to it: real zeros directly, a pair that noise made complex by its real part.
-2. The zeros of further subsets lead to what the first one lost: a cylinder that its contacts hardly tell from another.
-3. Where no cylinder explains the contacts, a covering of all directions, with the best circle for each, leads to the
-   least-squares optimum.
+1. A cylinder that explains all contacts explains any five of them (any four if the radius is known). So the zeros of a
+   minimal subset are starts: real zeros, and the real part of a pair that noise has made complex.
+2. The zeros of further subsets add cylinders that the first subset does not distinguish from others.
+3. If no cylinder explains the contacts, the best circle along each direction of a covering leads to the least-squares
+   optimum.
 """
 
 from collections.abc import Callable, Iterator
@@ -23,10 +23,12 @@ CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS = 4, 5
 """Contacts that leave finitely many cylinders: four, or five where the radius is found too."""
 
 _SUBSETS = 2
-"""Minimal subsets whose zeros are sought: one of far-apart contacts, the rest chosen blindly in case that is tidy."""
+"""Minimal subsets whose zeros are starts: one of contacts far apart, and one chosen without regard to place, in case
+the first is a special position."""
 
 _COVERING_DIRECTIONS = 160
-"""Directions of the covering: neighbours 10 degrees apart, half the distance at which two minima were ever seen."""
+"""Directions of the covering: neighbours are 10 degrees apart, half the least angle at which two local minima were
+seen."""
 
 _DEEPEST, _STRIDE = 6, 10
 """_DEEPEST: lowest minima over the grid of directions that are refined. _STRIDE: every 10th direction is refined."""
@@ -36,22 +38,24 @@ _MUCH_NOISE, _SHORT_STRIDE = 5e-3, 2
 can miss those of the cylinder fit then. Of 7,972 cylinders that noise explained six were missed with the long stride,
 one with this."""
 
-_CROWDED_GAP = 1e-4
-"""Below this gap the zeros may form a curve, or be more than counted."""
+_DEGENERATE_GAP = 1e-4
+"""Gap of `common_zeros` below which the zeros may form a curve, or be multiple."""
 
 _OBLIQUE = np.array([0.48, 0.6, 0.64])
-"""A direction to which no imaginary part is square, but by chance."""
+"""A unit vector that is orthogonal to no imaginary part except by chance: its product picks one of a complex pair."""
 
 _CONTACT_NUDGE = 1e-5
-"""Moves such contacts, in units of their extent: the zeros of the moved ones are isolated and near the true ones."""
+"""Standard deviation by which contacts of nearly degenerate subsets are displaced, in units of their extent: the
+zeros are then isolated, and a multiple one is off by its root, 3e-3, near enough for the least squares."""
 
 
 def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Iterator[Floats]:
-    """Two lots of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the contacts.
+    """Two batches of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the
+    contacts.
 
-    The zeros of one minimal subset lead to all that are well determined. What else there may be takes the second lot,
-    none for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or
-    n >= 4 with radius; weights (n,); sigma: of the contacts.
+    The zeros of one minimal subset lead to all well determined ones; the second batch leads to the others. There is
+    none for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n
+    >= 4 with radius; weights (n,); sigma: of the contacts.
     """
     size = CYLINDER_CONTACTS if radius is not None else FREE_CYLINDER_CONTACTS
     first, *others = _minimal_subsets(points, size)
@@ -67,7 +71,7 @@ def _usable(states: Floats) -> Floats:
 
 
 def _states_through(subset: Floats, points: Floats, weights: Floats, radius: float | None) -> Floats:
-    """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; none where it is on a line."""
+    """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; none if it is collinear."""
     spread = np.linalg.svd(subset - subset.mean(axis=0), compute_uv=False)
     if spread[1] <= RATIO * spread[0]:
         return np.zeros((0, 7))
@@ -104,19 +108,20 @@ def tangent_states(centers: Floats, radii: Floats) -> Floats:
 def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], subsets: Floats) -> tuple[Floats, Ints]:
     """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and the subset (B,) that each belongs to.
 
-    zeros is called with subsets and their numbers. Where the zeros are crowded, those of a nudged copy come on top.
+    zeros is called with subsets and their numbers. For nearly degenerate subsets the zeros of a copy with displaced
+    contacts are added.
     """
     found, gap = zeros(subsets, np.arange(len(subsets)))
     parts, owners = [found], [np.arange(len(subsets))]
-    crowded = np.flatnonzero(gap < _CROWDED_GAP)
-    if crowded.size:
-        nudges = np.random.default_rng(5).normal(scale=_CONTACT_NUDGE, size=subsets[crowded].shape)
-        parts.append(zeros(subsets[crowded] + nudges, crowded)[0])
-        owners.append(crowded)
+    degenerate = np.flatnonzero(gap < _DEGENERATE_GAP)
+    if degenerate.size:
+        nudges = np.random.default_rng(5).normal(scale=_CONTACT_NUDGE, size=subsets[degenerate].shape)
+        parts.append(zeros(subsets[degenerate] + nudges, degenerate)[0])
+        owners.append(degenerate)
     every = np.concatenate(parts)
     owner = np.repeat(np.concatenate(owners), every.shape[1])
     every = every.reshape(-1, 3)
-    # The two of a complex pair have the same real part: one of them will do.
+    # The two zeros of a complex pair have the same real part: one of them is kept.
     length = np.linalg.norm(every.real, axis=-1)
     usable = (length > 0) & (every.imag @ _OBLIQUE >= -EPS)
     return every.real[usable] / length[usable, None], owner[usable]

@@ -10,8 +10,8 @@ from tactfix.geometry.arrays import Floats
 from tactfix.localizers.scaling import UnitContacts
 
 RATIO = 1e-7
-"""Contacts nearer than this part of their extent to a degenerate layout are taken for it: the root of the rounding of
-doubles, beyond which no digit of the answer would be left."""
+"""Share of the contacts' extent within which a layout counts as degenerate, however small sigma is: the root of the
+rounding of doubles. Nearer, no digit of the result is left."""
 
 _SIGMAS, _PLAIN = 3.0, 0.02
 """A layout is degenerate if its ratio is below _SIGMAS sigma (in units of the extent), but never if the ratio exceeds

@@ -1,8 +1,10 @@
-"""Many small nonlinear least-squares problems at once: Levenberg and Marquardt's method on stacks, Newton's at the end.
+"""Many small nonlinear least-squares problems at once: Levenberg-Marquardt steps for stacks, then Newton steps.
 
-Gauss and Newton's steps creep towards a minimum where residuals are large and bend the sum of squares as much as the
-Jacobian does: short arcs with much noise. What is under way after some steps takes Newton's, second derivatives by
-differences.
+1. Each problem takes damped Gauss-Newton steps (Levenberg-Marquardt), and leaves the stack when it has converged.
+2. After _GAUSS_NEWTON_STEPS the second derivatives of the residuals, by differences, are added: Gauss-Newton converges
+   slowly where large residuals contribute as much to the Hessian as the Jacobian does, as for short arcs with noise.
+3. A problem with as many residuals as parameters may have a multiple root. Near one, damped steps are too short; it
+   takes undamped steps by singular values, and the well determined parameters are corrected after each.
 """
 
 from collections.abc import Callable
@@ -18,31 +20,34 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 """States (B, q) and parameter changes (B, p) -> new states (B, q)."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
-"""Damping of the normal equations, in problems of unit size: to begin with, the least that still has an effect on
-doubles, and that at which no step leads down."""
+"""Damping of the normal equations as a share of their diagonal: of the first step; the least that still changes a
+double; and the value at which a problem is given up, with steps of 1e-8 of a Gauss-Newton step."""
 _GAUSS_NEWTON_STEPS = 15
-"""Steps in which most problems settle, before Newton's, which take as many evaluations as there are parameters."""
+"""Steps after which second derivatives are added. These take as many evaluations as there are parameters, and most
+problems have converged before."""
 _JACOBIAN_STEP = 1e-6
-"""Change of a parameter, in problems of unit size, over which the Jacobians are differenced."""
+"""Change of a parameter, in problems of unit size, for differences of the Jacobians: between the root of rounding,
+1.5e-8, and the size of the problem."""
 _NEARLY_A_ROOT = 1e-8
-"""Sum of squared residuals, in problems of unit size, below which a multiple root may be near."""
+"""Sum of squared residuals, in problems of unit size, below which a multiple root may be near: residuals of 1e-4."""
 
 _UNDAMPED_STEPS = 25
-"""Undamped steps near a multiple root: one of order three comes nearer by a third at each."""
+"""Undamped steps near a multiple root at most. A root of order three comes nearer by a third with each: 25 steps reduce
+the distance by (2/3)^25 = 4e-5."""
 
 _SHORTEST_STEP = 4 * EPS
-"""A step this short changes nothing in problems of unit size: exact contacts a thousand sizes from the origin, whose
-rounding is more than that of their residuals, would keep making such steps."""
+"""Length of a step, in problems of unit size, below which a problem has converged. Contacts a thousand sizes from the
+origin have coordinates with a rounding above that of their residuals, and such steps would go on."""
 
-_PROMISED_GAIN = 1e-17
-"""A step that promises to lower the cost by less than this part of it moves a parameter by a few 1e-9 residuals; the
-next one, which is not made, would move it by much less."""
+_PREDICTED_GAIN = 1e-17
+"""A problem has converged if the predicted gain is below this share of its cost: such a step moves a parameter by
+the root of it, 3e-9 of the residuals."""
 
 
 def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60) -> Floats:
-    """The states (B, q) at a local minimum of the sum of squared residuals, each reached from the one given.
+    """Local minima (B, q) of the sum of squared residuals, each reached from the given state.
 
-    Problems should be of unit size. A problem that does not settle within the iterations is returned as far as it got.
+    Problems should be of unit size. A problem that does not converge within the iterations is returned as it is then.
     """
     found = states.copy()
     active: Ints = np.arange(len(states))
@@ -50,10 +55,11 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
     for number in range(iterations if len(states) else 0):
+        # Steps 1 and 2.
         bend = (
             _curvature(evaluate, step, states, active, residuals, jacobians) if number >= _GAUSS_NEWTON_STEPS else 0.0
         )
-        change, promised = _damped_step(residuals, jacobians, damping, bend)
+        change, predicted = _damped_step(residuals, jacobians, damping, bend)
         trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
         new_cost = _square(new_residuals)
@@ -67,7 +73,7 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
             jacobians = np.where(better[:, None, None], new_jacobians, jacobians)
             cost = np.where(better, new_cost, cost)
         damping = np.where(better, np.maximum(damping * 0.05, _LEAST_DAMPING), damping * 8.0)
-        keep = (promised > _PROMISED_GAIN * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
+        keep = (predicted > _PREDICTED_GAIN * cost) & (damping < _MOST_DAMPING) & ~_exact(states, residuals, cost)
         keep &= np.abs(change).max(axis=-1) > _SHORTEST_STEP
         if not keep.all():
             found[active] = states
@@ -76,14 +82,14 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
             if not len(active):
                 break
     found[active] = states
-    is_square = jacobians.shape[-1] == jacobians.shape[-2]
+    is_square = jacobians.shape[-1] == jacobians.shape[-2]  # step 3
     return _finished(evaluate, step, found) if is_square else found
 
 
 def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floats:
-    """The states (B, q) next to roots of problems with as many parameters as residuals, so many Newton steps nearer.
+    """The states (B, q) after so many Newton steps, for problems with as many parameters as residuals.
 
-    A step that leads away from the root is not taken; where any Jacobian is singular none is.
+    A step that raises the residuals is not taken. If any Jacobian is singular, none is.
     """
     index: Ints = np.arange(len(states))
     residuals, jacobians = evaluate(states, index)
@@ -102,10 +108,7 @@ def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floa
 
 
 def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
-    """The states of problems with as many parameters as residuals, taken on to the root if there is one.
-
-    Near a multiple root every damped step is short, whatever is left to go: here they are not damped.
-    """
+    """The states after undamped steps towards a root, if the residuals are small (step 3)."""
     active: Ints = np.arange(len(states))
     residuals, jacobians = evaluate(states, active)
     cost = _square(residuals)
@@ -116,7 +119,7 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
             break
         trial = step(states[active], _undamped_step(residuals, jacobians))
         new_residuals, new_jacobians = evaluate(trial, active)
-        # The valley of a multiple root is curved: the well determined parameters have to follow the weak one.
+        # The residuals are curved along the weak parameter: the well determined ones are corrected.
         for _ in range(2):
             trial = step(trial, _undamped_step(new_residuals, new_jacobians, weakest=False))
             new_residuals, new_jacobians = evaluate(trial, active)
@@ -146,10 +149,9 @@ def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
 def _curvature(
     evaluate: Evaluate, step: Step, states: Floats, active: Ints, residuals: Floats, jacobians: Floats
 ) -> Floats:
-    """What (B, p, p) to add to J^T J for Newton's steps: the residuals times their second derivatives.
+    """The term (B, p, p) of the Hessian beside J^T J: the residuals times their second derivatives.
 
-    Where the sum of squares is a saddle, Newton's step would lead to it; with the signs of the directions in which it
-    falls turned round the step leads away.
+    Negative eigenvalues of the Hessian get a positive sign, so that the step leads away from a saddle.
     """
     width = jacobians.shape[-1]
     bend = np.empty((len(states), width, width))
@@ -167,15 +169,15 @@ def _curvature(
 def _damped_step(
     residuals: Floats, jacobians: Floats, damping: Floats, curvature: Floats | float
 ) -> tuple[Floats, Floats]:
-    """The changes (B, p) with (J^T J + damping diag + curvature) change = -J^T r, and the gains (B,) that they promise.
+    """The changes (B, p) with (J^T J + damping diag + curvature) change = -J^T r, and the predicted gains (B,).
 
-    curvature (B, p, p), or 0 for Gauss and Newton's steps.
+    curvature (B, p, p), or 0 for Gauss-Newton steps.
     """
     transposed = np.swapaxes(jacobians, -1, -2)
     normal = transposed @ jacobians
     gradient = (transposed @ residuals[..., None])[..., 0]
     diagonal = np.einsum("...ii->...i", normal)
-    # A floor for parameters that the contacts hardly see.
+    # A floor for parameters that the residuals hardly depend on.
     floor = 1e-12 * diagonal.max(axis=-1, keepdims=True) + TINY
     # einsum's view of the diagonal is writable: this damps normal itself.
     diagonal += damping[:, None] * np.maximum(diagonal, floor)
@@ -185,9 +187,9 @@ def _damped_step(
 
 
 def _solved(matrices: Floats, vectors: Floats) -> Floats:
-    """The solutions (B, p) of symmetric systems; where rounding has made one singular, the shortest ones.
+    """The solutions (B, p) of symmetric systems, least-norm ones if a system is singular to rounding.
 
-    A sphere that grows into a plane is hardly held any more, and hardly damped.
+    That happens when a sphere grows until it is nearly a plane.
     """
     try:
         return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
@@ -198,7 +200,7 @@ def _solved(matrices: Floats, vectors: Floats) -> Floats:
 def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -> Floats:
     """The Gauss-Newton steps (B, p) by singular values: J^T J would lose those below the root of the rounding.
 
-    weakest: whether the step may go along the direction that the residuals see least.
+    weakest: whether the step has a part along the right singular vector of the smallest singular value.
     """
     u, singular, vh = np.linalg.svd(jacobians, full_matrices=False)
     along = np.einsum("bnk,bn->bk", u, residuals)

@@ -3,7 +3,7 @@
 1. Contacts are centred and scaled (`scaling`), and refused where fewer than three differ or all lie on one line.
 2. The plane passes through their weighted mean.
 3. Its normal is the right singular vector of the weighted arms with the smallest singular value.
-4. Both sides are returned, tip_radius off either way: which one it is the approach says.
+4. Both sides are returned, each offset by tip_radius: only the approach can tell which one is right.
 
 Three contacts: eqs. 1-2, n = v1 x v2.
 """
@@ -18,7 +18,7 @@ from tactfix.localizers.scaling import unit_contacts
 from tactfix.values import frozen_value
 
 CONTACTS = 3
-"""Contacts that a plane needs."""
+"""Contacts that determine a plane: it has three degrees of freedom."""
 
 
 def localize_plane(
@@ -30,7 +30,7 @@ def localize_plane(
 
     points (n, 3): n >= 3 tip centres or surface points; sigmas (n,) or one number, along the normal, or None for exact
     contacts: same unit; tip_radius: the tip's centres lie this far off the plane on its outward side.
-    Returns two candidates with opposite normals, 2 * tip_radius apart; which one it is the approach says.
+    Returns two candidates with opposite normals, 2 * tip_radius apart; the approach tells which one is right.
     Raises DegenerateContactsError when fewer than three contacts differ, or all lie on one line.
     Source: eqs. 1-2; orthogonal least squares by singular values beyond three contacts.
     """

@@ -6,7 +6,7 @@ from tactfix.geometry.arrays import EPS, TINY, Floats, Frozen
 from tactfix.values import frozen_value
 
 ROUNDING = 4 * EPS
-"""Relative rounding of a coordinate that has gone through a few operations."""
+"""Relative rounding of a coordinate after a few operations: each adds at most EPS / 2, and eight are few."""
 
 
 def effective_sigmas(points: Floats, sigmas: Floats | float | None) -> Floats:
@@ -23,8 +23,8 @@ def effective_sigmas(points: Floats, sigmas: Floats | float | None) -> Floats:
 class UnitContacts:
     """points (n, 3) = (contacts - origin) / scale, of unit rms size about their mean.
 
-    weights (n,): 1 on average, larger for surer contacts. sigma: one standard deviation of a weighted residual, in
-    units of scale. rounding: what rounding of the coordinates makes of a residual, in units of scale.
+    weights (n,): 1 on average, inverse to sigma. sigma: one standard deviation of a weighted residual, in units of
+    scale. rounding: of a residual, from that of the coordinates, in units of scale.
     """
 
     points: Frozen
@@ -41,7 +41,7 @@ def unit_contacts(points: Floats, sigmas: Floats | float | None) -> UnitContacts
     origin = points.mean(axis=0)
     centred = points - origin
     scale = float(np.sqrt(np.mean(np.sum(centred**2, axis=1)))) or 1.0
-    # The sigma that all contacts would need to carry the same information together.
+    # The one sigma with which all contacts together would have the same information.
     common = float(1.0 / np.sqrt(np.mean(deviations**-2)))
     rounding = 16 * ROUNDING * float(np.max(np.abs(points))) / scale
     return UnitContacts(centred / scale, common / deviations, common / scale, origin, scale, rounding)

@@ -1,11 +1,12 @@
 """Spheres through contacts: three with a known radius, four without, or any number more.
 
-1. Contacts are centred and scaled (`scaling`), and refused where infinitely many spheres pass through them.
-2. Start from two centres. Radius known: the circle of best fit in the contacts' plane, and a centre above and below it
-   (eqs. 3-10). Not known: the linear least squares of |x|^2 - 2 c . x = constant, and its mirror image in that plane.
-3. With more contacts than the fewest, follow both for a few steps, and go on with those that may explain the contacts.
-4. Refine by weighted least squares of the distances from the centre (`least_squares`).
-5. Return the distinct minima that noise can explain, best first; of a redundant set the best one in any case.
+1. Contacts are centred and scaled (`scaling`), and refused if infinitely many spheres pass through them.
+2. There are two starts. If the radius is known: the centres above and below the circle that fits best in the contacts'
+   plane (eqs. 3-10). If not: the linear least squares of |x|^2 - 2 c . x = constant, and its mirror image in that
+   plane.
+3. Of a redundant set both take a few steps, and those that may explain the contacts are kept.
+4. These are refined by weighted least squares of the distances from the centre (`least_squares`).
+5. The distinct minima that noise can explain are returned, best first; of a redundant set the best one in any case.
 
 Eqs. 3-10 for three contacts; N. A. Duffie and others 1984 for four.
 """
@@ -25,10 +26,11 @@ SPHERE_CONTACTS, FREE_SPHERE_CONTACTS = 3, 4
 """Contacts that leave finitely many spheres: three, or four where the radius is found too."""
 
 _SPHERE_START_STEPS = 6
-"""Of more contacts than the fewest every start is followed so many steps."""
+"""Steps of both starts of a redundant set, before one may be dropped."""
 
 _SPHERE_GIVEN_UP, _SPHERE_RIVAL = 1e3, 4.0
-"""It is then given up so many times above the limit of chi-square, unless it is within a factor of the best."""
+"""A start whose chi-square exceeds the first multiple of the limit after those steps is dropped, unless it is within
+the second factor of the best."""
 
 
 def localize_sphere(
@@ -68,7 +70,7 @@ def localize_sphere(
 
 
 def _worth_following(problem: "SphereProblem", sigma: float, states: Floats) -> Floats:
-    """Of starts followed for a few steps those that may explain the contacts, and the best with its rivals."""
+    """The states, after a few steps, that may explain the contacts or lead to the optimum."""
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
     worth = chi2 <= np.maximum(_SPHERE_GIVEN_UP * chi_square_limit(len(problem.points)), _SPHERE_RIVAL * chi2.min())
@@ -145,7 +147,7 @@ def _candidates(problem: SphereProblem, contacts: UnitContacts, states: Floats) 
             float(chi2[i]),
             float(np.sqrt(np.mean(distance**2))),
             float(cond),
-            bool(doubtful),
+            bool(poorly),
         )
-        for state, i, distance, cond, doubtful in zip(states, kept, distances, condition, poor, strict=True)
+        for state, i, distance, cond, poorly in zip(states, kept, distances, condition, poor, strict=True)
     )

@@ -1,11 +1,11 @@
-"""Spheres from fewer contacts than they need, and known distances of the centre from what is located already.
+"""Spheres from fewer contacts than they need, and known distances of the centre from surfaces that are located.
 
 1. Contacts and distances become loci of the centre: spheres, cylinders and planes, in units of the radius about the
    contacts' mean. A centre on an axis lies in two planes. Fewer than three loci leave a curve, and are refused.
 2. Triples of loci are intersected (`center_loci`): of three all their points, of more the first dozen triples with a
    contact. Triples that share a curve are passed over.
 3. Every point is refined by weighted least squares over all loci, exact distances weighing most (`least_squares`).
-4. Return the distinct centres that noise can explain, best first; of a redundant set the best one in any case.
+4. The distinct centres that noise can explain are returned, best first; of a redundant set the best one in any case.
 
 Eqs. 48-51.
 """
@@ -30,16 +30,19 @@ _UNKNOWNS = 3
 """Coordinates of a centre."""
 
 _MOST_TRIPLES = 12
-"""Of many contacts and distances so many triples are intersected: each leads to every centre that explains them all."""
+"""Triples of loci that are intersected, of many contacts and distances. A centre that explains all is near a point of
+every triple."""
 
 _EXACT_DISTANCE = 1e-3
-"""A distance without a sigma of its own counts as so much surer than a contact."""
+"""Sigma of an exact distance, as a share of that of a contact: its residual is then a thousandth of theirs, and weights
+of 1e3 cost three of sixteen digits."""
 
 _CENTER_SIGHT_STEPS, _CENTER_IN_SIGHT = 8, 1e-3
-"""After so many steps the residuals of a start that leads to a root are below this, even if the root is multiple."""
+"""As _CYLINDER_SIGHT_STEPS and _CYLINDER_IN_SIGHT of `cylinder_refinement`, for the roots of three loci."""
 
 _ON_AXIS = 3.0
-"""A centre nearer to an axis than so many sigma is taken to lie on it: its distance has no direction there."""
+"""Distance from an axis, in sigma, up to which a centre is taken to lie on it: the gradient of such a distance has no
+defined direction."""
 
 
 @frozen_value
@@ -159,9 +162,9 @@ def _starts(loci: list[Locus], contacts: int) -> Floats:
 
 
 def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) -> Floats:
-    """The starts after a few steps, without those that lead nowhere: the real parts of complex pairs.
+    """The starts after a few steps, without the real parts of complex zeros, which lead to no root.
 
-    slack: by so much noise may keep a weighted residual from zero.
+    slack: weighted residual that noise may leave.
     """
     states = refined(problem.evaluate, problem.step, starts, _CENTER_SIGHT_STEPS)
     misses = np.abs(problem.evaluate(states, np.arange(len(states)))[0]).max(axis=1, initial=0.0)
@@ -197,7 +200,7 @@ class CenterProblem:
         return misses * self.weights, gradients * self.weights[:, None]
 
     def misses(self, centers: Floats) -> tuple[Floats, Floats]:
-        """By how much centres (B, 3) miss each locus (B, m), and the directions (B, m, 3) in which that grows."""
+        """Distances (B, m) of centres (B, 3) from each locus, and their gradients (B, m, 3)."""
         arms = centers[:, None] - self.places
         along = np.einsum("bmi,mi->bm", arms, self.axes)
         arms -= along[..., None] * self.axes
@@ -251,9 +254,9 @@ def _candidates(
 
 
 def _condition(problem: CenterProblem, centers: Floats) -> Floats:
-    """How much farther than its loci the worst direction of each centre (B, 3) moves: (B,), whatever their sigmas.
+    """The condition (B,) of each centre (B, 3): displacement over that of its loci, without their sigmas.
 
-    A loose distance must not pass for a badly laid one.
+    An uncertain distance is not a badly placed one.
     """
     smallest = np.linalg.svd(problem.misses(centers)[1], compute_uv=False)[:, -1]
     return np.asarray(1.0 / np.maximum(smallest, TINY))

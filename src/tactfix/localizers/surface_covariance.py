@@ -1,4 +1,11 @@
-"""How sure the numbers of a located surface are, near a double root too."""
+"""Covariance of the numbers of a located surface, also near a double root.
+
+1. The contacts are scaled to unit size, and the surface becomes a state of its least-squares problem.
+2. The singular value decomposition of the Jacobian gives independent directions of the parameters.
+3. Along each the standard deviation is sigma / s, s the singular value, or at most sqrt(2 sigma / c), where the
+   residuals' curvature c is the larger effect, as at a double root.
+4. Differences carry the parameters to the numbers of the surface.
+"""
 
 import numpy as np
 
@@ -11,15 +18,16 @@ from tactfix.localizers.sphere import SphereProblem
 from tactfix.values import frozen_value
 
 _SURFACE_STEP = 1e-5
-"""Step of the differences that turn parameters into the numbers of a surface, in problems of unit size."""
+"""Step of the central differences from parameters to the numbers of a surface, in problems of unit size: near the cube
+root of the rounding of doubles, 6e-6. Rounding is 2e-11 and the third order 1e-10."""
 
 _SECOND_DIFFERENCE = 1e-3
-"""Step of the second difference, in problems of unit size: rounding is far below the second order there."""
+"""Step of the second difference of the residuals, in problems of unit size, as `candidate._PROBE`."""
 
 
 @frozen_value
 class SurfaceCovariance:
-    """Covariance (q, q) of the numbers of a surface, and the parts of it that a user asks for.
+    """The numbers of a surface and their covariance (q, q).
 
     numbers (q,): plane: point, normal; sphere: center, radius; cylinder: point, direction, radius. The covariance is
     singular: a direction is unit, and the point of an axis or plane moves only square to the axis or along the normal.
@@ -41,19 +49,19 @@ def surface_covariance(
     A parameter that the contacts see only in second order, as at a double root, has no linear sigma: there it is the
     displacement sqrt(2 sigma / c) at which the curvature c of the residuals has moved them by one sigma.
     """
-    contacts = unit_contacts(points, sigmas)
+    contacts = unit_contacts(points, sigmas)  # step 1
     problem, state = _problem(surface, contacts, radius_known)
     index = np.zeros(1, dtype=np.intp)
     residuals, jacobian = problem.evaluate(state[None], index)
-    u, singular, vh = np.linalg.svd(jacobian[0], full_matrices=False)
+    u, singular, vh = np.linalg.svd(jacobian[0], full_matrices=False)  # step 2
     deviations = np.empty(len(vh))
-    for k, direction in enumerate(vh):
+    for k, direction in enumerate(vh):  # step 3
         ahead, _ = problem.evaluate(problem.step(state[None], _SECOND_DIFFERENCE * direction[None]), index)
         behind, _ = problem.evaluate(problem.step(state[None], -_SECOND_DIFFERENCE * direction[None]), index)
         curvature = abs(u[:, k] @ (ahead + behind - 2 * residuals)[0]) / _SECOND_DIFFERENCE**2
         with np.errstate(divide="ignore"):
             deviations[k] = min(contacts.sigma / abs(singular[k]), np.sqrt(2 * contacts.sigma / np.float64(curvature)))
-    steps = _SURFACE_STEP * np.eye(len(vh))
+    steps = _SURFACE_STEP * np.eye(len(vh))  # step 4
     stack = np.broadcast_to(state, (len(vh), len(state)))
     numbers_from_parameters = (problem.step(stack, steps) - problem.step(stack, -steps)).T / (2 * _SURFACE_STEP)
     factors = _lengths(surface, contacts.scale)[:, None] * numbers_from_parameters @ vh.T * deviations

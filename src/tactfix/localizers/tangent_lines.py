@@ -1,18 +1,23 @@
-"""All lines that keep four given distances from four points: the axes of known radius through four contacts.
+"""All lines at four given distances from four points: the axes of known radius through four contacts.
 
-For a line with unit direction s and m its point nearest to the origin, |c_i x s|^2 - 2 c_i . m + |m|^2 = rho_i^2. With
-the origin at the mean of the centres these four equations are linear in m and |m|^2. Let n be the direction in which
+1. Linear equations. For a line with unit direction s and m its point nearest to the origin, |c_i x s|^2 - 2 c_i . m +
+   |m|^2 = rho_i^2. With the origin at the mean of the centres these four equations are linear in m and |m|^2.
+
+2. Solution by singular values. Let n be the direction in which
 the centres spread least, h their spread (singular value) there; then m |s|^2 = m0(s) + n g(s) / h with m0 and g
-quadratic in s and m0 square to n. What remains are m . s = 0 and the agreement of m with |m|^2:
+quadratic in s and m0 perpendicular to n.
+
+3. Forms in s. The remaining conditions are m . s = 0 and that m has the length |m|:
 
     h a + l g = 0  (cubic)      a = s . m0,  l = n . s
     g^2 + h^2 e = 0  (quartic)  e = |m0|^2 - |m|^2 |s|^4
 
-which have 3 x 4 = 12 common zeros (Macdonald, Pach and Theobald 2001, for equal radii). As the centres approach one
-plane (h to 0) these two fall into g = 0 twice; the two combinations  g a - h l e = 0  and  a^2 + l^2 e = 0, which hold
-as well, keep all twelve zeros apart for every h, zero included. The zeros are found by the null space of the Macaulay
-matrix of all four forms at degree seven,
-where it is still right for coplanar centres (a quadric and a sextic).
+They have 3 x 4 = 12 common zeros (Macdonald, Pach and Theobald 2001, for equal radii). For coplanar centres (h = 0)
+both become g = 0. The two combinations  g a - h l e = 0  and  a^2 + l^2 e = 0, which hold as well, keep all twelve
+zeros apart for every h, zero included.
+
+4. Common zeros. They follow from the null space of the Macaulay matrix of all four forms at degree seven, which has the
+right dimension for coplanar centres too (a quadric and a sextic).
 """
 
 import numpy as np
@@ -23,9 +28,9 @@ from tactfix.localizers.homogeneous_forms import Complexes, common_zeros, macaul
 MOST_TANGENTS = 12
 """Common tangents of four spheres, real or complex (Macdonald, Pach and Theobald 2001)."""
 _MACAULAY_DEGREE = 7
-"""Degree of the Macaulay matrix at which all twelve zeros show in its null space."""
+"""Degree of the Macaulay matrix whose null space has dimension twelve, also for coplanar centres."""
 _CONTRASTS = np.array([[1.0, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]) / 2
-"""An orthonormal basis of what four values can do apart from a common shift."""
+"""An orthonormal basis of the vectors of four numbers with sum zero."""
 
 
 def tangent_zeros(centers: Floats, radii: Floats) -> tuple[Complexes, Floats]:
@@ -34,14 +39,14 @@ def tangent_zeros(centers: Floats, radii: Floats) -> tuple[Complexes, Floats]:
     Both should be of unit size. Returns also the gap (...) of `common_zeros`.
     """
     centred = centers - centers.mean(axis=-2, keepdims=True)
-    constants, spread = _linear_solution(centred, radii)
+    constants, spread = _linear_solution(centred, radii)  # steps 1 and 2
     normal, least = spread
     square = quadratic(np.eye(3))
     in_plane, g, power = constants
     a = product(np.eye(3), 1, in_plane, 2).sum(axis=-2)
     e = product(in_plane, 2, in_plane, 2).sum(axis=-2) - product(power, 2, square, 2)
     h = least[..., None]
-    forms = (
+    forms = (  # step 3
         (h * a + product(normal, 1, g, 2), 3),
         (product(g, 2, g, 2) + h**2 * e, 4),
         (product(g, 2, a, 3) - h * product(normal, 1, e, 4), 5),
@@ -50,7 +55,7 @@ def tangent_zeros(centers: Floats, radii: Floats) -> tuple[Complexes, Floats]:
     rows = np.concatenate(
         [macaulay_rows(np.asarray(form), degree, _MACAULAY_DEGREE) for form, degree in forms], axis=-2
     )
-    return common_zeros(rows, _MACAULAY_DEGREE, MOST_TANGENTS)
+    return common_zeros(rows, _MACAULAY_DEGREE, MOST_TANGENTS)  # step 4
 
 
 def _linear_solution(centred: Floats, radii: Floats) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats]]:
