@@ -197,9 +197,9 @@ def _contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
 
 def _promising(asked: Iterable[Correction], trials: Trials) -> Iterator[Correction]:
     """The corrections that the linear model does not exclude, in order of its chi-square: not all may be fitted."""
-    promises = [(trials.promise(correction.contacts), correction) for correction in asked]
-    for promise, correction in sorted(promises, key=lambda pair: pair[0]):
-        if promise < math.inf:
+    ranked = [(trials.least_predicted(correction.contacts), correction) for correction in asked]
+    for chi2, correction in sorted(ranked, key=lambda pair: pair[0]):
+        if chi2 < math.inf:
             yield correction
 
 

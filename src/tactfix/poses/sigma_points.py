@@ -1,12 +1,17 @@
-"""How far a fixture may truly stand from its best pose, also where contacts are so few that curvature counts.
+"""The covariance of a pose by sigma points, also where the residuals are not linear within the noise.
 
-At the true pose the residuals are the noise. So the true pose is where the residuals differ from those of the best pose
-by what the noise may be, and the linear covariance is what that gives where the residuals are linear in the pose. Where
-they are not, a weakly held motion runs along a curve, and leaves the linear ellipsoid by many of its sigmas in
-directions that are held well. Then the poses are solved for at which the residuals have changed by as many sigma as
-SIGMA_POINT_DISTANCE says along each principal axis of the linear model, both ways (sigma points): the second moment of
-their motions about the best pose is the covariance, exact to second order along each axis. Where no pose has those
-residuals, or the covariance is many times what the linear one says, there is a fold close by and no covariance is true.
+At the true pose the residuals are the noise. So the true pose is one at which the residuals differ from those of the
+best pose by an amount that noise may have. If the residuals are linear in the pose, this gives the linear covariance.
+If not, a weakly determined motion follows a curve, and leaves the linear ellipsoid by many sigmas in directions that
+are determined well.
+
+1. The linear model gives the principal axes. With a sigma of rotation above MOST_ROTATION_SIGMA it is all there is.
+2. If the residuals at SIGMA_POINT_DISTANCE along each axis, both ways, are nearly linear, the linear covariance is
+   used.
+3. Else the poses are solved for at which the residuals are those of the linear model at these points (sigma points).
+4. The second moment of their motions about the best pose is the covariance: exact to second order along each axis.
+5. The covariance is not trusted if a sigma point has no such pose, or if it is many times the linear one. Then a fold
+   of the equations is near, and no covariance describes the pose.
 """
 
 from collections.abc import Callable, Iterable
@@ -21,23 +26,25 @@ from tactfix.geometry.surfaces import Surface, radius_of
 from tactfix.values import frozen_value
 
 SIGMA_POINT_DISTANCE = 6**0.5
-"""Sigmas to each sigma point: the distance of a pose from the best one, root mean square, in the six of a pose."""
+"""Sigmas to each sigma point: the root mean square distance of the true pose from the best one in six dimensions. So
+the 2 x 6 points have equal weights and no central one."""
 
 NEARLY_LINEAR = 0.3
 """Sigmas by which the residuals at the sigma points may differ from linear ones: standard deviations grow by less than
 4 per cent there."""
 
 FOLDED = 6.0
-"""Times the linear standard deviation, beyond which sigma points no longer cover what they promise. Random minimal
-layouts of six kinds covered 93 to 95 per cent below, and 40 to 75 beyond ten."""
+"""Ratio of the covariance's standard deviation to the linear one beyond which it is not trusted. Random minimal
+layouts of six kinds were covered in 93 to 95 per cent below it, and in 40 to 75 per cent beyond a ratio of ten."""
 
 MOST_ROTATION_SIGMA = 1.0
-"""Rad: one linear sigma of rotation beyond which the sigma points are more than half a turn away, and mean nothing."""
+"""Linear sigma of rotation in rad beyond which no sigma points are computed: they would be 2.4 rad away or more,
+where the linear model of a rotation is meaningless."""
 
 MOST_MISSING = 1.0
-"""Chi-square by which a pose may miss the residuals it is asked for."""
+"""Chi-square by which the pose of a sigma point may miss its residuals: one sigma, a sixth of the squared distance."""
 
-Reach: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
+SigmaPointSolver: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 """Poses (m, 4, 4), in any order, at which the residuals are what the linear model has after steps (u, m), and the
 chi-squares (m,) by which they are not."""
 
@@ -46,7 +53,7 @@ chi-squares (m,) by which they are not."""
 class Spread:
     """factor (6, m): of the covariance factor factor^T of rotation (rad) and translation about the fixture's origin.
 
-    free (6, k): motions there that nothing resists. trusted: whether the covariance is true; false next to a fold.
+    free (6, k): free motions there. trusted: whether the covariance describes the pose; false near a fold.
     """
 
     factor: Floats
@@ -60,30 +67,30 @@ def curved_spread(
     linear: Floats,
     steps: Floats,
     bend: Callable[[Floats], Floats],
-    reach: Reach,
+    solve: SigmaPointSolver,
 ) -> Spread:
     """The spread of a pose (4, 4) on which no motion is free.
 
     centre (3,): of the contacts. linear (6, u): motions of one sigma along each principal axis; steps (u, u'): the same
-    as steps of the unknowns, a column each. bend tells by how many sigma (m,) the residuals after steps (u, m) differ
-    from linear ones; reach solves for the poses, and gives an infinite chi-square for those that it does not.
+    as steps of the unknowns, a column each. bend: the distance (m,) in sigma of the residuals after steps (u, m) from
+    linear ones. solve: the poses at the sigma points, with an infinite chi-square where there is none.
     """
     both = SIGMA_POINT_DISTANCE * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
     if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:
         return Spread(linear, nothing_free, trusted=False)
     arm = centre - base_from_fixture[:3, 3]
-    # Far from the contacts the fixture's origin itself runs along an arc when the fixture turns.
+    # A rotation moves a fixture's origin that is far from the contacts along an arc.
     sag = float(np.linalg.norm(arm)) * (SIGMA_POINT_DISTANCE * np.linalg.norm(linear[:3])) ** 2 / 2
     is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
     if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:
         return Spread(linear, nothing_free, trusted=True)
-    poses, missing = reach(both)
+    poses, missing = solve(both)
     if not np.isfinite(missing).all():
         return Spread(linear, nothing_free, trusted=False)
     share = 1 / np.sqrt(2 * SIGMA_POINT_DISTANCE**2)
     factor = share * motions_between(base_from_fixture, poses)
-    # Whether there is a fold is asked at the contacts, where it does not matter how far away the origin is.
+    # The test for a fold is made at the contacts, so that the distance of the origin does not matter.
     middle = base_from_fixture[:3, :3].T @ arm
     here = share * motions_between(_at(base_from_fixture[None], middle)[0], _at(poses, middle))
     linear_here = np.concatenate([linear[:3], linear[3:] + np.cross(linear[:3].T, arm).T])
@@ -99,11 +106,11 @@ def _at(poses: Floats, point: Floats) -> Floats:
 
 
 def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterable[Surface], origin: Floats) -> float:
-    """More sigma than anything bends by at the sigma points, where one sigma moves no contact farther than move.
+    """An upper bound of the bend at the sigma points, in sigma, if one sigma moves no contact farther than move.
 
     The second-order term of a distance is the square of the move over twice the radius, or over twice the arm of a
-    rotation; that of the fixture's origin (3,) the square of the turn times half its distance. Poses that are held well
-    need no closer look.
+    rotation; that of the fixture's origin (3,) is the square of the turn times half its distance. Well determined poses
+    need no other test.
     """
     spread = contacts.spread
     smallest = min([radius_of(surface, spread) for surface in surfaces], default=spread)

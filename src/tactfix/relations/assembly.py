@@ -1,21 +1,22 @@
-"""Solutions for a fixture by relations: a few shapes, each a rigid body, or features that are located alone.
+"""Solutions for a fixture by relations: rigid bodies, or features located alone and then fitted together.
 
-Distances and angles leave a fixture a few shapes (`realization`): mirror images, and one for each sign of a relation
-that has none (`equations`). How they are searched depends on what the relations say:
+Distances and angles leave a fixture a few shapes (`realization`): mirror images, and one for each branch of a relation
+(`equations`). The method depends on the relations:
 
-1. They fix the shape, exactly, and leave few shapes: each is a rigid fixture, and every pose of it is found as if the
-   file had given its geometry (`rigid_bodies`).
-2. Else the features are located alone, the paper's way (`combinations`). Where some cannot be, and the shape is open,
-   least squares start from a hundred random placements of these, followed side by side (`placements`); what contacts
-   and relations leave free shows in samples.
-3. Where the shape is fixed, and features are not located, or badly, or in too many combinations, the rigid shapes are
-   searched: all of them if the relations are exact. If they are measured, with contacts loosened by how far the shape
-   may be off, and one least squares over pose and shape follows from each pose (`branch_fits`).
-4. Else each combination of candidates, on each branch that contacts leave open (`branches`), starts that least squares.
-5. Exact relations: of the many shapes those that the fits came near are searched as in step 1. Else, or where there is
-   none, the fits are the solutions.
+1. If they fix the shape exactly and leave few shapes, each shape is a rigid fixture. All of its poses are found as for
+   a fixture by geometry (`rigid_bodies`).
+2. Otherwise the features are located alone, as in the paper (`combinations`). If some cannot be located and the shape
+   is free, least squares start from a hundred random placements, side by side (`placements`). If contacts and relations
+   leave a motion free, the result is samples of a continuum.
+3. If the shape is fixed, but features are not located, or weakly, or in too many combinations, the rigid shapes are
+   searched. For relations with a sigma, the sigma of the contacts is first widened by that of the shape; one least
+   squares over pose and shape follows from each pose (`branch_fits`).
+4. Otherwise that least squares start from each combination of candidates, on each branch that the contacts leave open
+   (`branches`).
+5. If the relations are exact, the shapes that the fits are near are searched as in step 1. If they are not exact, or no
+   shape is near, the fits are the solutions.
 
-Solutions that no contact tells apart are one, its covariance large enough for all of them (`unresolved`).
+Solutions that the contacts do not distinguish are merged, and the covariance covers all of them (`unresolved`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,8 +58,8 @@ SLACK_FACTOR = 3.0
 def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
     """Every pose of a fixture by relations that explains contacts and relations; sigmas (n,) of the residuals.
 
-    Where none does, the best one alone, its chi2 above the limit. Where contacts and relations leave something free,
-    samples, marked as a continuum. Without with_misses neither the one nor the others.
+    If none does, the best one alone, its chi2 above the limit. If contacts and relations leave a motion free, samples,
+    marked as a continuum. Neither of these without with_misses.
     """
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     shapes = bodies(fixture)

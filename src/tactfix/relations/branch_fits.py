@@ -1,10 +1,10 @@
-"""The joint fits of combinations of features: one for each branch of the relations that contacts leave open.
+"""The joint fits of combinations of features: one for each branch of the relations that the contacts leave possible.
 
-1. Every branch of every combination that may explain the contacts is a start: its cost is the chi-square of the
-   features on their own and what the relations add to it by the linear model (`branches`). The cheapest are followed.
-2. The joint least squares start there (`joint`), a relation next to coincidence widened.
-3. Where that shows that the contacts resolve the circle on which the features differ, the relation is put in its place
-   and the fit goes on from there, until no relation changes any more.
+1. Every branch of every combination that may explain the contacts is a start. Its cost is the chi-square of the
+   features alone plus that of the relations by the linear model (`branches`). The cheapest starts are fitted.
+2. The joint least squares start there (`joint`), with relations near coincidence widened (`equations`).
+3. If the fit shows that the contacts resolve the circle of a widened relation, the relation itself replaces it and the
+   fit goes on, until no relation changes any more.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,15 +1,15 @@
-"""The branches of a fixture's relations: which signs they may have, and which of them contacts leave worth a look.
+"""The branches of a fixture's relations: the signs that they may have, and which of these the contacts leave possible.
 
-Near located features the linear model says what a choice of signs would cost: with residuals c of the relations, their
-gradients G, the covariance S of the features from their own contacts and R of the relations, chi-square rises by
+Near located features the linear model gives the cost of a choice of signs. With residuals c of the relations, their
+gradients G, the covariance S of the features from their own contacts, and R of the relations, chi-square rises by
 
     c^T (G S G^T + R)^-1 c.
 
-1. Each relation has its branches, first the one nearest to the surfaces.
-2. S is taken from the contacts alone; what they leave free counts as known to one fixture size, or rad.
-3. A branch that alone costs many times what any solution may (COSTLY) is left out.
-4. Of what is left the choices of signs grow by one relation after another. A relation more never costs less, so that
-   a choice that costs too much falls with all that begin like it. Where each does, that combination of features falls.
+1. The branches of each relation are listed, the one nearest to the surfaces first.
+2. S is computed from the contacts alone; a displacement that they leave free gets a sigma of one fixture size, or rad.
+3. A branch whose own cost exceeds COSTLY times the limit of chi-square is dropped.
+4. Choices of signs are extended by one relation after another. A further relation never lowers the cost, so a choice
+   that costs too much is dropped with all of its extensions. If none remains, this combination of features is dropped.
 """
 
 from collections.abc import Mapping, Sequence

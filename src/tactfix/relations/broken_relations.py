@@ -1,4 +1,4 @@
-"""What explains the contacts of each feature and breaks a relation, and which one, in words."""
+"""Combinations of surfaces that explain the contacts of each feature but violate a relation, as candidates."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -17,7 +17,7 @@ from tactfix.results import Candidate, Reason
 def broken_candidates(
     fixture: Fixture, problem: JointProblem, combinations: Sequence[Mapping[str, Surface]]
 ) -> Iterator[Candidate]:
-    """Combinations of surfaces that break relations, as candidates; chi2: what keeping them would cost at least."""
+    """Combinations that violate relations, as candidates; chi2: with the relations, by the linear model."""
     for surfaces in combinations:
         values, _ = contact_residuals(surfaces, problem.contacts)
         try:
@@ -30,7 +30,7 @@ def broken_candidates(
 
 
 def _broken_relation(fixture: Fixture, problem: JointProblem, surfaces: Mapping[str, Surface]) -> Reason:
-    """The relation that the surfaces break worst, in words."""
+    """The relation that is violated most, in words."""
 
     def missing(equation: Equation) -> float:
         residual, *_ = equation.linear(surfaces)

@@ -1,10 +1,10 @@
-"""The paper's way to a fixture: the surfaces of each feature from its own contacts, in every combination.
+"""The method of the paper: every combination of the surfaces that features may have by their own contacts.
 
-1. Each feature is located by its own contacts (`features_alone`); those that these leave open are put off.
-2. Every choice of one surface for each located feature is a combination.
-3. A sphere that was put off is placed by its known distances to features that are located (eqs. 48-51), in each
-   combination, and may then place the next one.
-4. Where a feature is left there are no combinations.
+1. Each feature is located by its own contacts (`features_alone`), if these are enough.
+2. Every choice of one candidate for each located feature is a combination.
+3. In each combination a remaining sphere is located by its contacts and its distances to located features (eqs. 48-51).
+   It may then locate the next one.
+4. If a feature remains, there are no combinations.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,17 +26,17 @@ from tactfix.relations.features_alone import (
 from tactfix.values import frozen_value
 
 FLAT_CANDIDATES = 4
-"""Surfaces of a round feature that are followed where its contacts lie in a plane but for noise: what explains them is
-then anything, in a hundred local minima, and a joint fit finds from any where the other features and relations put it.
-"""
+"""Candidates that are kept of a round feature whose contacts are coplanar within noise. A hundred local minima may then
+explain them, and none is near the truth; a joint fit moves any of them to where the other features and relations
+put it."""
 
 
 @frozen_value
 class Combinations:
     """Combinations of the features' surfaces in base.
 
-    weak: some surface is known so badly that others placed by it, or beside it, may be missing. thinned: of those on a
-    feature whose contacts tell nothing of its radius only a few are there.
+    weak: some surface is determined so weakly that others may be missing beside it or placed by it. thinned: of a
+    feature whose contacts do not determine its curvature only a few candidates were kept.
     """
 
     surfaces: Sequence[Mapping[str, Surface]]
@@ -53,7 +53,7 @@ class LocatedAlone:
 
 
 def located_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> LocatedAlone:
-    """What contacts say of each feature alone (step 1); sigmas (n,) of the residuals."""
+    """The candidates of each feature by its own contacts (step 1); sigmas (n,) of the residuals."""
     alone: dict[str, Sequence[FeatureCandidate]] = {}
     thinned = False
     for name, feature in fixture.features.items():
@@ -70,9 +70,9 @@ def located_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Locat
 
 
 def combinations(fixture: Fixture, contacts: Contacts, alone: LocatedAlone, most: int) -> Combinations | None:
-    """Every combination of candidate surfaces, at most so many; None where a feature cannot be located so.
+    """Every combination of candidate surfaces, at most so many; None if a feature cannot be located.
 
-    A feature whose contacts no surface explains leaves no combination.
+    There is none if no surface explains the contacts of a feature.
     """
     found = combinations_of(fixture, contacts, alone.candidates, most)
     return None if found is None else replace(found, thinned=alone.thinned)
@@ -106,7 +106,7 @@ def combinations_of(
 def _with_one_more(
     fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]
 ) -> list[dict[str, FeatureCandidate]]:
-    """A combination with each place of one more sphere; raises DegenerateContactsError where it may be anywhere."""
+    """A combination with each place of one more sphere; DegenerateContactsError if these are infinitely many."""
     placed = candidates_by_distance(fixture, fixture.features[name], contacts.on(name), known)
     return [{**known, name: candidate} for candidate in placed]
 

@@ -1,15 +1,20 @@
 """Distances between two surfaces as smooth residuals, with their gradients.
 
-p and q are the points of the two that are nearest to each other (`geometry.nearest`), n the normal of a plane, a and b
-the directions of axes, s = +1 or -1 the side on which the second lies of the first:
+p and q are the nearest points of the two surfaces (`geometry.nearest`), n is the normal of a plane, a and b are the
+directions of axes, and s = +1 or -1 is the side of the first surface on which the second one lies:
 
     side         s n.(q - p) - value                  a plane and anything
     askew        s (q - p).(a x b) / |a x b| - value     axes that are not parallel
     apart        |q - p| - value                        centres, a centre and an axis, parallel axes
     coincident   q - p, or E (q - p) across an axis        the same pairs at distance zero
 
-The rows of E (2, 3) are unit vectors square to the axis. Gradients are with respect to the displacements of
-`geometry.charts`: those of the distance are what the feet of the perpendicular move apart along it.
+The rows of E (2, 3) are unit vectors perpendicular to the axis. Gradients are with respect to the displacements of
+`geometry.charts`.
+
+1. The nearest points p and q, and the unit vector along q - p, are computed.
+2. The residual is the signed length of q - p less the value, or its components.
+3. Its gradient is the relative displacement of the material points p and q along that unit vector: the derivative of
+   where p and q lie on the surfaces drops out, because q - p is perpendicular to both (envelope theorem).
 """
 
 import numpy as np
@@ -22,7 +27,7 @@ from tactfix.relations.angles import Linear
 
 
 def side(one: Surface, other: Surface, value: float, sign: float) -> Linear:
-    """The distance along the normal of the first plane of the two, less its value."""
+    """The distance along the normal of the first plane of the two, less its value."""  # steps 1 to 3
     if not isinstance(one, Plane):
         residual, second, first = side(other, one, value, sign)
         return residual, first, second
@@ -49,7 +54,7 @@ def apart(one: Surface, other: Surface, value: float) -> Linear:
 
 
 def coincident(one: Surface, other: Surface, basis: Floats) -> Linear:
-    """The components of the gap along the rows of basis: all three of two centres, the two across the axis else."""
+    """The components of q - p along the rows of basis: all three for two centres, else the two across the axis."""
     near, far = nearest_points(one, other, parallel=True)
     residual = basis @ (far - near)
     if isinstance(one, Cylinder) and isinstance(other, Cylinder):
@@ -63,7 +68,7 @@ def _feet_apart(one: Surface, other: Surface, near: Floats, far: Floats, along: 
 
 
 def _between_axes(one: Cylinder, other: Cylinder, basis: Floats) -> tuple[Floats, Floats]:
-    """Of the gap between the given point of the first axis and its foot on the second."""
+    """The gradients of the gap between the given point of the first axis and its foot on the second axis."""
     gap, b = one.point - other.point, other.direction
     height, flat = float(gap @ b), np.eye(3) - np.outer(b, b)
     tilts, shifts = across(other).T, across(other).T

@@ -1,13 +1,15 @@
-"""Known distances and angles as equations between surfaces: one for each sign that a relation leaves open.
+"""Known distances and angles as equations between surfaces: one equation for each branch of a relation.
 
-An axis has no sense and most distances no side, so that a relation may hold in two ways, its branches: axes at 89.87
-deg are also axes at 90.13, a plane 25 below another one is also 25 above it. Each branch is an equation of its own
-(`angles`, `distances`), smooth where the unsigned value has a fold. Whoever solves chooses the branch (`branches`);
-within a solution it never changes.
+An axis has no sense, and most distances have no side. So a relation may hold in two ways, its branches: axes at 89.87
+deg are also axes at 90.13 deg, and a plane 25 mm below another one may also be 25 mm above it. Each branch is an
+equation of its own (`angles`, `distances`). It is smooth where the unsigned value has a fold. The branch is chosen
+before a fit (`branches`) and does not change within it.
 
-Where a value is nearly the one at which directions or places coincide, the way in which they differ is a circle of
-which contacts may see next to nothing. WIDENED, such a relation is the equation of coincidence with the second moment
-of that circle in its sigma: never wrong, and at its best where the circle is not resolved.
+1. The kind of relation, the two surfaces and whether they are parallel give the form of the equation (`form_of`).
+2. Near coincidence, that is an angle near 0 or 180 deg or a small distance, the difference of the directions or places
+   lies on a small circle. If contacts do not resolve that circle, the equation is WIDENED: it is the equation of
+   coincidence, and the second moment of the circle is added to the variance of its residuals.
+3. The residuals and gradients of all equations are stacked, lengths in units of the fixture's scale.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,9 +34,9 @@ Form: TypeAlias = Literal["none", "turn", "aligned", "side", "askew", "apart", "
 class Equation:
     """One branch of a relation.
 
-    sign: the sense or side that is meant, where the form has one. basis: unit vectors (2, 3) square to the direction
-    of `axis`, or (3, 3); they are carried along (`carried`), so that residuals do not jump where a choice of vectors
-    would. spread: standard deviation (rad or length) of each residual; 0: it holds exactly.
+    sign: the sense or side, if the form has one. basis: the unit vectors (2, 3) across a direction, or (3, 3), along
+    which the residuals are taken; they are turned with the direction (`carried`), so that residuals are continuous.
+    spread: standard deviation (rad or length) of each residual; 0: the relation is exact.
     """
 
     relation: Relation
@@ -66,23 +68,23 @@ class Equation:
 
     @property
     def components(self) -> int:
-        """How many numbers its residual has."""
+        """The number of residuals."""
         if self.form == "none":
             return 0
         return 1 if self.basis is None else len(self.basis)
 
     @property
     def is_widened(self) -> bool:
-        """Whether it holds coincidence in the place of a small value."""
+        """Whether it is the equation of coincidence for a value that is not quite zero."""
         return self.form in ("aligned", "coincident") and self.coincidence > 0
 
     @property
     def coincidence(self) -> float:
-        """How far (rad or length) the relation is from coincidence: of directions, or of places."""
+        """The difference (rad or length) of the value from coincidence of the directions or places."""
         return off(self.relation) if self.relation.kind == "angle" else abs(self.relation.value)
 
     def unit(self, scale: float) -> float:
-        """What one of its residuals is measured in: the fixture's scale, or rad."""
+        """The unit of its residuals: the fixture's scale for distances, 1 rad for angles."""
         return scale if self.relation.kind == "distance" else 1.0
 
 
@@ -91,15 +93,16 @@ def equation(
 ) -> Equation:
     """The branch of a relation with this sign, for surfaces near these.
 
-    parallel: whether the two are known to be parallel; then the distance of axes is their spacing, however far from
-    parallel they still are.
+    parallel: whether angles say that the two are parallel; then the distance of axes is their spacing, even if the
+    surfaces are not parallel yet.
     """
     one, other = (surfaces[name] for name in relation.between)
-    form = form_of(relation, one, other, parallel, widened)
+    form = form_of(relation, one, other, parallel, widened)  # step 1
     if isinstance(one, Plane) and isinstance(other, Plane) and relation.kind == "angle":
-        # The angle between normals says their sense itself; aligned they are at 0 or at 180 deg.
+        # The angle between two normals has no branches: parallel normals are at 0 or at 180 deg.
         sign = -1.0 if form == "aligned" and relation.value > np.pi / 2 else 1.0
     directed = _directed(one, other)
+    # Step 2.
     if form == "aligned" and directed:
         return Equation(relation, form, sign, _spread(relation, off(relation), 2), across(directed))
     if form == "coincident":
@@ -109,7 +112,7 @@ def equation(
 
 
 def carried(equation: Equation, surfaces: Mapping[str, Surface]) -> Equation:
-    """The equation with its basis turned along with the direction that it is square to."""
+    """The equation with its basis turned to be perpendicular to the direction that the surfaces have now."""
     directed = _directed(*(surfaces[name] for name in equation.relation.between))
     if equation.basis is None or len(equation.basis) != 2 or directed is None:
         return equation
@@ -124,12 +127,12 @@ def _directed(one: Surface, other: Surface) -> Plane | Cylinder | None:
 
 
 def _spread(relation: Relation, value: float, components: int) -> float:
-    """Of one component of a gap of this size in any direction, and of what is not known of the size."""
+    """The standard deviation of one component: of a gap of this size in a random direction, and of the value itself."""
     return float(np.hypot(relation.sigma, value / np.sqrt(components)))
 
 
 def form_of(relation: Relation, one: Surface, other: Surface, parallel: bool, widened: bool) -> Form:
-    """Which equation holds a relation between two surfaces."""
+    """The form of the equation of a relation between two surfaces."""
     if relation.kind == "angle":
         if not isinstance(one, Plane | Cylinder) or not isinstance(other, Plane | Cylinder):
             return "none"
@@ -144,13 +147,13 @@ def form_of(relation: Relation, one: Surface, other: Surface, parallel: bool, wi
 
 
 def off(relation: Relation) -> float:
-    """How far (rad) an angle is from 0 or 180 deg."""
+    """The difference (rad) of an angle from 0 or 180 deg, whichever is nearer; 0 below PARALLEL."""
     small = min(relation.value, np.pi - relation.value)
     return 0.0 if small < PARALLEL else small
 
 
 def columns_of(surfaces: Mapping[str, Surface]) -> tuple[dict[str, slice], int]:
-    """Where each feature's displacement stands in the vector of all, and how long that is."""
+    """The columns of each feature's displacement in the vector of all, and the length of that vector."""
     columns, width = {}, 0
     for name, surface in surfaces.items():
         columns[name] = slice(width, width + dimension(surface))
@@ -172,7 +175,7 @@ def linear_equations(equations: Sequence[Equation], surfaces: Mapping[str, Surfa
 
 
 def chart_lengths(surfaces: Mapping[str, Surface], scale: float) -> Floats:
-    """What one unit of each displacement is (width,): 1 rad for tilts, the fixture's scale for shifts."""
+    """The unit of each displacement (width,): 1 rad for tilts, the fixture's scale for shifts."""
     columns, width = columns_of(surfaces)
     lengths = np.full(width, scale)
     for name, surface in surfaces.items():
@@ -183,7 +186,7 @@ def chart_lengths(surfaces: Mapping[str, Surface], scale: float) -> Floats:
 
 def stacked(equations: Sequence[Equation], surfaces: Mapping[str, Surface], scale: float) -> tuple[Floats, Floats]:
     """All residuals (k,) and their Jacobian (k, width), lengths in units of scale on both sides."""
-    lengths = chart_lengths(surfaces, scale)
+    lengths = chart_lengths(surfaces, scale)  # step 3
     values, rows = [np.zeros(0)], [np.zeros((0, len(lengths)))]
     for equation, (value, jacobian) in zip(equations, linear_equations(equations, surfaces), strict=True):
         values.append(value / equation.unit(scale))

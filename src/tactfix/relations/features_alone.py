@@ -1,4 +1,4 @@
-"""One feature at a time: the surfaces that its own contacts allow, with its known size and its known distances."""
+"""One feature at a time: the surfaces that explain its own contacts, with its radius and its known distances."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,16 +28,18 @@ from tactfix.noise import SURE
 FeatureCandidate: TypeAlias = SurfaceCandidate | PointCandidate
 
 NEIGHBOUR_SIGMAS = 100.0
-"""Sigmas by which a located neighbour may be off before the joint least squares sets everything right."""
+"""Sigmas of a contact by which a located neighbour may be off when it locates a sphere by a distance: the joint least
+squares correct it afterwards."""
 WEAKLY_LOCATED = NEIGHBOUR_SIGMAS / 5
-"""Sigmas by which noise may move a located feature in multiples of its own: a fifth of NEIGHBOUR_SIGMAS, to be safe."""
+"""Condition of a candidate (displacement over the noise that causes it, no unit) above which it may be off by more than
+NEIGHBOUR_SIGMAS: 5 sigma of noise, which good contacts do not exceed, times it."""
 
 
 def candidates_alone(feature: Feature, contacts: Contacts, sigmas: Floats) -> Sequence[FeatureCandidate]:
-    """Every surface of a feature that explains its contacts, of the feature's own size; sigmas (n,) of the residuals.
+    """Every surface of the feature's own size that explains its contacts; sigmas (n,) of the residuals.
 
-    Raises DegenerateContactsError where the contacts are too few or lie so that they leave infinitely many, and
-    TipDoesNotFitError.
+    Raises DegenerateContactsError if contacts are too few or degenerate, so that infinitely many surfaces explain them,
+    and TipDoesNotFitError.
     """
     tip_radius = contacts.tip_radius
     if feature.type == "point":
@@ -70,7 +72,7 @@ def candidates_by_distance(
 
 
 def is_flat(feature: Feature, contacts: Contacts) -> bool:
-    """Whether contacts on a round feature tell nothing of its radius, since noise hides that they are no plane."""
+    """Whether contacts on a round feature are coplanar within noise, so that they do not determine its curvature."""
     if feature.radius is None or len(contacts) < 4:
         return False
     return thickness(contacts.points) < SURE * float(np.hypot(contacts.sigmas.max(), feature.sigma))
@@ -85,12 +87,12 @@ def thickness(points: Floats) -> float:
 
 
 def is_weak(candidate: FeatureCandidate) -> bool:
-    """Whether noise may have moved a surface farther than its neighbours allow for, or merged it with another."""
+    """Whether noise may have moved a surface by more than its neighbours allow for, or merged it with another one."""
     return candidate.poorly_determined or candidate.condition > WEAKLY_LOCATED
 
 
 def _true(feature: Feature, candidate: SurfaceCandidate) -> SurfaceCandidate:
-    """With the surface of the feature itself, instead of that on which the tip's centre lies."""
+    """The candidate with the surface of the feature itself instead of the offset surface of the tip's centre."""
     surface = candidate.surface
     if isinstance(surface, Plane):
         return candidate
@@ -98,12 +100,12 @@ def _true(feature: Feature, candidate: SurfaceCandidate) -> SurfaceCandidate:
 
 
 def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
-    """The relation as the localizer wants it. A located neighbour is itself only as sure as its contacts."""
-    loose = float(np.hypot(relation.sigma, NEIGHBOUR_SIGMAS * sigma))
+    """The relation for the localizer, its sigma widened by the uncertainty of the located neighbour."""
+    widened = float(np.hypot(relation.sigma, NEIGHBOUR_SIGMAS * sigma))
     match surface:
         case Sphere() | Point():
-            return CenterDistance(other_point(surface), relation.value, loose)
+            return CenterDistance(other_point(surface), relation.value, widened)
         case Cylinder():
-            return AxisDistance(surface.point, surface.direction, relation.value, loose)
+            return AxisDistance(surface.point, surface.direction, relation.value, widened)
         case Plane():
-            return PlaneDistance(surface.point, surface.normal, relation.value, loose)
+            return PlaneDistance(surface.point, surface.normal, relation.value, widened)

@@ -1,18 +1,19 @@
 """All contacts and all relations at once: least squares over the surfaces of a fixture that is not one rigid body.
 
-Unknown are the displacements d of every feature. Contacts and relations with a sigma are observations r; relations
-with sigma 0 are constraints c = 0.
+The unknowns are the displacements d of every feature. Contacts and relations with a sigma are observations with
+residuals r and Jacobian J; relations with sigma 0 are constraints c = 0 with Jacobian C.
 
 1. The undamped step solves the linearised problem in the null space of C:
 
     min |r + J d|^2 + damping |d|^2   subject to   c + C d = 0.
 
-2. The fit ends where the constraints hold and that step would gain next to nothing in chi-square: this does not depend
-   on units, nor on how weakly a motion is held, and a damped step that gains little is no end.
-3. The first step is taken, undamped or more and more damped, that lowers chi-square plus an exact penalty on what is
-   missing to the constraints.
-4. A fit above its limit that has all but stopped improving is given up.
-5. In the end the surfaces are moved onto the constraints by the shortest way.
+2. The fit has converged if the constraints hold and the undamped step would lower chi-square by next to nothing. This
+   test does not depend on units or on how weakly a motion is determined; a small gain of a damped step is no
+   convergence.
+3. The damping is increased until a step lowers the merit function: chi-square plus an exact penalty on the violation of
+   the constraints.
+4. A fit that has stalled above its limit is given up.
+5. Finally the surfaces are moved onto the constraints by the least displacement.
 
 Source: Levenberg-Marquardt; null-space method and exact penalty as in Nocedal and Wright, Numerical Optimization.
 """
@@ -29,37 +30,45 @@ from tactfix.relations.joint_problem import CONSTRAINT_RANK, JointFit, JointProb
 from tactfix.values import frozen_value
 
 MOST_JOINT_STEPS = 200
-"""Steps of one fit at most; see JOINT_PATIENCE for those that creep."""
+"""Steps of one fit at most."""
 MOST_DAMPINGS = 20
-"""Dampings tried for one step, each ten times the one before: then no step leads down."""
+"""Dampings tried for one step, each ten times the one before. The last one is 1e6 times the squared norm of J: a
+step of less than 1e-6 of the undamped one, and if that does not lower the merit, the fit has ended."""
 JOINT_DAMPING = 1e-12
-"""The first damping, as a share of the square of the Jacobian's norm; then ten times that, and so on."""
-WELL_KEPT = 0.25
-"""Share of the gain that the linear model promises, below which the damping is kept or raised."""
+"""The first damping, as a share of the squared norm of J: it changes only motions that are determined a million times
+worse than the best one."""
+WELL_PREDICTED = 0.25
+"""Ratio of actual to predicted gain above which the damping is lowered. In Nocedal and Wright, algorithm 4.1, a trust
+region shrinks below the same ratio."""
 CONVERGED = 1e-9
-"""Chi-square that the undamped step may still promise, plus as a share of chi-square for what rounding leaves."""
+"""Predicted gain of chi-square below which a fit has converged: 1e-9, plus 1e-12 of chi-square for its rounding. A
+gain of 1e-9 is a displacement of 3e-5 sigma."""
 KEPT = 1e-12
-"""What may be missing to the constraints (rad, fixture sizes) in the end."""
+"""Largest violation of a constraint (rad, fixture sizes) at convergence: some thousand times the rounding of
+doubles."""
 TRUSTED_STEP = 1e-6
-"""A step this short (rad, fixture sizes) is taken as it is: what the linear model leaves out is rounding."""
+"""A step this short (rad, fixture sizes) is taken without a test of the merit: what the linear model neglects is of the
+order of its square, 1e-12, as KEPT."""
 JOINT_GIVEN_UP = 100.0
-"""A fit so many times above its limit that has all but stopped improving is not followed to the last digit."""
+"""Multiple of the limit of chi-square beyond which a fit is given up as soon as a step gains less than 1 per cent."""
 JOINT_PATIENCE = 12
-"""Steps after which such a fit is given up in any case, and a nearer one that creeps: those that explain contacts are
-near by then."""
+"""Steps after which a fit above JOINT_GIVEN_UP times its limit is given up, and one below it whose rate of gain cannot
+reach the limit."""
 NEARLY_KEPT = 1e-5
-"""Constraint violation below which restoring the constraints changes nothing: before, no fit is given up."""
+"""Constraint violation (rad, fixture sizes) above which no fit is given up: chi-square still changes while the
+constraints are restored."""
 
 
 @frozen_value
 class Step:
-    """A displacement (width,) in scaled units, the chi-square that the linear model promises there, and its price.
+    """A displacement (width,) in scaled units, the chi-square predicted there by the linear model, and a penalty
+    weight.
 
-    price: twice the sum of the Lagrange multipliers, the chi-square that is lost per unit of what is missing.
+    price: twice the sum of the absolute Lagrange multipliers, the rate of chi-square by the violation.
     """
 
     displacement: Floats
-    promised: float
+    predicted: float
     price: float
 
     @property
@@ -79,32 +88,32 @@ def joint_fit(
     damping = 0.0
     for number in range(most_steps):
         step = _step(fit, 0.0)  # step 1
-        if fit.missing < KEPT and abs(fit.chi2 - step.promised) < CONVERGED * (1 + 1e-3 * fit.chi2):
+        if fit.missing < KEPT and abs(fit.chi2 - step.predicted) < CONVERGED * (1 + 1e-3 * fit.chi2):
             break  # step 2
         new, damping = _improved(problem, fit, step, damping)  # step 3
-        if new is None or _is_hopeless(fit, new, step.promised, late=number > JOINT_PATIENCE):
+        if new is None or _has_stalled(fit, new, step.predicted, late=number > JOINT_PATIENCE):
             fit = new or fit
             break  # step 4
         fit = new
     return _restored(problem, fit)  # step 5
 
 
-def _is_hopeless(fit: JointFit, new: JointFit, promised: float, late: bool) -> bool:
-    """Whether a fit above its limit has stopped improving, or should have by now.
+def _has_stalled(fit: JointFit, new: JointFit, predicted: float, late: bool) -> bool:
+    """Whether a fit above its limit has stalled.
 
-    Far above at once; else late, where neither the linear model nor all steps there are, each as good as this one,
-    lead below the limit.
+    Far above the limit: the last step gained less than 1 per cent, or it is late. Else: it is late, the linear model
+    stays above the limit, and so do MOST_JOINT_STEPS more steps with the gain of this one.
     """
     limit, gain = chi_square_limit(new.dof), fit.chi2 - new.chi2
     if new.missing >= NEARLY_KEPT:
         return False
     if new.chi2 > JOINT_GIVEN_UP * limit:
         return late or abs(gain) < 0.01 * new.chi2
-    return late and promised > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit
+    return late and predicted > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit
 
 
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:
-    """The fit after the first step that improves it, more and more damped, and the damping to go on with."""
+    """The fit after the first step that improves it, with increasing damping, and the damping of the next step."""
     stiffness = float(np.linalg.norm(fit.jacobian))
     least = JOINT_DAMPING * stiffness**2
     for _ in range(MOST_DAMPINGS):
@@ -114,14 +123,14 @@ def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: flo
         gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
         if gain > 0 or step.size < TRUSTED_STEP:
             ahead = fit.observed + fit.jacobian @ displacement
-            is_firm = gain > WELL_KEPT * (fit.chi2 - float(ahead @ ahead))
-            return new, (damping / 10 if damping > least else 0.0) if is_firm else damping
+            is_as_predicted = gain > WELL_PREDICTED * (fit.chi2 - float(ahead @ ahead))
+            return new, (damping / 10 if damping > least else 0.0) if is_as_predicted else damping
         damping = max(10 * damping, least)
     return None, damping
 
 
 def _restored(problem: JointProblem, fit: JointFit) -> JointFit:
-    """The fit moved onto the constraints by the shortest way, where they do not quite hold yet."""
+    """The fit moved onto the constraints by the least displacement, if they do not hold to rounding."""
     for _ in range(3):
         if fit.missing < 0.1 * KEPT:
             break
@@ -132,15 +141,15 @@ def _restored(problem: JointProblem, fit: JointFit) -> JointFit:
 
 
 def fit_at(problem: JointProblem, fit: JointFit, step: Floats) -> JointFit:
-    """The fit as it stands after a step (width,) in scaled units, moved onto the constraints."""
+    """The linear model after a step (width,) in scaled units, moved onto the constraints."""
     return _restored(problem, linearized(problem, moved_by(fit, step), fit.equations))
 
 
 def _merit(fit: JointFit, price: float, stiffness: float) -> float:
-    """Chi-square and, in the same coin, what is missing to the constraints.
+    """The merit function: chi-square plus an exact penalty on the violation of the constraints.
 
-    price is above the Lagrange multipliers, so that giving up a relation never pays (exact penalty); the square keeps
-    far starts from buying chi-square with relations.
+    price exceeds the Lagrange multipliers, so the minimum of the merit keeps the constraints (exact penalty). The
+    square dominates far from the solution.
     """
     return fit.chi2 + price * fit.missing + (stiffness * fit.missing) ** 2
 
@@ -157,9 +166,9 @@ def _step(fit: JointFit, damping: float) -> Step:
     within = np.linalg.lstsq(rows, right, rcond=CONSTRAINT_RANK)[0]
     displacement = np.asarray(onto + span @ within, dtype=np.float64)
     ahead = residual + fit.jacobian @ displacement
-    promised = float(ahead @ ahead)
+    predicted = float(ahead @ ahead)
     if not len(missing):
-        return Step(displacement, promised, 0.0)
+        return Step(displacement, predicted, 0.0)
     pull = 2 * fit.jacobian.T @ ahead
     multipliers = np.linalg.lstsq(fit.constraints.T, pull, rcond=fit.resolution)[0]
-    return Step(displacement, promised, 2 * float(np.abs(multipliers).sum()))
+    return Step(displacement, predicted, 2 * float(np.abs(multipliers).sum()))

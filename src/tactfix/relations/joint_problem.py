@@ -18,21 +18,22 @@ from tactfix.relations.equations import Equation, carried, chart_lengths, column
 from tactfix.values import frozen_value
 
 CONSTRAINT_RANK = 1e-9
-"""Ratio of singular values below which constraints that hold are dependent: rounding of unit vectors with some to
-spare."""
+"""Ratio of singular values of the constraint Jacobian below which constraints that hold are dependent. The rounding of
+unit vectors gives a ratio of about 1e-15."""
 REDUNDANT, MOST_REDUNDANT = 10.0, 1e-3
 """Rank tolerance of the constraint Jacobian: REDUNDANT times the current constraint violation, at most MOST_REDUNDANT.
 Redundant constraints, such as three axes parallel pair by pair, have slightly different gradients until they hold, and
 must count once."""
 LEAST_SIGMA = 1e-12
-"""A relation surer than this share of the fixture's size is exact."""
+"""Relations with a sigma below this share of the fixture's size are taken as exact. As observations their rows would be
+many orders of magnitude larger than those of contacts, and rounding would decide the fit."""
 
 
 @frozen_value
 class JointProblem:
-    """What is known: contacts, sigmas (n,) of their residuals, relations; scale is a length of the fixture.
+    """The data: contacts, sigmas (n,) of their residuals, relations; scale: a length of the fixture.
 
-    wanted: what residuals over sigma, those of the relations with a sigma behind, shall be instead of zero.
+    wanted: target values of the residuals over sigma, those of contacts first, then those of relations with a sigma.
     """
 
     contacts: Contacts
@@ -46,9 +47,9 @@ class JointProblem:
 class JointFit:
     """Surfaces of least chi-square for one choice of branches, and the linear model there.
 
-    equations: of the relations, their bases where the surfaces are. observed (m,): residuals over sigma,
-    less what is wanted, three of a contact on a point; feature by feature, those of the relations with a sigma behind.
-    violation (k,): what is missing to the constraints (rad, fixture sizes). jacobian (m, width) of observed and
+    equations: of the relations, with bases at these surfaces. observed (m,): residuals over sigma less their targets,
+    three for a contact on a point, feature by feature; then those of the relations with a sigma. violation (k,): the
+    residuals of the constraints (rad, fixture sizes). jacobian (m, width) of observed and
     constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
     """
 
@@ -63,27 +64,27 @@ class JointFit:
 
     @cached_property
     def chi2(self) -> float:
-        """The sum of the squares of all that is observed."""
+        """The sum of squares of all observations."""
         return float(self.observed @ self.observed)
 
     @cached_property
     def missing(self) -> float:
-        """The most by which a constraint fails."""
+        """The largest violation of a constraint (rad, fixture sizes)."""
         return float(np.abs(self.violation).max(initial=0.0))
 
     @property
     def dof(self) -> int:
-        """Observations beyond the unknowns that the constraints leave."""
+        """Degrees of freedom: observations less the unknowns that the constraints leave free."""
         return len(self.jacobian) - int(self.span.shape[1])
 
     @property
     def resolution(self) -> float:
-        """Share of the largest singular value of the constraints below which they say nothing new."""
+        """Rank tolerance of the constraints, as a share of their largest singular value."""
         return min(max(CONSTRAINT_RANK, REDUNDANT * self.missing), MOST_REDUNDANT)
 
     @cached_property
     def span(self) -> Floats:
-        """An orthonormal basis (width, k) of the displacements that keep the constraints."""
+        """An orthonormal basis (width, k) of the null space of the constraints."""
         if not len(self.constraints):
             return np.eye(self.jacobian.shape[1])
         _, values, directions = np.linalg.svd(self.constraints, full_matrices=True)
@@ -91,12 +92,12 @@ class JointFit:
         return np.asarray(directions[rank:].T)
 
     def spread(self) -> tuple[Floats, Floats]:
-        """A factor S (width, m) of the covariance S S^T of all displacements, and what is free (k, width).
+        """A factor S (width, m) of the covariance S S^T of the displacements, and the free displacements (k, width).
 
-        In scaled units; free displacements are left out of S.
+        In scaled units; S has no part along free displacements.
         """
         span = self.span
-        # The triangle has the singular values of all rows, however many contacts there are.
+        # R of a QR factorization has the singular values of all rows, however many contacts there are.
         triangle = np.linalg.qr(self.jacobian @ span, mode="r")
         _, values, motions = np.linalg.svd(triangle, full_matrices=True)
         known = np.zeros(len(motions), dtype=bool)
@@ -114,7 +115,7 @@ def moved_by(fit: JointFit, step: Floats) -> dict[str, Surface]:
 
 
 def linearized(problem: JointProblem, surfaces: Mapping[str, Surface], equations: Sequence[Equation]) -> JointFit:
-    """The fit as it stands."""
+    """The linear model at these surfaces."""
     columns, width = columns_of(surfaces)
     lengths = chart_lengths(surfaces, problem.scale)
     values, rows = contact_observations(problem.contacts, problem.sigmas, surfaces)
@@ -142,9 +143,9 @@ def linearized(problem: JointProblem, surfaces: Mapping[str, Surface], equations
 
 
 def contact_observations(contacts: Contacts, sigmas: Floats, surfaces: Mapping[str, Surface]) -> tuple[Floats, Floats]:
-    """What contacts ask of the surfaces, feature by feature and over sigma (m,), and its Jacobian (m, width).
+    """Residuals over sigma (m,) of the contacts, feature by feature, and their Jacobian (m, width).
 
-    One number for each contact, three of one on a point. sigmas (n,) of the residuals.
+    One for each contact, three for one on a point. sigmas (n,) of the residuals.
     """
     columns, width = columns_of(surfaces)
     observed, rows = [np.zeros(0)], [np.zeros((0, width))]

@@ -1,4 +1,4 @@
-"""Solutions from joint fits: alike ones as one, each in the frames that the recipe allows."""
+"""Solutions from joint fits: indistinct ones are merged, and each is given in the frames that the recipe allows."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,14 +19,16 @@ from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
 from tactfix.values import frozen_value
 
 RELATIONS_HOLD = 1e-9
-"""Share of the fixture's size to which exact relations must hold in the end."""
+"""Largest violation of an exact relation (rad, fixture sizes) in a solution: a thousand times `joint.KEPT`, so that
+only fits fail that have not converged onto the relations at all."""
 FRAME_STEP = 1e-7
-"""Step of the differences of the frame (rad, and fixture sizes): their error is of this size, rounding far below."""
+"""Step (rad, fixture sizes) of the forward differences of the frame: near the root of the rounding of doubles, 1.5e-8,
+where rounding (2e-9) and second order (1e-7) are far below what a covariance needs."""
 
 
 @frozen_value
 class _Group:
-    """A fit, and others, none better, that no contact tells from it."""
+    """The best of some indistinct fits, and the others."""
 
     best: JointFit
     others: list[JointFit]
@@ -35,11 +37,11 @@ class _Group:
 def joint_solutions(
     fixture: Fixture, problem: JointProblem, fits: Sequence[JointFit], continuum: bool = False, curved: bool = True
 ) -> Solutions:
-    """The frames of each fit that is within its limit; of the best one where none is.
+    """The frames of each fit within its limit; of the best fit if none is.
 
-    Without curved the covariance is that of the linear model, as that of a miss always is.
+    Without curved the covariance is that of the linear model; for a fit above its limit it always is.
 
-    Raises FrameError where the recipe gives a frame for none of those that explain the contacts.
+    Raises FrameError if the recipe has no frame for any fit that explains the contacts.
     """
     groups = _grouped(fits, problem)
     dof = groups[0].best.dof if groups else fixture.equations(problem.contacts.features) - 6
@@ -58,7 +60,7 @@ def joint_solutions(
 
 
 def _grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[_Group]:
-    """Best first, those that contacts do not tell apart together."""
+    """Groups of indistinct fits, best first."""
     groups: list[_Group] = []
     for fit in sorted((fit for fit in fits if fit.missing < RELATIONS_HOLD), key=lambda fit: fit.chi2):
         group = next((group for group in groups if _are_one(group.best, fit, problem)), None)
@@ -76,7 +78,7 @@ def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
 
 
 def _framed(fixture: Fixture, problem: JointProblem, group: _Group, curved: bool) -> list[Solution]:
-    """One solution per frame that the recipe allows; turning an axis round turns the frame, not how it moves."""
+    """One solution per frame that the recipe allows; their spread is the same, since it is in base axes."""
     recipe, fit = recipe_of(fixture), group.best
     pose, *others = frames(recipe, fit.surfaces)
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
@@ -88,14 +90,14 @@ def _framed(fixture: Fixture, problem: JointProblem, group: _Group, curved: bool
 
 
 def _motion_to(recipe: FrameRecipe, pose: Floats, other: JointFit) -> Floats:
-    """The motion (6, 1) from a pose to that of the frames of another fit which is nearest to it."""
+    """The motion (6, 1) from a pose to the nearest frame of another fit."""
     poses = np.array(frames(recipe, other.surfaces))
     alike = np.einsum("mij,ij->m", poses[:, :3, :3], pose[:3, :3])
     return motions_between(pose, poses[[np.argmax(alike)]])
 
 
 def _frame_jacobian(recipe: FrameRecipe, fit: JointFit) -> Floats:
-    """How the frame moves (6, width), rotation and origin, with each displacement, by differences."""
+    """Derivatives (6, width) of the frame, rotation and origin, by the displacements, by forward differences."""
     steps = FRAME_STEP * np.diag(fit.lengths)
     steps = np.vstack([np.zeros(len(steps)), steps])
     moved = {name: displaced(surface, steps[:, fit.columns[name]]) for name, surface in fit.surfaces.items()}

@@ -1,4 +1,4 @@
-"""Features that are parallel because angles say so, and axes that are taken for parallel because they nearly are."""
+"""Features that angles make parallel, and axes that are treated as parallel because they nearly are."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -13,7 +13,7 @@ from tactfix.geometry.surfaces import Cylinder, Surface
 
 @lru_cache(maxsize=64)
 def parallel_pairs(relations: tuple[Relation, ...]) -> frozenset[frozenset[str]]:
-    """The pairs of features that angles of 0 and 180 degrees make parallel, also by way of others."""
+    """The pairs of features that angles of 0 and 180 degrees make parallel, directly or through others."""
     groups: list[set[str]] = []
     for relation in relations:
         if relation.kind == "angle" and np.sin(relation.value) < PARALLEL:
@@ -24,10 +24,9 @@ def parallel_pairs(relations: tuple[Relation, ...]) -> frozenset[frozenset[str]]
 
 
 def doubtful_distances(fixture: Fixture, surfaces: Mapping[str, Surface]) -> tuple[str, ...]:
-    """In words, the distances of axes that were taken for parallel ones because they nearly are: nothing else says so.
+    """Warnings about distances of axes that are treated as parallel only because they nearly are.
 
-    `geometry.nearest` takes the spacing of such axes for their distance, which the common perpendicular would be of
-    axes that are askew on purpose.
+    `geometry.nearest` takes their spacing as the distance; for skew axes it would be the common perpendicular.
     """
     known = parallel_pairs(fixture.relations)
     doubts = []

@@ -1,21 +1,21 @@
-"""Placements of all features at once that contacts and relations allow: damped least squares from many, side by side.
+"""Damped least squares over the places of all features, from many starts side by side.
 
-`joint` follows one placement to the last digit, relations with sigma 0 kept exactly. Where features can be located
-neither alone nor as one body it takes many starts to meet every solution. Here hundreds run side by side, every
-relation an observation, its sigma no smaller than SUREST_RELATION of the contacts': where they end, joint fits start.
+`joint` fits one placement to convergence and keeps relations with sigma 0 exactly. If features can be located neither
+alone nor as one body, many starts are needed to meet every solution. Here hundreds run side by side. Every relation is
+an observation, its sigma at least LEAST_RELATION_SIGMA times that of the contacts. Joint fits start at the ends.
 
 A feature is a point p and a direction d, of an axis or a normal. With q = p' - p, residuals as lengths:
 
-    contact x       (x - p).d - t,   +-(|x - p| or |(x - p) - ((x - p).d) d| - r) - t,   x - p of a point
-    angle           s (atan2(|d x d'|, +-d.d') - value), or s (d -+ d') where they are parallel;   s: the fixture's size
-    distance        q.d - value of a plane,   |q| - value,   q square to an axis,   |q.(d x d')| / |d x d'| - value
+contact x       (x - p).d - t,   +-(|x - p| or |(x - p) - ((x - p).d) d| - r) - t,   x - p of a point angle           s
+(atan2(|d x d'|, +-d.d') - value), or s (d -+ d') where they are parallel;   s: the fixture's size distance        q.d -
+value of a plane,   |q| - value,   |q across an axis| - value,   |q.(d x d')| / |d x d'| - value
 
-A relation that leaves a sign open has, at each placement, the one that is nearer. Arrays have the placements first.
+A relation with branches has, at each placement, the nearer one. The placements are the first axis of all arrays.
 
-1. The residuals of all placements are taken where they start.
-2. Their derivatives are formed by differences, three shifts and at most two tilts a feature.
-3. Each placement goes a Levenberg-Marquardt step, no displacement longer than LONGEST_DISPLACEMENT.
-4. It stays there where chi-square has fallen, and is damped less; else it goes back, and is damped more.
+1. The residuals of all placements are evaluated.
+2. Forward differences give their derivatives by three shifts and at most two tilts of each feature.
+3. Each placement takes a Levenberg-Marquardt step, no displacement longer than LONGEST_DISPLACEMENT.
+4. If chi-square has fallen, the step is kept and the damping lowered; else it is undone and the damping raised.
 
 Steps 2 to 4 are repeated PLACEMENT_STEPS times.
 """
@@ -37,18 +37,22 @@ from tactfix.relations.parallels import parallel_pairs
 from tactfix.values import frozen_value
 
 PLACEMENT_STEPS = 40
-"""Damped steps: what explains the contacts has come near by then."""
+"""Levenberg-Marquardt steps of each placement."""
 PLACEMENT_DIFFERENCE = 1e-6
-"""Step of the differences (rad, fixture sizes): their error is of this size, rounding far below."""
-SUREST_RELATION = 0.3
-"""Of the contacts' smallest sigma, which a relation counts as at least: surer ones would make the valleys too narrow to
-follow, and a joint fit keeps them exactly afterwards."""
-PLACEMENT_DAMPING, FIRMEST_DAMPING, SOFTEST_DAMPING = 1e-2, 1e-9, 1e6
-"""Damping as a share of the diagonal: to begin with, and its limits."""
-UNRESISTED = 1e-9
-"""Added to the diagonal of the normal equations, as a share of its largest entry: what nothing resists then stays."""
+"""Step (rad, fixture sizes) of the forward differences: their second-order error is of this size, their rounding 1e-10.
+Both are far below what a step needs that is repeated."""
+LEAST_RELATION_SIGMA = 0.3
+"""Least sigma of a relation here, as a share of the contacts' smallest sigma. With much smaller ones least squares must
+follow curved, narrow valleys in short steps; a joint fit keeps the relations exactly afterwards."""
+PLACEMENT_DAMPING, LEAST_PLACEMENT_DAMPING, MOST_PLACEMENT_DAMPING = 1e-2, 1e-9, 1e6
+"""Damping as a share of the diagonal: at the start, where placements are random and Gauss-Newton steps are too long;
+the least, as `diagnosis.trial_fits.SINGULAR_DAMPING`; and the most, which makes a millionth of a Gauss-Newton step."""
+DIAGONAL_FLOOR = 1e-9
+"""Added to the diagonal of the normal matrix, as a share of its largest entry: the matrix stays regular, and an unknown
+without any derivative is not moved. It changes no motion that is determined better than 3e-5 of the best one."""
 LONGEST_DISPLACEMENT = 0.5
-"""Of one displacement in one step (rad, fixture sizes), up to which a tilt is roughly the angle that it turns by."""
+"""Longest displacement in one step (rad, fixture sizes). A tilt of 0.5 turns a direction by atan 0.5 = 0.464 rad,
+within 7 per cent; longer steps would go elsewhere than computed."""
 
 Places: TypeAlias = tuple[Floats, Floats]
 """Points and directions (..., 3) of one feature, one for each placement."""
@@ -66,7 +70,7 @@ class Term:
 def settled(
     fixture: Fixture, problem: JointProblem, starts: Sequence[Mapping[str, Surface]]
 ) -> tuple[list[dict[str, Surface]], Floats]:
-    """Where each start leads: surfaces, and what is left of chi-square there (S,)."""
+    """The end of each start: its surfaces, and chi-square there (S,)."""
     like, terms = starts[0], _terms(fixture, problem)
     places = {name: _places([start[name] for start in starts]) for name in like}
     columns, sizes = _columns(like, _length(problem))
@@ -81,13 +85,13 @@ def settled(
         places = {name: _chosen(better, ahead[name], one) for name, one in places.items()}
         residuals = np.where(better[:, None], new_residuals, residuals)
         chi2 = np.where(better, new_chi2, chi2)
-        damping = np.clip(np.where(better, 0.2 * damping, 5 * damping), FIRMEST_DAMPING, SOFTEST_DAMPING)
+        damping = np.clip(np.where(better, 0.2 * damping, 5 * damping), LEAST_PLACEMENT_DAMPING, MOST_PLACEMENT_DAMPING)
     ends = [{name: _at(like[name], places[name], number) for name in like} for number in range(len(starts))]
     return ends, chi2
 
 
 def _length(problem: JointProblem) -> float:
-    """The size of the fixture, of which faces at angles say nothing."""
+    """The size of the fixture; of planes known by angles alone that is the spread of the contacts."""
     return max(problem.scale, problem.contacts.spread)
 
 
@@ -112,9 +116,9 @@ def _at(like: Surface, places: Places, number: int) -> Surface:
 
 
 def _columns(like: Mapping[str, Surface], length: float) -> tuple[dict[str, slice], Floats]:
-    """Where each feature's displacement stands, and what one unit of it is (width,): a length, or 1 rad of a tilt.
+    """The columns of each feature's displacement, and the unit of each column (width,): a length, or 1 rad for a tilt.
 
-    Three shifts and two tilts: that a plane or axis may be shifted along itself costs less than to leave it out.
+    Three shifts for every feature, though a shift of a plane or axis along itself has no effect: that is simpler.
     """
     columns, sizes = {}, np.zeros(0)
     for name, surface in like.items():
@@ -163,11 +167,11 @@ def _jacobian(
 
 
 def _step(residuals: Floats, jacobian: Floats, damping: Floats) -> Floats:
-    """Damped steps (S, width); what nothing resists stays."""
+    """Damped steps (S, width); an unknown without any derivative stays."""
     transposed = np.swapaxes(jacobian, 1, 2)
     normal, gradient = transposed @ jacobian, transposed @ residuals[..., None]
     diagonal = np.einsum("sii->si", normal)
-    floor = UNRESISTED * diagonal.max(axis=1, keepdims=True) + TINY
+    floor = DIAGONAL_FLOOR * diagonal.max(axis=1, keepdims=True) + TINY
     diagonal += damping[:, None] * diagonal + floor
     step = -np.linalg.solve(normal, gradient)[..., 0]
     return np.asarray(step * np.minimum(1.0, LONGEST_DISPLACEMENT / (np.abs(step).max(axis=1, keepdims=True) + TINY)))
@@ -183,10 +187,10 @@ def _terms(fixture: Fixture, problem: JointProblem) -> list[Term]:
     for relation in problem.relations:
         one, other = (fixture.features[name] for name in relation.between)
         if relation.kind == "angle":
-            sigma = max(length * relation.sigma, SUREST_RELATION * smallest)
+            sigma = max(length * relation.sigma, LEAST_RELATION_SIGMA * smallest)
             terms.append(_angle_term(relation, one, other, length / sigma))
         else:
-            sigma = max(relation.sigma, SUREST_RELATION * smallest)
+            sigma = max(relation.sigma, LEAST_RELATION_SIGMA * smallest)
             terms.append(_distance_term(relation, one, other, frozenset(relation.between) in parallel, 1 / sigma))
     return [term for term in terms if term.count]
 

@@ -1,14 +1,15 @@
-"""The rigid geometries that a fixture by relations can be.
+"""The rigid bodies that a fixture by relations can be: every configuration of features that satisfies the relations.
 
-Distances and angles fix the shape of most fixtures up to a mirror image, or a few shapes.
+Distances and angles fix the shape of most fixtures up to a mirror image, or up to a few shapes.
 
-1. Relations that hold fewer numbers than a shape has leave it free: there is none.
-2. Newton's method, its step the shortest one, goes from a random configuration to where the relations hold, on the
-   branch (`equations`) that the configuration happens to be nearest to.
-3. Where the relations leave more motions there than those of one rigid body, the shape is free: there is none.
-4. The shape and its mirror image, of which the relations hold as well, are laid into the fixture frame by the recipe,
-   once per choice of axis signs; bodies that are known already are dropped.
-5. That ends when trials in a row bring nothing new (NOTHING_NEW, PER_SHAPE), or none arrives at all (CONTRADICTORY).
+1. If the relations have fewer equations than a shape has numbers, the shape is free and there is no rigid body.
+2. Newton's method with least-norm steps leads from a random configuration to one that satisfies the relations, on the
+   branches (`equations`) that are nearest to the start.
+3. If the relations leave more motions there than those of one rigid body, the shape is free.
+4. The shape and its mirror image, which satisfies the relations too, are brought into the fixture frame by the recipe,
+   once for each choice of axis signs. Known bodies are dropped.
+5. Steps 2 to 4 end when a number of trials in a row find nothing new (NOTHING_NEW, PER_SHAPE), or when no trial
+   converges (CONTRADICTORY).
 
 A fixture whose shape is free must be located feature by feature.
 """
@@ -34,26 +35,30 @@ from tactfix.relations.equations import carried, chart_lengths, columns_of, stac
 SHAPE_STARTS = 240
 """Random starts at most for all shapes of one fixture."""
 NOTHING_NEW, PER_SHAPE = 8, 4
-"""Trials in a row that bring nothing new, so many and for each pair of mirror images more, after which the list of
-shapes is complete: one of n pairs that turn up alike often is overlooked once in e^(8 / n + 4) times."""
+"""Trials in a row without a new shape, the second number for each pair of mirror images found, after which the list is
+complete. Of n pairs that are equally frequent, one is overlooked once in e^(8 / n + 4) times."""
 CONTRADICTORY = 40
-"""Trials from the first one on that do not arrive, after which the relations are taken to contradict each other."""
+"""Trials, from the first one on, that fail to converge, after which the relations are taken to contradict each
+other."""
 SHAPE_STEPS = 40
-"""Newton steps of one trial; what has not converged then is given up."""
+"""Newton steps of one trial at most."""
 SHAPE_RANK = 1e-7
-"""Singular value below which relations leave a motion free, in units of the fixture's size."""
+"""Singular value, in units of the fixture's size, below which the relations leave a motion free: above the square
+root of rounding, to which a motion of second order at a fold is resolved, far below that of any relation that fixes
+one."""
 FEW_BODIES = 2
 """Bodies that are searched, and asked for mistakes, one by one, which takes a tenth of a second and more for each. Most
 fixtures are one or a pair of mirror images; of more, features that are located alone say which to search."""
 HOLDS = 1e-9
-"""Share of the fixture's size (rad for angles) to which relations must hold."""
+"""Largest violation of a relation (rad, fixture sizes) at a shape: Newton's method converges quadratically, so that one
+more step would reach rounding."""
 
 
 def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
     """Every rigid geometry of the fixture, in its frame; exactly one for a fixture by geometry.
 
-    Empty where the relations leave the shape of the fixture free, or contradict each other. Relations are taken at
-    their values, whatever their sigma.
+    Empty if the relations leave the shape free, or contradict each other. Relations are taken at their values, whatever
+    their sigma.
     """
     if fixture.is_placed:
         return ({name: f.surface for name, f in fixture.features.items() if f.surface is not None},)
@@ -61,7 +66,7 @@ def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
 
 
 def few_shapes(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
-    """Those of `realize`, the first frame of each body first; empty, too, where they are of more than FEW_BODIES."""
+    """Those of `realize`, the first frame of each body first; empty also if they belong to more than FEW_BODIES."""
     if fixture.is_placed:
         return realize(fixture)
     found = bodies(fixture)
@@ -99,7 +104,7 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
 
 
 def body_number(fixture: Fixture, surfaces: Mapping[str, Surface]) -> int | None:
-    """As which of the bodies of the fixture surfaces lie that keep its relations; None where they are none of them."""
+    """The number of the body that surfaces form which satisfy the relations; None if it is none of the known bodies."""
     shapes = _in_fixture_frame(fixture, surfaces)
     scale = fixture_scale(fixture)
     known = (n for n, body in enumerate(bodies(fixture)) if shapes and _known(shapes[0], list(body), scale))
@@ -155,7 +160,7 @@ def _random_surfaces(fixture: Fixture, scale: float, rng: Random) -> dict[str, S
 
 
 def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> Mapping[str, Surface] | None:
-    """The surfaces moved as little as the relations ask for, by Newton's method; None where it does not arrive."""
+    """The surfaces after least-norm Newton steps onto the relations; None if these do not converge."""
     equations = nearest_branch(fixture.relations, surfaces)
     lengths = chart_lengths(surfaces, scale)
     columns, _ = columns_of(surfaces)
@@ -171,7 +176,7 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 
 
 def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
-    """Whether the relations leave the surfaces no motion but those of one rigid body."""
+    """Whether the relations leave no motions of the surfaces except those of one rigid body."""
     _, jacobian = stacked(nearest_branch(fixture.relations, surfaces), surfaces, scale)
     free = (
         jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=SHAPE_RANK)) if len(jacobian) else jacobian.shape[1]
@@ -207,7 +212,7 @@ def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list
 
 
 def _near_origin(surface: Surface) -> Surface:
-    """The surface with its given point where it is nearest to the fixture's origin, an axis as `signed_axis` has it."""
+    """The surface with its given point nearest to the fixture's origin, and an axis signed as by `signed_axis`."""
     match surface:
         case Sphere() | Point():
             return surface

@@ -1,10 +1,11 @@
-"""Where features can be located neither alone nor as one rigid body: fits from where many placements lead.
+"""Solutions from many random placements, for features that can be located neither alone nor as one rigid body.
 
-1. Features that are located alone begin at one of the places they may have, all others at random.
-2. Damped least squares follow all placements side by side (`placements`); ends that are alike count as one.
-3. Joint fits start at the ends, at those first that the approaches allow.
-4. Where contacts and relations leave nothing free, these are the solutions: all there are, if each was met OFTEN_MET.
-5. Else they are samples of what is free.
+1. A feature that is located alone starts at one of its candidates, every other feature at random.
+2. Damped least squares follow all placements side by side (`placements`); indistinct ends are merged.
+3. Joint fits start at the ends, those first that the approaches allow.
+4. If contacts and relations leave no motion free, the fits are the solutions. They are complete if every end was met
+   OFTEN_MET times.
+5. Otherwise they are samples of a continuum.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,29 +32,33 @@ from tactfix.relations.realization import random_surface
 from tactfix.relations.unresolved import seen_difference
 
 SAMPLE_STARTS = 128
-"""Placements that are followed side by side: a slab with few contacts on its hole has eight solutions, of which sixteen
+"""Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
 starts met two."""
 START_COMBINATIONS = 64
-"""Combinations of places of the features located alone, that the placements begin at in turn."""
+"""Combinations of the candidates of features located alone at which placements start in turn: half of SAMPLE_STARTS, so
+that each is used at least twice with other random places of the rest. With more the result is not complete."""
 FREE_SAMPLES = 8
-"""Configurations that show what contacts and relations leave free."""
+"""Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
-"""Ends of placements that differ and are fitted: those first that the approaches allow, and of these the best."""
+"""Distinct ends of placements that are fitted, those first that the approaches allow, then the best. With more ends the
+result is not complete."""
 END_LIMIT = 2.0
-"""Times the limit of chi-square that is left where a placement that explains the contacts ends: a few steps from it."""
+"""Times the limit of chi-square up to which the end of a placement may explain the contacts. A placement takes a fixed
+number of steps, and relations count with at least LEAST_RELATION_SIGMA, so that it ends near a solution only."""
 ONE_END = 10.0
-"""Sigmas, in all, within which two placements have ended at one solution."""
+"""Distance in sigma, over all contacts, up to which two ends are one: ends are not converged, and distinct solutions
+are far more sigma apart."""
 OFTEN_MET = 4
-"""Placements that must have led to each solution for all of them to count as found: one as rare as the rarest is then
-missed once in fifty times."""
+"""Placements that must have led to each solution for all to count as found: a solution that is met 4 times on
+average is missed with probability e^-4, once in 50 times."""
 
 
 def sampled_solutions(
     fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
 ) -> Solutions:
-    """The least chi-squares where placements lead; marked as a continuum unless all motions are held.
+    """The solutions that placements lead to; marked as a continuum if a motion is free in all of them.
 
-    alone: the features that their own contacts locate, and where.
+    alone: the candidates of the features that their own contacts locate.
     """
     starts = _starts(fixture, problem, alone)  # step 1
     ends = _distinct_ends(problem, *settled(fixture, problem, starts))  # step 2
@@ -61,13 +66,13 @@ def sampled_solutions(
     fits: list[JointFit] = []
     for surfaces, _ in ends[:FITTED_ENDS]:  # step 3
         fits.append(branch_fit(problem, nearest_start(problem, surfaces)))
-        if len(fits) >= FREE_SAMPLES and not any(_is_held(fit) for fit in fits):
+        if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits):
             break
-    held = [fit for fit in fits if _is_held(fit)]
-    if held:  # step 4
+    isolated = [fit for fit in fits if _is_isolated(fit)]
+    if isolated:  # step 4
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
         complete = are_started and len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
-        return replace(joint_solutions(fixture, problem, held), complete=complete)
+        return replace(joint_solutions(fixture, problem, isolated), complete=complete)
     best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]  # step 5
     return joint_solutions(fixture, problem, best, continuum=True)
 
@@ -91,7 +96,7 @@ def _starts(
 
 
 def _anywhere(feature: Feature, contacts: Contacts, scale: float, rng: Random) -> Surface:
-    """The feature in any direction, somewhere at its contacts, or anywhere in the fixture where it has none."""
+    """The feature in a random direction, near its contacts, or anywhere in the fixture if it has none."""
     index = contacts.by_feature.get(feature.name)
     near = scale if index is None else feature.radius or scale
     middle = contacts.centre if index is None else contacts.points[index].mean(axis=0)
@@ -107,7 +112,7 @@ def _shifted(surface: Surface, shift: Floats) -> Surface:
 def _distinct_ends(
     problem: JointProblem, ends: Sequence[Mapping[str, Surface]], chi2: Floats
 ) -> list[tuple[Mapping[str, Surface], int]]:
-    """Ends that differ, best first, and how many placements led to each; a few where none is within the limit."""
+    """Distinct ends, best first, and the number of placements that led to each; a few if none is within the limit."""
     order = np.argsort(chi2, kind="stable").tolist()
     explaining = [n for n in order if chi2[n] <= END_LIMIT * chi_square_limit(len(problem.contacts))]
     found: list[tuple[Mapping[str, Surface], int]] = []
@@ -122,13 +127,13 @@ def _distinct_ends(
 
 
 def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:
-    """Whether the probe would have come out of the material at some contact."""
+    """Whether the probe came out of the material at some contact."""
     _, normals = contact_residuals(surfaces, contacts)
     return bool((np.einsum("ij,ij->i", contacts.approaches, normals) > 0).any())
 
 
-def _is_held(fit: JointFit) -> bool:
-    """Whether a fit explains the contacts and nothing moves on it."""
+def _is_isolated(fit: JointFit) -> bool:
+    """Whether a fit explains the contacts and leaves no motion free."""
     if fit.missing >= RELATIONS_HOLD or fit.dof < 0 or fit.chi2 > chi_square_limit(fit.dof):
         return False
     return not len(fit.spread()[1])

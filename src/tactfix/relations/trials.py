@@ -1,12 +1,12 @@
-"""Corrected contacts of a fixture whose shape is open, or one of many: are they explained, at little cost.
+"""Tests of corrected contacts, at little cost, for a fixture by relations with an open shape or many shapes.
 
-Whoever looks for a mistake asks this of a hundred corrections, nearly all of them wrong, the cheapest question first:
+A diagnosis tries a hundred corrections, and nearly all of them are wrong. The cheapest test comes first:
 
-1. Do contacts on a round feature bend otherwise than its radius does? Then no surface explains them.
-2. Does a surface of each feature explain its contacts? It is located alone, once for all corrections that leave these
-   contacts as they are.
-3. Which least chi-square does the linear model promise (`branches`)? The most promising corrections may so come first.
-4. Do a few joint fits explain the contacts (`branch_fits`)? Their covariance is left without its curvature.
+1. If contacts on a round feature have a curvature that its radius does not allow, no surface explains them.
+2. Each feature is located alone. If no surface explains its contacts, no fixture does. The result is kept for other
+   corrections that have the same contacts on the feature.
+3. The linear model gives a least chi-square (`branches`), and an order in which corrections are fitted.
+4. A few joint fits (`branch_fits`) decide. Their covariance is that of the linear model.
 """
 
 from collections.abc import Sequence
@@ -31,18 +31,19 @@ from tactfix.relations.realization import fixture_scale
 from tactfix.values import frozen_value
 
 COMBINATIONS_PER_CORRECTION = 12
-"""Combinations of surfaces of one correction that are looked at."""
+"""Combinations of surfaces of one correction whose branches are compared."""
 MOST_FOLLOWED = 3
-"""Starts of one correction that are fitted, those of the least cost."""
+"""Starts of one correction that are fitted, in order of predicted chi-square."""
 TRIAL_FIT_STEPS = 20
-"""Steps of each fit: what explains contacts is near by then, and what creeps is not told apart by its last digits."""
+"""Steps of each fit: its chi-square need only be compared with its limit."""
 MOST_TRIAL_FITS = 40
-"""Fits of all corrections together, which bounds the time that a diagnosis takes; then `Trials.is_cut`."""
+"""Fits of all corrections together: they bound the time of a diagnosis, 2 s with 30 contacts
+(`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
 
 
 @frozen_value
-class Begun:
-    """A correction that is to be fitted, and where from, best first; no starts where features are not located alone."""
+class PreparedCorrection:
+    """A correction with the starts of its fits, best first; no starts if a feature cannot be located."""
 
     contacts: Contacts
     problem: JointProblem
@@ -50,13 +51,13 @@ class Begun:
 
 
 class Trials:
-    """Corrections of the contacts of one fixture; is_cut: whether one was not fitted since others had been before."""
+    """Tests of corrections of the contacts of one fixture; is_cut: whether MOST_TRIAL_FITS left one without a fit."""
 
     def __init__(self, fixture: Fixture, contacts: Contacts) -> None:
         self.fixture, self.contacts, self.scale = fixture, contacts, fixture_scale(fixture)
         self.is_cut = False
         self._fits = 0
-        self._begun: dict[int, Begun] = {}
+        self._prepared: dict[int, PreparedCorrection] = {}
         self._located: dict[tuple[str, float, bytes, bytes], Sequence[FeatureCandidate] | None] = {}
         self._flat = {name for name in contacts.by_feature if is_flat(fixture.features[name], contacts.on(name))}
 
@@ -65,49 +66,51 @@ class Trials:
         return [name for name in self.contacts.by_feature if not self._is_explained(self.contacts.on(name))]
 
     def is_feasible(self, contacts: Contacts) -> bool:
-        """Whether each feature's contacts are explained by some surface, and if shrunk still tell of its radius."""
+        """Whether a surface of each feature explains its contacts, and contacts in a smaller unit still show its
+        curvature.
+        """
         parts = [contacts.on(name) for name in contacts.by_feature]
         is_shrunk = len(contacts) == len(self.contacts) and contacts.spread < self.contacts.spread / 2
-        if is_shrunk and any(self._has_become_flat(part) for part in parts):
+        if is_shrunk and any(self._has_lost_curvature(part) for part in parts):
             return False
-        if any(self._bends_otherwise(part) for part in parts):  # step 1
+        if any(self._has_wrong_curvature(part) for part in parts):  # step 1
             return False
-        # What is known already comes first, then what other corrections will ask as well.
+        # Results that are known come first, then those that other corrections need too.
         parts.sort(key=lambda part: _key(part) not in self._located)
         # Step 2.
-        return all(self._is_explained(self._old_ones(part)) and self._is_explained(part) for part in parts)
+        return all(self._is_explained(self._with_own_label(part)) and self._is_explained(part) for part in parts)
 
-    def _has_become_flat(self, part: Contacts) -> bool:
+    def _has_lost_curvature(self, part: Contacts) -> bool:
         name = part.features[0]
         return name not in self._flat and is_flat(self.fixture.features[name], part)
 
-    def _old_ones(self, part: Contacts) -> Contacts:
-        """Those on a feature that were on it before any label was changed: no surface explains all and not these."""
+    def _with_own_label(self, part: Contacts) -> Contacts:
+        """The contacts of a feature whose labels are unchanged: a surface that explains all explains these too."""
         old = {self.contacts.rows[i] for i in self.contacts.by_feature.get(part.features[0], ())}
         kept = [i for i, row in enumerate(part.rows) if row in old]
         return part.subset(kept) if kept and len(kept) < len(part) else part
 
-    def promise(self, contacts: Contacts) -> float:
-        """The least chi-square that the linear model promises; infinite where nothing does."""
-        begun = self._begun[id(contacts)] = self._begin(contacts, with_misses=False)  # step 3
-        return begun.starts[0].cost if begun.starts else np.inf
+    def least_predicted(self, contacts: Contacts) -> float:
+        """The least chi-square by the linear model; infinite if there is no start."""
+        prepared = self._prepared[id(contacts)] = self._prepare(contacts, with_misses=False)  # step 3
+        return prepared.starts[0].cost if prepared.starts else np.inf
 
     def solutions(self, contacts: Contacts, with_misses: bool = False) -> Solutions:
-        """What fits contacts that are possible, its covariance that of the linear model; nothing once it is cut.
+        """The joint fits of feasible contacts, with the covariance of the linear model; none after MOST_TRIAL_FITS.
 
-        Where nothing fits the nearest miss, unless without with_misses. Raises FrameError where the recipe gives none.
+        If nothing fits, the nearest miss, unless without with_misses. Raises FrameError if the recipe gives no frame.
         """
-        begun = self._begun.get(id(contacts)) or self._begin(contacts, with_misses)
+        prepared = self._prepared.get(id(contacts)) or self._prepare(contacts, with_misses)
         fits = []
-        for start in begun.starts:
+        for start in prepared.starts:
             if self._fits >= MOST_TRIAL_FITS:
                 self.is_cut = True
                 break
             self._fits += 1
-            fits.append(branch_fit(begun.problem, start, TRIAL_FIT_STEPS))  # step 4
-        return joint_solutions(self.fixture, begun.problem, fits, curved=False)
+            fits.append(branch_fit(prepared.problem, start, TRIAL_FIT_STEPS))  # step 4
+        return joint_solutions(self.fixture, prepared.problem, fits, curved=False)
 
-    def _begin(self, contacts: Contacts, with_misses: bool) -> Begun:
+    def _prepare(self, contacts: Contacts, with_misses: bool) -> PreparedCorrection:
         sigmas = residual_sigmas(self.fixture, contacts)
         problem = JointProblem(contacts, sigmas, self.fixture.relations, self.scale)
         located = {}
@@ -117,20 +120,20 @@ class Trials:
                 located[name] = sorted(_approached(found, contacts.on(name)), key=lambda candidate: candidate.chi2)
         combinations = combinations_of(self.fixture, contacts, located, COMBINATIONS_PER_CORRECTION)
         if combinations is None:
-            return Begun(contacts, problem, ())
+            return PreparedCorrection(contacts, problem, ())
         starts = starts_from(problem, combinations.surfaces, with_misses)
-        return Begun(contacts, problem, tuple(starts[:MOST_FOLLOWED]))
+        return PreparedCorrection(contacts, problem, tuple(starts[:MOST_FOLLOWED]))
 
     def _is_explained(self, part: Contacts) -> bool:
-        """Whether some surface explains the contacts on one feature; also where they leave infinitely many."""
+        """Whether some surface explains the contacts on one feature; true if infinitely many may."""
         found = self._alone(part)
         limit = chi_square_limit(self.fixture.equations(part.features) - dimension(found[0].surface)) if found else 0.0
         return found is None or any(candidate.chi2 <= limit for candidate in found)
 
     def _alone(self, part: Contacts) -> Sequence[FeatureCandidate] | None:
-        """The surfaces that explain the contacts on one feature, or else the nearest; None where they do not locate it.
+        """The surfaces that explain the contacts on one feature, or the nearest one; None if they do not locate it.
 
-        None at all, (), where the fewest contacts have no surface.
+        Empty if as few contacts as a surface needs lie on none.
         """
         key = _key(part)
         if key not in self._located:
@@ -143,7 +146,7 @@ class Trials:
                 self._located[key] = ()
         return self._located[key]
 
-    def _bends_otherwise(self, part: Contacts) -> bool:
+    def _has_wrong_curvature(self, part: Contacts) -> bool:
         """Whether contacts on a round feature are farther apart, or bent more, than its radius allows."""
         name, points = part.features[0], part.points
         feature = self.fixture.features[name]
@@ -162,7 +165,7 @@ class Trials:
 
 
 def _approached(found: Sequence[FeatureCandidate], part: Contacts) -> list[FeatureCandidate]:
-    """Those that the fewest contacts come to from within: a plane explains its contacts with either side outwards."""
+    """The candidates with the fewest approaches out of the material: a plane has a candidate for each side."""
     name, counts = part.features[0], []
     for candidate in found:
         _, normals = contact_residuals({name: candidate.surface}, part)

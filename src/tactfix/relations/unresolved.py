@@ -1,4 +1,4 @@
-"""Solutions that no contact tells apart: one minimum reached twice, and branches that lie within the noise."""
+"""Solutions that the contacts do not distinguish: one minimum that was reached twice, and branches within the noise."""
 
 from collections.abc import Mapping
 
@@ -10,17 +10,20 @@ from tactfix.geometry.charts import displacement_between, equations_jacobian
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 
 FOLD = 0.5
-"""Sigmas, in all, below which two fits of one branch are one: they have met, or stand on either side of a fold."""
+"""Change of all residuals, in sigma, below which two fits of one branch are one: one minimum reached twice, or two
+minima on either side of a fold. As `poses.rigid.UNRESOLVED`: no test of the contacts distinguishes half a sigma."""
 BRANCHES = 2.0
-"""The same for fits of two branches, or shapes: chi-square differs by four at most, and either may be true."""
+"""The same for fits of two branches, or two shapes: their chi-squares differ by at most 4, that is two sigma, and
+either may be true."""
 DISTINCT_PLACES = 0.15
-"""Rad, and share of the fixture's size, beyond which two places of a feature are two, whatever contacts see of them."""
+"""Displacement of a feature (rad, fixture sizes) beyond which two places are distinct whatever the contacts say: the
+comparison above is of first order, and the second-order terms are then 0.15 / 2, 8 per cent."""
 
 
 def seen_difference(
     one: Mapping[str, Surface], other: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, scale: float
 ) -> float:
-    """By how many sigma in all the contacts see surfaces move from one to other; infinite where these are not close.
+    """The change of all residuals, in sigma, from one set of surfaces to another; infinite if these are not close.
 
     sigmas (n,) of the residuals; scale: a length of the fixture.
     """
