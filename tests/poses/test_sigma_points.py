@@ -39,11 +39,11 @@ def nearest(patches, contacts, pose):
 
 def samples(patches, contacts, best, count, rng):
     """Errors (count, 6) of poses whose residuals differ from the best pose's by noise: what the true pose may be."""
-    reach = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
+    search_angle = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
     centre, out_of_material = contacts.points.mean(axis=0), depths(patches, contacts.features)
 
     def moved(x):
-        turn = Rotation.from_rotvec(x[:3] / reach).as_matrix()
+        turn = Rotation.from_rotvec(x[:3] / search_angle).as_matrix()
         return pose_of(turn @ best[:3, :3], centre + x[3:] + turn @ (best[:3, 3] - centre))
 
     def residuals(x):
@@ -132,7 +132,7 @@ def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
     """One sigma is a thousandth along each axis; a shift along z drags the fixture along x with its square."""
     asked, sigma = [], 1e-3
 
-    def reach(steps):
+    def search_angle(steps):
         asked.append(steps)
         shifts = sigma * steps[3:]
         shifts[0] += sigma * second_order * steps[5] ** 2
@@ -145,7 +145,7 @@ def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
     linear = sigma * np.eye(6)
     linear[3:, :3] = -sigma * np.cross(np.eye(3), centre).T
     return asked, lambda bend: curved_spread(
-        np.eye(4), np.asarray(centre), linear, np.eye(6), lambda steps: np.full(steps.shape[1], bend), reach
+        np.eye(4), np.asarray(centre), linear, np.eye(6), lambda steps: np.full(steps.shape[1], bend), search_angle
     )
 
 

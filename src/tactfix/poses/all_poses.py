@@ -1,13 +1,14 @@
 """Every pose of a rigid fixture at which each contact lies on its feature, within noise.
 
-1. Contacts and fixture are centred and scaled, and a well spread part of the contacts is chosen (`search_frame`).
-2. That part is searched: from the rotations that features located alone leave where contacts are plenty
-   (`feature_rotations`), else from all rotations (`search`). What is found is a set of `Zeros`.
-3. Where no zero explains the part, others, chosen blindly, are searched for what most contacts agree on (`subsets`).
-4. Every zero is refined on all contacts by geometric least squares (`subsets`); those that meet are one.
-5. Each becomes a `PoseFit` in the user's frames and unit: residuals, chi-square, what the contacts see of a motion.
+1. Contacts and fixture are centred and scaled, and a well spread subset of the contacts is chosen (`search_frame`).
+2. All zeros of the equations of that subset are searched: from the rotations that features located alone leave, if
+   there are enough contacts (`feature_rotations`), else from all rotations (`search`).
+3. If no zero explains the subset, it may contain a wrong contact: other subsets are searched for poses that most
+   contacts agree on (`subsets`).
+4. Every zero is refined on all contacts by geometric least squares (`subsets`); equal ones are merged.
+5. Each becomes a `PoseFit` in the user's frames and unit, with residuals, chi-square and sensitivity.
 
-Nothing is chosen here.
+All poses that explain the contacts are returned; none is preferred.
 
 Complex poses of six contacts in general position, at most as many are real: three planes 3-2-1: 4, 2-2-2: 8; three
 spheres 3-2-1: 8, 2-2-2: 16; sphere and cylinder 3+3: 48, 2+4: 96; plane and cylinder 3+3: 24, 2+4: 48; two
@@ -35,24 +36,26 @@ from tactfix.poses.subsets import PART_CONTACTS, agreed_poses, best_poses
 from tactfix.poses.zeros import Zeros, together
 
 SEARCHED = 18
-"""Contacts that the search looks at; the others only refine. Three times the unknowns leave few wrong poses to sift."""
+"""Contacts that the search uses; the others only take part in the refinement. Three times the six unknowns leave few
+wrong poses to refine."""
 
 RELY_ON_FEATURES = 9
-"""Contacts from which on the features located alone are relied on for where to start."""
+"""Contacts from which on the rotations are taken from features located alone."""
 
 FAR_OFF = 100.0
 """If the lowest cost exceeds this many times the acceptance limit, skip the geometric refinement: the algebraic cost
 differs from the geometric one by a few per cent at most, so the pose would be rejected anyway."""
 
 CLOSER_LOOK = 3
-"""Coverings of the rotations that are tried where the first one led to no pose."""
+"""Coverings of the rotations that are tried if the first one led to no pose: with 2 more, a zero that one covering
+meets with probability p is missed with (1 - p)^3."""
 
-SURE_SHARE = 0.02
-"""Of the contacts' spread, by which a pose may move within one sigma of its contacts to be called fixed by them (rad
-for its rotation): a fifth of what makes it worthless (`localization.free_motions`), where fits are linear."""
+WELL_DETERMINED_SHARE = 0.02
+"""Share of the contacts' spread (rad for rotation) by which one sigma may move a pose that counts as determined by the
+contacts: a fifth of what makes a pose worthless (`localization.free_motions`), so that fits are linear there."""
 
 CONTINUUM_SAMPLES = 8
-"""Poses of a continuum that are kept, and beside it."""
+"""Samples of a continuum that are kept: as many as `localization.locate.SAMPLES_SHOWN` lists."""
 
 
 def all_poses(
@@ -66,12 +69,12 @@ def all_poses(
 ) -> Found[PoseFit]:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
-    Where there is none the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond
-    its limits not all poses are found. Without thorough, those that one covering of the rotations, of
-    most_starts at most, meets.
+    If there is none: the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond its
+    limits not all poses are found. Without thorough: the poses that one covering of the rotations, of at most
+    most_starts, leads to.
 
     With fewer contacts than unknowns, or contacts that leave a motion free, the fits are samples of a continuum.
-    Raises TipDoesNotFitError when the tip is larger than a touched bore.
+    Raises TipDoesNotFitError if the tip is larger than a touched bore.
     """
     index = spread_indices(contacts, SEARCHED)  # step 1
     frame = SearchFrame.of(surfaces, contacts.subset(index))
@@ -83,7 +86,7 @@ def all_poses(
         both = _beside_measured(surfaces, contacts, sigmas, frame, equations, searched, placement)
         if both is not None:
             return both
-    # Directions that are held, and a pose that was measured, are not symmetric as the surfaces are.
+    # Constrained directions and a measured pose break the symmetry of the surfaces.
     turns = frame.half_turns(surfaces, contacts) if searched.domain.is_free and not searched.measured else []
     # Step 2.
     zeros = _zeros(surfaces, contacts, sigmas, searched, zero_limit(searched.dof, unit), turns, thorough, most_starts)
@@ -115,9 +118,9 @@ def _beside_measured(
     searched: PoseEquations,
     placement: Placement | None,
 ) -> Found[PoseFit] | None:
-    """One search for the poses with a measured pose and for those without; None where that takes two.
+    """One search for the poses with and without a measured pose; None if one search is not enough.
 
-    Where the contacts fix the pose by themselves, a measured one moves each of their poses a little, or rules it out.
+    If the contacts alone determine the pose, a measured pose only shifts each of their poses a little, or excludes it.
     """
     bare, alone = searched.without_measured(), equations.without_measured()
     unit = (float(sigmas.min()) / frame.length) ** 2
@@ -132,7 +135,9 @@ def _beside_measured(
     moved = best_poses(equations, contacts, zeros.subset(near), unit)
     fits = [fit_at(surfaces, contacts, sigmas, pose, placement) for pose in frame.base_from_fixture(moved)]
     limit, own_limit = chi_square_limit(equations.dof), chi_square_limit(alone.dof)
-    if len(fits) < near.sum() or not all(fit.chi2 <= limit and _is_sure(fit, contacts, own_limit) for fit in fits):
+    if len(fits) < near.sum() or not all(
+        fit.chi2 <= limit and _is_well_determined(fit, contacts, own_limit) for fit in fits
+    ):
         return None
     aside: list[PoseFit] = []
     if not near.all():
@@ -143,19 +148,19 @@ def _beside_measured(
     return Found(tuple(fits), equations.dof, limit, zeros.complete, continuum=False, aside=kept)
 
 
-def _is_sure(fit: PoseFit, contacts: Contacts, limit: float) -> bool:
-    """Whether the contacts of a fit explain its pose and fix it by themselves, so surely that a fit is next to it."""
+def _is_well_determined(fit: PoseFit, contacts: Contacts, limit: float) -> bool:
+    """Whether the contacts alone explain the pose and determine it so well that a fit stays next to it."""
     own = fit.sensitivity.jacobian[: len(contacts)]
     chi2 = fit.chi2 - float(fit.off @ fit.off)
     least = float(np.linalg.svd(own, compute_uv=False)[-1])
-    return chi2 <= limit and least * SURE_SHARE * fit.sensitivity.scale > 1
+    return chi2 <= limit and least * WELL_DETERMINED_SHARE * fit.sensitivity.scale > 1
 
 
 def zero_limit(dof: int, unit: float) -> float:
     """The cost up to which a zero of so many degrees of freedom may be a pose; unit: that of a chi-square of one.
 
-    The polynomial residual differs from the distance in second order, hence the factor; below 1e-11 of the size of the
-    fixture it is all rounding.
+    The factor of 2 allows for the second-order difference of the polynomial residual from the distance. The constant is
+    rounding: 1e-11 of the size of the fixture.
     """
     return float(2 * chi_square_limit(dof) * unit + 1e-22)
 
@@ -170,11 +175,11 @@ def _zeros(
     thorough: bool,
     most_starts: int | None,
 ) -> Zeros:
-    """All zeros from the rotations that features located alone leave, or from all; else the nearest misses."""
+    """All zeros, from the rotations of features located alone, or from all rotations; else the nearest misses."""
     if len(searched) >= RELY_ON_FEATURES:
         rotations = rotations_in(searched.domain, surfaces, contacts, sigmas)
         if rotations is not None:
-            # So many are samples of a turn that one direction leaves, not the only rotations there are.
+            # As many as TURNS are samples of the rotations about a single direction, not all possible ones.
             many = rotations.shape[2] >= TURNS
             zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=many, thorough=thorough)
             if len(zeros):
@@ -190,27 +195,27 @@ def _zeros(
     misses = nearest_misses(searched, rotations, turns)
     if misses.costs.min(initial=np.inf) <= cost_limit:
         return misses
-    # Before contacts are called inconsistent they deserve a closer look.
+    # Before contacts are called inconsistent, further coverings are searched.
     zeros = find_zeros(searched, cost_limit, starts, turns, coverings=CLOSER_LOOK)
     return zeros if len(zeros) else replace(misses, complete=True)
 
 
 STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
-"""Starting rotations by the roundest surface touched, for up to 3 contacts beyond six, up to 5, and more.
+"""Start rotations by the roundest surface touched, for up to 3 contacts more than six, up to 5, and more.
 
-The rarest zero of 24 random and symmetric layouts was met so often by 1200 starts from the centre: planes 131 times;
-spheres 1, 2, 96, 286 times for 0, 2, 3, 6 contacts beyond six; cylinders 1, 5, 1, 34, 115 times for 0, 2, 3, 6,
-12. What is met that seldom lies close to others, and is found from them."""
+The rarest zero of 24 random and symmetric layouts was met by so many of 1200 starts: planes 131; spheres 1, 2, 96, 286
+for 0, 2, 3, 6 contacts more than six; cylinders 1, 5, 1, 34, 115 for 0, 2, 3, 6, 12. A zero that is met so seldom lies
+close to others, and is found from these."""
 
 TWO_CYLINDERS = 2000
-"""The same for up to 3 contacts beyond six on more than one cylinder: of 720 problems with six one had two poses, far
-from all others, each met by one start in 1600."""
+"""The same for up to 3 contacts more than six on more than one cylinder. Of 720 problems with six contacts one had two
+poses, far from all others, that one start in 1600 led to."""
 
 
 def _starts(surfaces: Mapping[str, SidedSurface], contacts: Contacts, beyond: int) -> int:
-    """How densely the rotations are covered: poses on cylinders are many, redundant contacts leave few.
+    """The number of start rotations: cylinders have many poses, redundant contacts leave few.
 
-    beyond: how many equations there are beyond the unknowns.
+    beyond: number of equations less number of unknowns.
     """
     touched = [type(surfaces[name]) for name in contacts.by_feature]
     roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)

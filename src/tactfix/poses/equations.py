@@ -1,18 +1,18 @@
 """The equations that a pose must satisfy, one per contact, evaluated for many trial poses at once.
 
-In the fixture frame a contact at y = A x + b (A, b: fixture_from_base) lies on its feature when
+1. Every contact gets an equation. In the fixture frame a contact at y = A x + b (A, b: fixture_from_base) lies on its
+   feature when
 
     plane              n . (y - p) - t                = 0
     sphere, cylinder   (|P (y - p)|^2 - rho^2) / 2rho = 0,   P = I (sphere) or I - s s^T (cylinder), rho = r +- t,
 
-all of the one form  y'Q y'/2 + n . y' + k = 0  with y' = y - p. This polynomial form has no kink at a centre or
-axis, so Newton's method may start anywhere. Near a surface it equals the distance from it to second order; the
-geometric form |P y'| - rho, which least squares must use, is exact and takes over once a pose is close.
+   All have the form  y'Q y'/2 + n . y' + k = 0  with y' = y - p.
 
-A pose that was measured before adds six equations, directions that are held take unknowns away: both in
-`pose_domain`.
+2. This polynomial form has no kink at a centre or axis, so Newton's method may start anywhere. Near a surface it equals
+   the distance to second order. The geometric form |P y'| - rho is exact; least squares use it once a pose is close.
+3. A measured pose adds six equations; constrained directions remove unknowns (`pose_domain`).
 
-Arrays have the trial poses last: long inner loops, few numpy calls. Lengths are scaled by the caller.
+The trial poses are the last axis of all arrays: long inner loops, few numpy calls. Lengths are scaled by the caller.
 """
 
 from collections.abc import Sequence
@@ -26,6 +26,8 @@ from tactfix.poses.pose_domain import ALL_POSES, MeasuredPose, PoseDomain
 from tactfix.values import frozen_value
 
 OFF_CENTRE = np.array([[1e-3], [2e-3], [3e-3]])
+"""Added to the best offsets (scaled lengths): at a centre or on an axis the gradient is zero and Newton's method would
+stay. The components differ so that no feature in special position is hit again."""
 
 
 @frozen_value
@@ -34,7 +36,7 @@ class PoseEquations:
 
     points (3, n) in base; anchors (3, n): p, quadrics (3, 3, n): Q, normals (3, n): n, constants (n,): k in the fixture
     frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals. domain: the poses asked for; measured: one
-    that was measured before. targets (r, N): what the r residuals should be at each of N trial poses, 0 without.
+    that was measured before. targets (r, N): target values of the r residuals at each of N trial poses; zero if None.
     """
 
     points: Floats
@@ -49,21 +51,21 @@ class PoseEquations:
     targets: Floats | None = None
 
     def __len__(self) -> int:
-        """How many contacts there are."""
+        """The number of contacts."""
         return int(self.points.shape[1])
 
     @property
     def dof(self) -> int:
-        """How many equations there are beyond the unknowns."""
+        """The number of equations less the number of unknowns."""
         return len(self) + (6 if self.measured else 0) - self.domain.dimension
 
     @property
     def turns(self) -> int:
-        """How many of the unknowns, the first ones, are rotations."""
+        """The number of rotations among the unknowns; they come first."""
         return int(self.domain.turns.sum())
 
     def without_measured(self) -> "PoseEquations":
-        """Those of the contacts alone, which are looked for near a pose that was measured, and counted elsewhere."""
+        """The equations of the contacts alone: poses near the measured one are searched, others are only counted."""
         return replace(self, measured=None, domain=replace(self.domain, looks_beyond=True))
 
     def of_trials(self, which: Bools | Ints) -> "PoseEquations":
@@ -71,7 +73,7 @@ class PoseEquations:
         return self if self.targets is None else replace(self, targets=self.targets[:, which])
 
     def subset(self, index: Sequence[int]) -> "PoseEquations":
-        """The equations of some contacts only, to hold as they are."""
+        """The equations of some of the contacts."""
         arrays = (self.points, self.anchors, self.quadrics, self.normals, self.constants, self.radii, self.weights)
         points, anchors, quadrics, normals, constants, radii, weights = (
             np.ascontiguousarray(array[..., index]) for array in arrays
@@ -108,9 +110,9 @@ def _quadric(surface: SidedSurface, tip_radius: float) -> tuple[Floats, Floats, 
 def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> tuple[Floats, Floats]:
     """Residuals (r, N) and Jacobian (u, r, N) at fixture_from_base poses rotations (3, 3, N), offsets (3, N).
 
-    The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them, or
-    what the domain leaves of them (`PoseDomain.basis`); the r residuals those of the contacts, and behind them those of
-    a measured pose. Targets are taken off.
+    The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them, or the
+    part of them that the domain leaves (`PoseDomain.basis`). The r residuals are those of the contacts, then those of a
+    measured pose, less their targets.
     """
     residual, jacobian = _contact_residuals(equations, rotations, offsets, geometric)
     if equations.measured is not None:
@@ -149,9 +151,9 @@ def _contact_residuals(
 def curvature(
     equations: PoseEquations, rotations: Floats, offsets: Floats, residual: Floats, geometric: bool
 ) -> Floats:
-    """The sum (u, u, N) of residuals (r, N) times their second derivatives: what Gauss-Newton leaves out.
+    """The sum (u, u, N) of residuals (r, N) times their second derivatives: the term that Gauss-Newton neglects.
 
-    Of the contacts; a measured pose is as good as linear, and the domain as good as flat, within noise.
+    Contacts only: a measured pose is nearly linear, and the domain nearly flat, within noise.
 
     A turn by v moves y by v x u + v x (v x u) / 2 to second order, u = A x: with gradient g and Hessian H of the
     residual in y the second derivatives are [u] H [u]^T + (g u^T + u g^T) / 2 - g.u I for the turn, [u] H for turn and
@@ -199,8 +201,7 @@ def _cross(a: Floats, b: Floats, out: Floats) -> Floats:
 def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
     """Offsets b (3, N) that bring the contacts closest to the planes, axes and centres, for rotations (3, 3, N).
 
-    A linear least-squares problem with the same 3x3 matrix for every rotation; directions that no feature resists
-    get 0.
+    A linear least-squares problem with the same 3x3 matrix for every rotation; offsets along free translations are 0.
     """
     n = len(equations)
     projectors = _projectors(equations)
@@ -210,23 +211,22 @@ def centred_offsets(equations: PoseEquations, rotations: Floats) -> Floats:
         offsets = np.linalg.pinv(projectors.sum(axis=2), rcond=1e-6 / n) @ rhs
     else:
         offsets = _centred_in_domain(equations.domain, rotations, projectors.sum(axis=2), rhs, 1e-6 / n)
-    # On a centre itself every way out is alike, and Newton's method would stay.
     return equations.domain.onto(rotations, np.asarray(offsets + OFF_CENTRE))[1]
 
 
 def translation_matrix(equations: PoseEquations) -> Floats:
-    """How the contacts resist translations in the frame of y, a matrix (3, 3): singular where one is free."""
+    """The normal matrix (3, 3) of translations in the frame of y: singular if a translation is free."""
     return np.asarray(_projectors(equations).sum(axis=2))
 
 
 def _projectors(equations: PoseEquations) -> Floats:
-    """The directions (3, 3, n) in which each feature resists, as projectors."""
+    """Projectors (3, 3, n) on the directions in which a shift leaves each feature."""
     normals = equations.normals
     return np.asarray(equations.quadrics * equations.radii + np.einsum("an,bn->abn", normals, normals))
 
 
 def _centred_in_domain(domain: PoseDomain, rotations: Floats, matrix: Floats, rhs: Floats, rcond: float) -> Floats:
-    """The same where translations along some base axes are held: matrix (3, 3), rhs (3, N) of the normal equations."""
+    """The same with some translations constrained: matrix (3, 3), rhs (3, N) of the normal equations."""
     _, held = domain.onto(rotations, np.repeat(domain.pivot[:, None], rotations.shape[2], axis=1))
     free = rotations[:, domain.shifts]
     matrices = np.einsum("auN,ab,bvN->Nuv", free, matrix, free)

@@ -1,14 +1,16 @@
-"""Rotations that features located alone leave a rigid fixture: the paper's way, as the start for all contacts at once.
+"""The rotations of a rigid fixture that features located alone allow: the method of the paper, as starts for a fit.
 
-1. Planes, spheres, and cylinders that stand on a plane are located by their own contacts, where these say it well, each
-   at every place that it may have.
-2. A plane gives a direction, its normal, on either side; each two spheres give another, from centre to centre, and so
-   do, across its axis, a sphere and a cylinder, or two cylinders. Each choice of places gives a set of directions.
-3. Those sets are kept that make the same angles as the directions of the fixture.
-4. Two directions that are not parallel fix the rotation, one leaves a turn about it, of which samples are taken.
+1. Planes, spheres, and cylinders that stand on a plane are located by their own contacts, if these determine them well:
+   every candidate of each.
+2. A plane gives a direction, its normal, on either side. Each pair of spheres gives the direction from centre to
+   centre; a sphere and a cylinder, or two cylinders, give the one across the axis. Each choice of candidates gives a
+   set of directions.
+3. A set is kept if its angles agree with those of the same directions of the fixture.
+4. Two directions that are not parallel determine the rotation. A single direction leaves a rotation about it, of which
+   samples are taken.
 
-A pose that explains all contacts explains those of each feature, so it is as near to one of these rotations as the
-features are known.
+A pose that explains all contacts explains those of each feature. So it is as near to one of these rotations as the
+features are determined.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,18 +29,21 @@ from tactfix.localizers.sphere import localize_sphere
 from tactfix.poses.pose_domain import ANGLES_AGREE, PoseDomain
 
 WELL_LOCATED = 0.02
-"""Share of its own contacts' extent by which a feature must be known to be relied on, one standard deviation."""
+"""Share of its own contacts' extent by which one sigma may move a feature that is relied on."""
 TURNS = 12
-"""Turns about a single direction: one every thirty degrees. Of 11,400 problems three kept a pose from these starts, and
-no more from new ones around what those led to."""
+"""Rotations about a single direction: one every 30 degrees. Of 11,400 problems three kept a pose that these starts
+led to, and starts around those found no further ones."""
 ONE_DIRECTION = 0.2
-"""Sine of the angle below which a second direction is not used."""
+"""Sine of the angle between two directions below which the second one is not used: its rotation about the first is then
+uncertain by five times as much."""
 MOST_ROTATION_COMBINATIONS = 64
-"""Combinations of candidates that are worth a start; beyond, all rotations are."""
+"""Combinations of candidates up to which their rotations are starts; with more, a search from all rotations is as
+fast."""
 CIRCLE_CONTACTS = 3
-"""Contacts that a circle needs."""
+"""Contacts that determine a circle."""
 UPRIGHT = 1e-3
-"""Sine of the angle between an axis and the normal up to which the cylinder stands on the plane."""
+"""Sine of the angle between a cylinder's axis and a plane's normal up to which it stands on the plane: files are
+typed to a millimetre in a metre or better, and the start is refined anyway."""
 
 
 def rotations_in(

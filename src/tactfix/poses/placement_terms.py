@@ -1,4 +1,4 @@
-"""What is known of a pose beforehand, in the frames of the pose equations.
+"""A placement, what is known of a pose beforehand, in the frames of the pose equations.
 
 base_origin (3,): origin of the frame of x, in base. frame_from_fixture (4, 4): where the fixture is in the frame of y.
 Both are in the fixture's unit; length is the unit of the equations. sigma: the standard deviation (fixture units) of a
@@ -25,7 +25,7 @@ def with_placement(
     length: float,
     sigma: float,
 ) -> PoseEquations:
-    """The equations with the domain and the measured pose that a placement says."""
+    """The equations with the domain and the measured pose of a placement."""
     domain, measured = _terms(placement, base_origin, frame_from_fixture, length, sigma)
     equations = replace(equations, domain=domain, measured=measured)
     turn, shift = search_limits(placement, equations.dof)
@@ -37,11 +37,10 @@ def with_placement(
 def terms_at(
     placement: Placement, base_from_fixture: Floats, centre: Floats, scale: float
 ) -> tuple[Floats, Floats, Floats]:
-    """What a placement says at a pose (4, 4), for motions of the fixture about centre (3,) in base, a length scale.
+    """The terms of a placement at a pose (4, 4), for motions of the fixture about centre (3,) in base, a length scale.
 
-    A motion is a rotation (units of 1 / scale) and a translation along base axes. Comes back: an orthonormal basis (6,
-    u) of those that are not held; residuals (m,) over sigma of the measured pose and their derivatives (m, 6), m = 0 or
-    6.
+    A motion is a rotation (units of 1 / scale) and a translation along base axes. Returns an orthonormal basis (6, u)
+    of the free motions, and residuals (m,) over sigma of the measured pose with their derivatives (m, 6), m = 0 or 6.
     """
     frame_from_fixture = base_from_fixture.copy()
     frame_from_fixture[:3, 3] -= centre
@@ -51,12 +50,12 @@ def terms_at(
     if measured is None:
         return basis, np.zeros(0), np.zeros((0, 6))
     values, jacobian = measured.evaluate(*still)
-    # The equations have motions of the contacts, the other way.
+    # The equations have motions of the contacts, which are opposite to those of the fixture.
     return basis, values[:, 0], jacobian[:, :, 0].T / -scale
 
 
 def onto_placement(placement: Placement, base_from_fixture: Floats) -> Floats:
-    """The pose (4, 4) nearest to this one of which nothing that is held has changed."""
+    """The nearest pose (4, 4) that satisfies the constrained directions."""
     domain, _ = _terms(placement, np.zeros(3), base_from_fixture, 1.0, 1.0)
     if domain.is_free:
         return base_from_fixture
@@ -75,7 +74,7 @@ def terms_in_fixture(
 
 
 def search_limits(placement: Placement, dof: int) -> tuple[float, float]:
-    """The rotation (rad) and the translation of the fixture's origin from near beyond which no pose is left."""
+    """The largest rotation (rad) and translation of the fixture's origin from near that a pose may have."""
     if placement.within is not None:
         translation, rotation = placement.within
         return rotation, translation

@@ -1,29 +1,25 @@
-"""What is known of a pose beforehand: the domain that is searched, all poses or fewer, and a pose that was measured.
+"""The domain of poses that is searched, all poses or fewer, and the residuals of a measured pose.
 
-Near is where the fixture is thought to stand. With Q = R R_near^T, what turns it from there to where it stands, and
-t - t_near, how far its origin is off, both in base axes, a pose is in the domain where
+Near is the pose that the fixture is expected to have. Q = R R_near^T is the rotation from there to its pose, and
+t - t_near the translation of its origin, both in base axes.
 
-    the axis of Q has no component along the base axes about which it may not turn,
-    t - t_near has none along those along which it may not shift.
+1. A pose is in the domain if the axis of Q has no component along base axes with a constrained rotation, and t - t_near
+   has none along base axes with a constrained translation.
+2. In the unit quaternion of Q the first condition makes some components zero: the rotations are a great sphere of
+   dimension 0 to 3, the number of free axes.
+3. The pose equations have fixture_from_base poses y = A x + b, with A = F R^T, where F is the rotation of the frame of
+   y from the fixture's. There Q = A^T A_near and t = -A^T (b - pivot), with x measured from the frame's origin in base,
+   and pivot the fixture's origin in the frame of y. For a given A the condition on t is linear in b.
+4. After a step a pose is projected onto the domain (`onto`). Steps are taken in a basis of its tangent space (`basis`),
+   to which the Jacobian of the contacts is reduced. So every descent, every test of a zero and every covariance has
+   fewer unknowns.
+5. A pose that was measured beforehand gives six more residuals, W (log Q, t - t_near). W^T W is the inverse of the
+   covariance of (d_rot, d_t) of the measurement, in base axes, rotation about the fixture's origin. A rotation by e in
+   base axes changes log Q = d by J(d)^-1 e, with J the left Jacobian of the rotations (Chirikjian, Stochastic Models,
+   Information Theory, and Lie Groups, vol. 2, section 10.6). A rotation of the contacts by w, which is opposite,
+   changes it by -J(d)^-1 A^T w, and t by A^T (w x (b - pivot)).
 
-In the unit quaternion of Q the first says that some components are zero: the rotations are a great sphere, of dimension
-0 to 3 as so many axes are free. The pose equations have fixture_from_base poses y = A x + b instead, A = F R^T, F the
-rotation of the frame of y from the fixture's. There
-
-    Q = A^T A_near,    t = -A^T (b - pivot),
-
-x measured from the frame's origin in base, pivot the fixture's origin in the frame of y. For a given A the second
-condition is linear in b: the way back to the domain after a step is a projection (`onto`), and steps are taken in a
-basis of its tangent space (`basis`), to which the Jacobian of the contacts is reduced. Every descent, every test of a
-zero and every covariance is then one of fewer unknowns.
-
-A pose that was measured before the contacts were made is six more residuals of the fit, W (log Q, t - t_near), where
-W^T W is the inverse of the covariance of (d_rot, d_t) that the measurement has: base axes, rotation about the fixture's
-origin. A turn by e in base axes changes log Q = d by J(d)^-1 e, J the left Jacobian of the rotations (Chirikjian,
-Stochastic Models, Information Theory, and Lie Groups, vol. 2, section 10.6); a turn of the contacts by w, the other
-way, by -J(d)^-1 A^T w, and t by A^T (w x (b - pivot)).
-
-Arrays have the poses last, as in `equations`.
+The poses are the last axis of all arrays, as in `equations`.
 """
 
 import numpy as np
@@ -33,23 +29,26 @@ from tactfix.geometry.rigid import axial, rotation_from_quaternion, skew
 from tactfix.values import frozen_value
 
 ROTATION_MARGIN = 0.3
-"""Rad beyond the limit of rotation that is searched too: five sigma of most poses, and the spacing of the covering."""
+"""Rad beyond the limit of rotation that are searched too: five sigma of most poses, and the spacing of the covering
+(0.2 rad in half angles, `starts.SHARES`)."""
 TRANSLATION_MARGIN = 0.5
-"""The same for translations, in sizes of the search."""
+"""The same for translations, in sizes of the search (`search_frame`): far more than five sigma of a pose that is
+known to a hundredth of the fixture."""
 ANGLES_AGREE = 0.25
-"""Rad by which rotations that features located alone leave may be off (`feature_rotations`): a dozen times what such
-features are known to."""
+"""Largest error in rad of rotations that features located alone leave (`feature_rotations`): twelve times
+`feature_rotations.WELL_LOCATED`, one sigma of such features."""
 SERIES_ENDS = 1e-4
-"""Rad below which the next term of the series, a^2 / 720, is less than rounding."""
+"""Angle a in rad below which the series ends after 1 / 12: the next term, a^2 / 720, is 1e-11, and the formula loses
+eps / a^2 = 2e-8 above it."""
 
 
 @frozen_value
 class PoseDomain:
     """Where poses are searched, in the frames of the pose equations, lengths in their unit.
 
-    near (3, 3): A_near. turns, shifts (3,): base axes about which the fixture may turn and along which it may shift.
-    pivot (3,): the fixture's origin in the frame of y; place (3,): where that is at near, in the frame of x. angle
-    (rad), distance: how far from near poses are looked for; looks_beyond: others are of interest too, not all of them.
+    near (3, 3): A_near. turns, shifts (3,): base axes with free rotation and with free translation. pivot (3,): the
+    fixture's origin in the frame of y; place (3,): the same point at near, in the frame of x. angle (rad), distance:
+    limits from near within which all poses are searched; looks_beyond: poses beyond are wanted too, though not all.
     """
 
     near: Frozen
@@ -63,24 +62,23 @@ class PoseDomain:
 
     @property
     def dimension(self) -> int:
-        """How many unknowns a pose has."""
+        """The number of unknowns of a pose."""
         return int(self.turns.sum() + self.shifts.sum())
 
     @property
     def is_free(self) -> bool:
-        """Whether nothing is held."""
+        """Whether no direction is constrained."""
         return self.dimension == 6
 
     @property
-    def reach(self) -> float:
+    def search_angle(self) -> float:
         """The angle (rad) from near up to which rotations are searched."""
         return float(min(self.angle + ROTATION_MARGIN, np.pi))
 
     def basis(self, rotations: Floats, offsets: Floats) -> Floats:
         """Steps (6, k, N) that stay in the domain at rotations (3, 3, N), offsets (3, N), to first order.
 
-        Turns first. A turn about a line that is not through the fixture's origin moves that, and b makes up for it
-        along the axes that are held.
+        Turns first. A turn also moves the fixture's origin; b compensates for that along the constrained axes.
         """
         turning = np.einsum("abN,bkN->akN", rotations, self._axes(rotations))
         shifting = rotations[:, self.shifts]
@@ -96,7 +94,7 @@ class PoseDomain:
         """The poses of the domain that are nearest to these: rotations (3, 3, N), offsets (3, N)."""
         if self.is_free:
             return rotations, offsets
-        # Turns about one axis, or all, stay among themselves; about two they do not.
+        # Products of turns about one axis, or about all, stay in the domain; about two axes they do not.
         if self.turns.sum() == 2:
             rotations = self.turned_from_near(self._quaternions(rotations))
         off = np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None]) + self.place[:, None]
@@ -105,17 +103,17 @@ class PoseDomain:
 
     def has(self, rotations: Floats, offsets: Floats) -> Bools:
         """Which poses (N,) lie within the limits, as far as poses are looked for."""
-        if self.reach >= np.pi and np.isinf(self.distance):
+        if self.search_angle >= np.pi and np.isinf(self.distance):
             return np.ones(rotations.shape[2], dtype=bool)
         places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
         gaps = np.sqrt(((places - self.place[:, None]) ** 2).sum(axis=0))
-        return np.asarray((self.angles(rotations) <= self.reach) & (gaps <= self.distance + TRANSLATION_MARGIN))
+        return np.asarray((self.angles(rotations) <= self.search_angle) & (gaps <= self.distance + TRANSLATION_MARGIN))
 
     def may_lead_into(self, rotations: Floats) -> Bools:
         """Which rotations (3, 3, N), known to ANGLES_AGREE, may be those of a pose within the limits."""
-        if self.reach >= np.pi:
+        if self.search_angle >= np.pi:
             return np.ones(rotations.shape[2], dtype=bool)
-        return np.asarray(self.angles(rotations) <= self.reach + ANGLES_AGREE)
+        return np.asarray(self.angles(rotations) <= self.search_angle + ANGLES_AGREE)
 
     def angles(self, rotations: Floats) -> Floats:
         """The angles (N,) in rad by which rotations (3, 3, N) are turned from near."""

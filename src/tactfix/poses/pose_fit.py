@@ -1,10 +1,11 @@
-"""The best pose near a given one: weighted geometric least squares over all contacts, and how sure it is.
+"""The best pose near a given one: weighted geometric least squares over all contacts, and its sensitivity.
 
-The residual of a contact is the distance of the tip's centre from the offset surface along the outward normal n. A
-small motion of the fixture by a rotation w about c and a translation v changes it by  -n . v - ((x - c) x n) . w.
-Rotations are taken about the contacts' centroid c and in units of their spread, so that the six columns are alike
-in size in any unit of length and at any distance from the origin; the singular values of that Jacobian say what the
-contacts can see.
+1. The residual of a contact is the distance of the tip's centre from the offset surface along the outward normal n.
+2. A small motion of the fixture, a rotation w about c and a translation v, changes it by  -n . v - ((x - c) x n) . w.
+   Rotations are taken about the contacts' centroid c and in units of their spread. So the six columns of the Jacobian
+   have similar sizes in any unit of length and at any distance from the origin.
+3. Its singular values, over sigma, give the motions that the contacts determine, and those that are free.
+4. A refit (`refine`) takes Gauss-Newton steps, halved until chi-square falls.
 """
 
 from collections.abc import Mapping
@@ -21,18 +22,19 @@ from tactfix.poses.placement_terms import onto_placement, terms_at, with_placeme
 from tactfix.values import frozen_value
 
 MOST_REFIT_STEPS = 50
-"""Gauss-Newton steps of a refit, which starts next to its minimum."""
+"""Gauss-Newton steps of a refit at most. It starts next to its minimum and converges in a few."""
 SMALLEST_RATIO = 1e-9
-"""Singular values below this fraction of the largest are zero: far above rounding, far below any useful fixture."""
+"""Ratio of singular values below which a motion is free: rounding gives about 1e-15 of the largest; a fixture with a
+smaller ratio would have its worst sigma a billion times its best."""
 
 
 @frozen_value
 class Sensitivity:
-    """What n contacts see of a motion: the Jacobian of residual / sigma (n, 6), and its frame.
+    """The sensitivity of n contacts to a motion: the Jacobian of residual / sigma (n, 6), and its frame.
 
     Columns: rotation (units of 1 / scale) and translation along the base axes, about centre (3,) in base, scale a
-    length. basis (6, u): the motions that are not held, None where all are free. A pose that was measured before is as
-    good as six contacts.
+    length. basis (6, u): the unconstrained motions, None if all are. A measured pose counts as six
+    contacts.
     """
 
     jacobian: Floats
@@ -42,7 +44,7 @@ class Sensitivity:
 
     @property
     def reduced(self) -> Floats:
-        """The Jacobian (r, u) of the unknowns that are not held."""
+        """The Jacobian (r, u) of the unconstrained motions."""
         return self.jacobian if self.basis is None else self.jacobian @ self.basis
 
     def svd(self) -> tuple[Floats, Floats]:
@@ -54,8 +56,8 @@ class Sensitivity:
         return values, motions if self.basis is None else motions @ self.basis.T
 
     def free(self, values: Floats) -> Bools:
-        """Which of the singular values (u,) are zero but for rounding: those of motions that nothing resists."""
-        # One motion alone has no larger value to be compared with but that of what is held.
+        """Which of the singular values (u,) are zero to rounding: those of free motions."""
+        # With one unconstrained motion the largest value is taken from the whole Jacobian.
         largest = values[0] if self.basis is None else np.linalg.norm(self.jacobian, 2)
         return np.asarray(values <= SMALLEST_RATIO * max(float(largest), TINY))
 
@@ -118,10 +120,10 @@ def refine(
 ) -> PoseFit:
     """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
 
-    placement: what is known of the pose beforehand. A motion that the contacts leave free is not moved along.
+    placement: what is known of the pose beforehand. There is no step along a free motion.
 
-    Gauss-Newton with step halving on the distances themselves, and not `descent`: design checks refit contacts with a
-    tip that does not fit into a bore, of which there are distances but no equations.
+    Gauss-Newton with step halving, and not `descent`: design checks refit contacts with a tip that does not fit into a
+    bore; that has residuals but no equations.
     """
     start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
     fit = fit_at(surfaces, contacts, sigmas, start, placement)
@@ -200,7 +202,7 @@ def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
     misses = np.concatenate([fit.residuals / sigmas, fit.off])
     step, *_ = np.linalg.lstsq(fit.sensitivity.reduced, -misses, rcond=SMALLEST_RATIO)
     step = step if fit.sensitivity.basis is None else fit.sensitivity.basis @ step
-    # No further than one spread of the contacts at a time: beyond that the linear model means nothing.
+    # At most one spread of the contacts: beyond that the linear model is wrong.
     return np.asarray(step * (fit.sensitivity.scale / max(fit.sensitivity.scale, float(np.linalg.norm(step)))))
 
 
@@ -212,7 +214,7 @@ def _line_search(
     step: Floats,
     placement: Placement | None,
 ) -> PoseFit | None:
-    """The first of the halved steps that does not make chi-square larger; None when none does."""
+    """The first of the halved steps that lowers chi-square; None if none does."""
     for halvings in range(20):
         pose = _moved_by(fit, step * 0.5**halvings)
         pose = pose if placement is None else onto_placement(placement, pose)

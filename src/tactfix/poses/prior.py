@@ -1,8 +1,8 @@
-"""Poses held against what is known of the fixture's place beforehand: limits, a measured pose, directions held.
+"""Poses compared with what is known of the fixture's place beforehand: limits, a measured pose, constrained directions.
 
-With d = (log R R_near^T, t - t_near) in base axes and C the covariance of the pose, limits speak against it where the
-angle or the translation is beyond them by SURE of its own sigmas; a measured pose of covariance C_near, and directions
-that are held, where d is more than chance explains:
+1. d = (log R R_near^T, t - t_near) in base axes; C is the covariance of the pose.
+2. Limits reject a pose if its angle or translation exceeds them by more than SURE of its own sigmas.
+3. A measured pose with covariance C_near, and constrained directions, reject it if noise does not explain d:
 
     d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in the directions that are held.
 """
@@ -20,14 +20,14 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class Contradiction:
-    """A pose that what is known beforehand speaks against: in words, and by how many times what would be allowed."""
+    """Why a pose contradicts what is known beforehand, and the ratio of its deviation to the allowed one."""
 
     message: str
     ratio: float
 
 
 class LocatedPose(Protocol):
-    """A pose (4, 4), its covariance (6, 6), and the motions (k, 6) that its contacts leave free."""
+    """A pose (4, 4), its covariance (6, 6), and the free motions (k, 6)."""
 
     @property
     def base_from_fixture(self) -> Floats:
@@ -43,28 +43,29 @@ class LocatedPose(Protocol):
 
 
 def deviation(placement: Placement, base_from_fixture: Floats) -> Floats:
-    """How far (6,) a pose is from near: rotation vector (rad) and translation of the origin, base axes."""
+    """The deviation (6,) of a pose from near: rotation vector (rad) and translation of the origin, base axes."""
     turn = base_from_fixture[:3, :3] @ placement.near[:3, :3].T
     return np.concatenate([turn_vectors(turn[None])[0], base_from_fixture[:3, 3] - placement.near[:3, 3]])
 
 
 def contradiction(placement: Placement, solution: LocatedPose, units: str, fitted: bool) -> Contradiction | None:
-    """What speaks against a pose; fitted: a measured pose and directions held were part of its fit."""
-    off = deviation(placement, solution.base_from_fixture)
+    """The contradiction of a pose, if any; fitted: the fit contained the measured pose and constraints."""
+    off = deviation(placement, solution.base_from_fixture)  # step 1
+    # Step 2.
     if placement.within is not None and (beyond := _beyond_limits(placement.within, off, solution.covariance, units)):
         return beyond
-    known = _known_covariance(placement)
+    known = _known_covariance(placement)  # step 3
     if known is None:
         return None
     if not fitted:
-        # What the contacts leave free they do not contradict.
+        # Contacts that leave a motion free contradict nothing.
         return _beyond_chance(off, known + solution.covariance, units) if len(solution.free_twists) == 0 else None
     measured = np.flatnonzero(np.diag(known))
     return _beyond_chance(off, known, units, measured) if len(measured) else None
 
 
 def _beyond_limits(within: tuple[float, float], off: Floats, covariance: Floats, units: str) -> Contradiction | None:
-    """The worse of rotation and translation where it is beyond its limit."""
+    """The worse of rotation and translation, if it is beyond its limit."""
     shift_limit, turn_limit = within
     turn = _beyond_limit(off[:3], covariance[:3, :3], turn_limit)
     shift = _beyond_limit(off[3:], covariance[3:, 3:], shift_limit)
@@ -78,28 +79,28 @@ def _beyond_limits(within: tuple[float, float], off: Floats, covariance: Floats,
 
 
 def _beyond_limit(part: Floats, covariance: Floats, limit: float) -> float:
-    """By how many times a rotation or translation (3,) of covariance (3, 3) is beyond what a limit allows."""
+    """The ratio of a rotation or translation (3,) of covariance (3, 3) to what a limit allows."""
     return float(np.linalg.norm(part)) / max(limit + SURE * _sigma_along(covariance, part), TINY)
 
 
 def _sigma_along(covariance: Floats, vector: Floats) -> float:
-    """The standard deviation of covariance (3, 3) along a vector (3,); infinite where an entry is."""
+    """The standard deviation of covariance (3, 3) along a vector (3,); infinite if an entry is."""
     if not np.isfinite(covariance).all():
         return float("inf")
     return float(np.sqrt(max(float(vector @ covariance @ vector), 0.0) / max(float(vector @ vector), TINY)))
 
 
 def _known_covariance(placement: Placement) -> Floats | None:
-    """The covariance (6, 6) of near, zero in the directions held; None where all are free and nothing was measured."""
+    """The covariance (6, 6) of near, zero in constrained directions; None if all are free and nothing was measured."""
     free = np.concatenate([placement.turns, placement.shifts])
     if placement.covariance is None:
-        # Free directions that nobody measured may be anywhere.
+        # A free direction without a measurement has an infinite variance.
         return None if free.all() else np.diag(np.where(free, np.inf, 0.0))
     return placement.covariance * np.outer(free, free)
 
 
 def _beyond_chance(off: Floats, covariance: Floats, units: str, index: Ints | None = None) -> Contradiction | None:
-    """Whether components with a finite variance are off by more than chance explains, and the one that is most."""
+    """The contradiction if components with a finite variance deviate more than noise explains."""
     asked = np.flatnonzero(np.isfinite(np.diag(covariance))) if index is None else index
     part, block = off[asked], covariance[np.ix_(asked, asked)]
     chi2, limit = float(part @ np.linalg.solve(block, part)), chi_square_limit(len(asked))

@@ -1,11 +1,11 @@
-"""Poses that most contacts agree on, whatever the others say: robust least squares from all over the rotations.
+"""Poses that most contacts agree on, even if some are wrong: robust least squares from a covering of all rotations.
 
-1. Descents start all over the rotations, since the fixture may stand anyhow (`starts`).
-2. A residual r counts as r^2 / (r^2 + m^2), the loss of Geman and McClure, with a scale m that shrinks from the size of
-   the largest residual to a few sigma: a contact that is far off then no longer pulls. Each step is one of reweighted
-   least squares, damped where the loss would grow.
-3. The ends are told apart, and the best are kept: those of the least chi-square with no contact counted as more than
-   BOUND sigma off.
+1. Descents start from a covering of all rotations (`starts`).
+2. A residual r has the loss r^2 / (r^2 + m^2) of Geman and McClure. The scale m shrinks from the size of the largest
+   residual to a few sigma, so that a contact that is far off loses its influence. Each step is one of iteratively
+   reweighted least squares, damped more if the loss would grow.
+3. Of the distinct ends those with the least truncated chi-square are kept: no contact counts with more than BOUND
+   sigma.
 
 Graduated non-convexity: A. Blake, A. Zisserman: Visual Reconstruction, 1987; H. Yang and others, 2020.
 """
@@ -19,15 +19,18 @@ from tactfix.poses.starts import covering
 from tactfix.values import frozen_value
 
 ROBUST_STARTS = 600
-"""Rotations from which robust fits start."""
+"""Start rotations of robust fits."""
 ROBUST_STEPS = 30
-"""Reweighted steps of each: with SHRINKS the scale falls to a millionth in 27."""
+"""Reweighted steps of each start. With SHRINKS the scale falls to a millionth in 27 of them, from the size of the
+fixture to sigma."""
 SHRINKS = 0.6
-"""By so much the scale shrinks with each step: slower ones settled where the bad contacts pull."""
+"""Factor on the scale in each step. Slower ones settled where the bad contacts pull."""
 BOUND = 5.0
-"""Sigmas beyond which a contact does not agree."""
+"""Residual in sigma beyond which a contact does not agree: good contacts exceed it once in two million cases
+(`noise.SURE` is the same number for signs)."""
 ONE_POSE = 1e-3
-"""Rad, and sizes of the fixture, within which two poses are one."""
+"""Largest difference (rad, fixture sizes) of two ends that are one pose: ends are converged to far less, and distinct
+minima are farther apart than a thousandth of the fixture."""
 
 
 @frozen_value

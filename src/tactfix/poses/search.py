@@ -1,20 +1,22 @@
-"""All zeros of the pose equations: damped descents from coverings of the poses, repeated around what it finds.
+"""All zeros of the pose equations: damped descents from coverings of the poses, repeated around every zero found.
 
-1. A covering of all rotations starts one descent each. 2. Coverings follow until every zero has been met OFTEN. 3. Each
-zero is a centre for new starts, until a round finds nothing new. 4. Zeros of six equations have to balance; where they
-do not, more coverings follow. 5. `complete` says whether all that was reached.
+1. A covering of all rotations starts one descent from each (`starts`, `descent`). Each start has a translation that is
+   off the best one by START_OFFSET.
+2. Further coverings follow, each turned otherwise, until every zero has been met OFTEN.
+3. Every zero is a centre of new starts, at all scales from 0.05 to 1.2 (rad, fixture sizes), until a round finds
+   nothing new.
+4. The zeros of six equations have to balance (`zeros`). If they do not, one is missing, and more coverings follow.
+5. `complete` says whether all of that was reached.
 
-Why this finds all. The unknown rotation lives on a compact set, and for every rotation the translation follows from
-a linear problem to within a few radii. A low-discrepancy covering of the rotations, each with a translation off that
-one by START_OFFSET, starts one damped descent each (`descent`), so a zero is lost only if its basin falls through
-the covering. Basins differ: with two or three cylinders and few contacts the smallest hold one start in a
-thousand. So coverings, each turned otherwise, follow one another until every zero found has been met OFTEN: one as rare
-as the rarest then stays unmet once in some four hundred times. What is rarer still lies mostly beyond a fold of the
-equations, close to others: every zero found is a centre for new starts at all scales from 0.05 to 1.2 (rad,
-and fixture sizes), until a round finds nothing new. The zeros of six equations then have to balance (`zeros`):
-where they do not, one is missing, and coverings go on. `complete` says whether all that was reached. The symmetries of
-the fixture add the twins of each zero by exact motions. The rate of misses against an independent method that counts
-complex zeros stands in tests/README.md.
+Why this finds all. The rotations are a compact set, and for every rotation the translation follows from a linear
+problem to within a few radii. So a zero is lost only if its basin of attraction lies between the starts. Basins differ:
+with two or three cylinders and few contacts the smallest hold one start in a thousand, and a zero as rare as the rarest
+known one is missed by step 2 once in some four hundred times. Zeros with still smaller basins mostly lie beyond a fold
+of the equations, close to others, where step 3 starts. The symmetries of the fixture add the twins of each zero. The
+rate of misses against an independent method that counts complex zeros is published in tests/README.md.
+
+Constants of the search (here, and in `descent`, `starts` and `zeros`) were halved and doubled, tolerances changed by
+ten, on trial problems: 168 with six exact contacts, two of each kind and layout of `tests.validation.pose_problems`.
 """
 
 from collections.abc import Sequence
@@ -30,18 +32,19 @@ from tactfix.poses.zeros import Zeros, are_balanced, together
 from tactfix.values import frozen_value
 
 OFTEN = 6
-"""A zero met so often by starts over all rotations is counted as found: what is as rare as the rarest known zero stays
-unmet once in some 400 problems."""
+"""Number of times that coverings must meet each zero for it to count as found. One as rare as the rarest known zero
+is then missed once in 400 problems (e^-6)."""
 MOST_COVERINGS = 6
-"""Coverings in which every zero has to be met OFTEN."""
+"""Coverings, at most, in which every zero has to be met OFTEN. 3 and 12 give the same poses of the trial problems."""
 MORE_COVERINGS = 24
-"""Coverings after those, while a zero is known to be missing."""
+"""Further coverings while a zero is known to be missing. 12 and 48 give the same poses of the trial problems."""
 MOST_ROUNDS = 12
-"""Rounds of starts around zeros: each looks around those that the one before found."""
+"""Rounds of starts around new zeros at most. 6 are enough for all trial problems."""
 NEAR_LOOK = 7
-"""Steps after which a descent that began near the rotation of a zero is in sight of one."""
+"""Steps after which a descent that began near the rotation of a zero is abandoned if it is not in sight of one: half of
+`descent.FIRST_LOOK`, since it starts nearer."""
 MISSES_LOOKED_AT = 8
-"""Nearest misses that are looked at again with all contacts."""
+"""Nearest misses that are followed with all contacts."""
 
 
 def find_zeros(

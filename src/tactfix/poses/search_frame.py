@@ -1,4 +1,4 @@
-"""The frames in which poses are searched: centred on the contacts and on the fixture, and of size one."""
+"""The frames in which poses are searched: centred on the contacts and on the fixture, with lengths of about one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,10 +22,11 @@ COINCIDENT_SHARE = 1e-3
 """Share of the largest radius: contacts and surfaces with a smaller extent coincide, and lengths are scaled by the
 radius. Their extent is then rounding or noise, and equations scaled by it would be nearly singular."""
 SEARCH_ROUNDING = 1e-12
-"""Share of the coordinates that rounding may make of nothing, with some to spare."""
+"""Share of the coordinates below which an extent is rounding: some thousand times that of doubles."""
 
 EXACT_SYMMETRY = 1e-9
-"""Rounding of unit vectors: a symmetry is used only where it is exact."""
+"""Largest difference of unit vectors at which a symmetry counts as exact: rounding only. A symmetry that holds nearly
+would give twins that are no zeros."""
 
 
 @frozen_value
@@ -38,13 +39,13 @@ class SearchFrame:
 
     @staticmethod
     def of(surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> "SearchFrame":
-        """Those of contacts and the surfaces that they touch, in the fixture frame."""
+        """The frames for contacts and the surfaces that they touch, in the fixture frame."""
         touched = [surfaces[name] for name in contacts.by_feature]
         middle = middle_of(touched)
         base_origin = contacts.points.mean(axis=0)
         spread = ((contacts.points - base_origin) ** 2).sum(axis=1).mean()
-        reach = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
-        return SearchFrame(base_origin, middle, _length(float(np.sqrt(max(spread, reach))), touched, contacts))
+        extent = np.mean([((foot(surface, middle) - middle) ** 2).sum() for surface in touched])
+        return SearchFrame(base_origin, middle, _length(float(np.sqrt(max(spread, extent))), touched, contacts))
 
     def equations(
         self,
@@ -106,7 +107,7 @@ class SearchFrame:
 
 
 def _length(size: float, touched: Sequence[SidedSurface], contacts: Contacts) -> float:
-    """What scales the search: size, but where all touches are one place a radius, or one, instead of its rounding."""
+    """The unit of length: size; or the largest radius, or one, if all contacts and surfaces coincide."""
     largest = max((surface.radius for surface in touched if not isinstance(surface, Plane)), default=0.0)
     rounding = SEARCH_ROUNDING * float(np.abs(contacts.points).max())
     return size if size > max(COINCIDENT_SHARE * largest, rounding) else largest or max(rounding, 1.0)

@@ -1,4 +1,4 @@
-"""A pose that fits, with everything that telling candidates apart and reporting need to know of it."""
+"""A pose that fits, with its uncertainty at each contact: what elimination and reports need."""
 
 from collections.abc import Mapping, Sequence
 from typing import Generic, TypeAlias, TypeVar
@@ -16,18 +16,18 @@ from tactfix.values import frozen_value
 
 STILL = 1e-6
 """A free motion is taken to leave a contact in place if it displaces it by less than this share of the largest
-displacement of any contact."""
+displacement of any contact: far above rounding, and far below a displacement that a contact could show."""
 
 
 @frozen_value
 class Solution:
-    """One pose of least chi-square, and how sure it is.
+    """One pose of least chi-square, and its uncertainty.
 
     surfaces: the features in base. residuals (n,): along the outward normals. normals (n, 3): there. covariance (6,
     6): of (d_rot, d_t) in base axes about the fixture's origin, infinite where a motion is free. place_sigmas (n,):
     of each contact's place on its surface (length); normal_sigmas (n,): of the direction of the normal there (rad).
-    free_twists (k, 6): motions at base's origin that nothing resists. trusted: whether the covariance is true
-    (`spread`).
+    free_twists (k, 6): free motions at base's origin. trusted: whether the covariance describes the pose
+    (`sigma_points`).
     """
 
     base_from_fixture: Floats
@@ -53,13 +53,13 @@ Pose = TypeVar("Pose")
 
 @frozen_value
 class Found(Generic[Pose]):
-    """What a search for poses has found, best chi-square first: fits, or solutions once their uncertainty is known.
+    """The result of a search for poses, best chi-square first: fits, or solutions with their uncertainty.
 
-    limit: the chi-square, with dof degrees of freedom, up to which a pose explains the contacts; what is above it is
-    only the nearest misses, kept where nothing is below it. complete: whether the search is sure to have found all.
-    continuum: they are samples of a free motion. fallen: what fitted the contacts of each feature and broke a relation.
-    aside: where the pose was measured and the contacts fix it by themselves, what they alone would leave beside those
-    found; None where only another search can tell.
+    limit: the chi-square, with dof degrees of freedom, up to which a pose explains the contacts; if none does, the
+    nearest misses are kept. complete: whether the search met its criteria of having found all. continuum: they are
+    samples of a free motion. fallen: combinations that explain the contacts of each feature and violate a relation.
+    aside: for a measured pose, the further poses of the contacts alone, if these determine the pose; None if another
+    search is needed for them.
     """
 
     found: tuple[Pose, ...]
@@ -76,13 +76,14 @@ Solutions: TypeAlias = Found[Solution]
 
 
 _EQUAL_CHI2 = 1e-6
-"""Chi-squares closer than this, or than this share of them, do not say which pose is the better one."""
+"""Difference of chi-squares, absolute or relative, up to which they are equal: least squares leave 1e-9 and less, and a
+millionth of a sigma squared decides nothing."""
 
 
 def in_order(found: Sequence[Solution]) -> tuple[Solution, ...]:
-    """Best first; those that fit equally well but for rounding by their entries, so that the order is no accident.
+    """Best first; solutions of equal chi-square in the order of their entries, so that the order is reproducible.
 
-    Contacts of a dry run hold mirror-symmetric poses exactly: the last digit would choose which of them leads.
+    Exact contacts of a dry run fit mirror-symmetric poses equally: otherwise rounding would order them.
     """
     ordered = sorted(found, key=lambda solution: solution.chi2)
     ranks: list[int] = []

@@ -4,7 +4,7 @@
    covering.
 2. Where poses beyond the limits are looked for too, the first covering adds rotations without them, half as dense.
 3. Each rotation starts with the translation that is best for it, moved by START_OFFSET in some direction.
-4. What the domain holds is imposed on these poses.
+4. These poses are projected onto the domain.
 """
 
 from dataclasses import replace
@@ -18,23 +18,26 @@ from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.zeros import Zeros
 
 START_OFFSET = 0.75
-"""Length of the step off the best translation at each start, in the scaled lengths of the equations.
+"""Length of the step from the best translation at each start, in the scaled lengths of the equations.
 
-Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as from the centre; 0.5
-and 1 do as well, a step of the fixture's radii or a translation at random less."""
+Of 64 minimal problems with cylinders and spheres the rarest zeros were met five times as often as without it. 0.5 and 1
+are as good; a step of the fixture's radii or a random translation is worse."""
 NEIGHBOURS = 32
-"""Starts around each zero in one round, at all scales."""
+"""Starts around each zero in one round, at all scales. 16 and 64 give the same poses of the trial problems
+(`search`)."""
 SIDES = np.concatenate([np.zeros((3, 1)), START_OFFSET * np.eye(3), -START_OFFSET * np.eye(3)], axis=1)
 """Translations (3, 7) off the best one: none, and START_OFFSET along the axes either way."""
 SHARES = (1 / 32, 1 / 8, 1 / 2, 1.0)
-"""Of the starts over all rotations those that cover turns about 0 to 3 axes as densely, each rotation with translations
-off to eight sides: the cells of 1200 are 0.2 rad wide (half angles), a circle has 16 of them and half a sphere 150."""
+"""Share of the starts over all rotations that covers turns about 0 to 3 axes as densely, each rotation with
+translations to eight sides. The cells of 1200 starts are 0.2 rad wide (half angles): a circle has 16 of them, half a
+sphere 150."""
 DENSER = 2.0
-"""Times that density within limits, where starts are few: whatever is there must be met often."""
+"""Factor on that density within limits, where starts are few, so that every zero is still met OFTEN."""
 FEWEST_STARTS = 32
-"""Starts over a domain, however small it is."""
+"""Starts over a domain, however small it is: enough to meet a zero OFTEN whose basin is a fifth of the domain."""
 BEYOND_SHARE = 0.5
-"""Times the starts over all rotations those that look for what is only counted."""
+"""Share of the starts over all rotations that searches beyond the limits: poses there are only counted, and some may be
+missed."""
 GOLDEN = (5**0.5 - 1) / 2
 """The golden section: its multiples spread evenly over a circle, however many there are."""
 
@@ -63,35 +66,41 @@ def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats,
 
 
 def start_count(domain: PoseDomain, over_all: int) -> int:
-    """How many starts cover the domain as densely as so many do all rotations."""
+    """The number of starts that cover the domain as densely as over_all starts cover all rotations."""
     axes = int(domain.turns.sum())
-    if axes == 3 and domain.reach >= np.pi:
+    if axes == 3 and domain.search_angle >= np.pi:
         return over_all
-    wanted = DENSER * over_all * SHARES[axes] * _part(axes, domain.reach)
+    wanted = DENSER * over_all * SHARES[axes] * _part(axes, domain.search_angle)
     return int(min(max(np.ceil(wanted), FEWEST_STARTS), over_all))
 
 
-def _part(axes: int, reach: float) -> float:
-    """The part of the turns about so many axes that are no larger than reach (rad)."""
-    return float((1.0, reach / np.pi, 1 - np.cos(reach / 2), (reach - np.sin(reach)) / np.pi)[axes])
+def _part(axes: int, search_angle: float) -> float:
+    """The part of the turns about so many axes that are no larger than search_angle (rad)."""
+    return float(
+        (1.0, search_angle / np.pi, 1 - np.cos(search_angle / 2), (search_angle - np.sin(search_angle)) / np.pi)[axes]
+    )
 
 
 def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
     """About count rotations (3, 3, N), spread evenly over those of the domain, others for each number."""
     free = np.flatnonzero(domain.turns)
     if len(free) == 3:
-        rotations = covering_rotations(int(np.ceil(count / _part(3, domain.reach))))
+        rotations = covering_rotations(int(np.ceil(count / _part(3, domain.search_angle))))
         if number:
             rotations = turned(np.repeat(_steps(1, number)[:3], rotations.shape[2], axis=1), rotations)
-        return rotations if domain.reach >= np.pi else rotations[..., domain.angles(rotations) <= domain.reach]
+        return (
+            rotations
+            if domain.search_angle >= np.pi
+            else rotations[..., domain.angles(rotations) <= domain.search_angle]
+        )
     index, quaternions = np.arange(count) + 0.5, np.zeros((4, count))
     quaternions[0] = 1.0
     if len(free) == 1:
-        half = domain.reach * ((index / count + GOLDEN * number) % 1.0 - 0.5)
+        half = domain.search_angle * ((index / count + GOLDEN * number) % 1.0 - 0.5)
         quaternions[0], quaternions[1 + free[0]] = np.cos(half), np.sin(half)
     if len(free) == 2:
         # A spiral on the part of the sphere that is near its pole, of equal area for each point.
-        cosine, azimuth = 1 - _part(2, domain.reach) * index / count, 2 * np.pi * GOLDEN * (index + 97 * number)
+        cosine, azimuth = 1 - _part(2, domain.search_angle) * index / count, 2 * np.pi * GOLDEN * (index + 97 * number)
         quaternions[0] = cosine
         quaternions[1 + free] = np.sqrt(1 - cosine**2) * np.array([np.cos(azimuth), np.sin(azimuth)])
     return domain.turned_from_near(quaternions)

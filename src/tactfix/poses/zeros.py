@@ -1,15 +1,23 @@
-"""Sets of zeros of the pose equations: which are the same, how often each was met, and what is a free motion.
+"""Sets of zeros of the pose equations: equal zeros merged and counted, and samples of a free motion recognized.
 
-Whether one is missing, six equations tell: the signs of the Jacobian's determinant cancel. The six residuals map poses,
-rotations times translations, to six numbers. Where no translation is free for all contacts together the map is proper:
-a fixture far away is far from some contact. The poses that take a given value then have determinants of the Jacobian of
-both signs whose sum does not depend on the value: the degree of the map (Milnor, Topology from the Differentiable
-Viewpoint, section 5). A contact cannot be nearer to an axis or centre than zero, so some values are taken nowhere, and
-the degree is 0. Planes have it too: with other offsets no mirror image fits. As many poses have one sign as the other,
-and where the signs of those found do not cancel, some are missing. Two missing ones of opposite signs go unnoticed.
+Zeros (`Zeros.joined`, `Zeros.merged`):
 
-Where directions are held (`pose_domain`) the same is true of as many equations as unknowns, but for turns about two
-axes, which have no orientation, and for planes alone: shifts take any values there, each once.
+1. Two zeros are one if no entry of rotation and offset differs by more than SAME_POSE; each meeting is counted.
+2. Zeros with a singular Jacobian within SCATTER are one multiple zero.
+3. Too many zeros, or too many distinct singular ones, are a continuum.
+
+Balance (`are_balanced`), for six equations: the signs of the Jacobian's determinant cancel over all zeros.
+
+1. The six residuals map poses, rotations times translations, to six numbers. If no translation is free for all contacts
+   together, the map is proper: a fixture far away is far from some contact.
+2. The sum of the signs over all poses with a given value then does not depend on the value: it is the degree of the map
+   (Milnor, Topology from the Differentiable Viewpoint, section 5).
+3. A contact cannot be nearer to an axis or centre than zero, so some values are never taken, and the degree is 0.
+   Planes have degree 0 too: for other offsets no mirror image fits.
+4. So if the signs of the zeros found do not cancel, some are missing. Two missing ones of opposite sign go unnoticed.
+
+With constrained directions (`pose_domain`) the same holds for as many equations as unknowns, except for rotations about
+two axes, which have no orientation, and for planes alone, where translations take every value once.
 """
 
 from collections.abc import Sequence
@@ -22,23 +30,32 @@ from tactfix.poses.equations import PoseEquations, evaluate, translation_matrix
 from tactfix.values import frozen_value
 
 MOST_ZEROS = 600
-"""More zeros than any minimal problem has (512 complex ones for six cylinders): a continuum, not a set of poses."""
+"""More zeros than this are a continuum, not a set of poses: no minimal problem is known with more than 512 complex
+ones (six cylinders)."""
 SAME_POSE = 1e-5
-"""Largest entry by which two meetings of one zero differ: far above what convergence leaves, far below two zeros."""
+"""Largest difference of two entries (rad, fixture sizes) of one zero that was met twice: far above what convergence
+leaves, far below the distance of two zeros. 1e-6 and 1e-4 give the same poses of the trial problems (`search`)."""
 NEARBY = 0.05
-"""The same for zeros that noise, or rounding at a multiple one, may have made of one."""
+"""The same for zeros that noise, or rounding at a multiple zero, may have split. 0.02 and 0.1 change none of the
+trial problems (`search`)."""
 SINGULAR = 1e-5
-"""A zero whose Jacobian has a smaller ratio of singular values is a double root or a sample of a continuum."""
+"""A zero whose Jacobian has a smaller ratio of singular values is a double root or a sample of a continuum. 1e-6 and
+1e-4 change none of the trial problems (`search`)."""
 SCATTER = 0.02
-"""Largest entry by which the ends of descents to one multiple zero differ: at one of order four, a few thousandths."""
+"""Largest difference of entries of the ends of descents to one multiple zero: at a zero of order four, the fourth
+root of rounding, a few thousandths. 0.01 and 0.04 change none of the trial problems (`search`)."""
 MOST_SINGULAR = 12
-"""More such zeros than this mean a continuum: no known problem has that many double roots."""
+"""More such zeros than this mean a continuum: no known problem has that many double roots. 6 and 24 change none of
+the trial problems (`search`)."""
 MOST_WELL_DETERMINED = 128
-"""Well determined poses beside a continuum; more of them are samples of one that is not quite free."""
+"""Well determined poses that are kept beside a continuum; more are samples of a motion that is nearly free. None of the
+trial problems (`search`) has more than 48 poses."""
 EXACT_COST = 1e-20
-"""Cost below which a pose is a zero of the equations, and not a minimum that noise would explain."""
+"""Cost below which a pose is an exact zero and not a minimum that noise explains: residuals of 1e-10 of the
+fixture's size."""
 SIMPLE_ZERO = 1e-4
-"""Ratio of singular values below which two poses may have met in one: its sign may be either, or none."""
+"""Ratio of singular values below which the sign of the determinant of a zero is not used: two zeros may have merged.
+1e-5 and 1e-3 change none of the trial problems (`search`)."""
 
 
 @frozen_value
@@ -115,17 +132,16 @@ class Zeros:
         return together([replace(self, counts=counts), replace(new, counts=np.array(met, dtype=np.intp))])
 
     def met_nearby(self) -> Ints:
-        """How often zeros next to each were met (k,): the ends at a nearly multiple one scatter."""
+        """How often zeros within NEARBY of each were met (k,): the ends at a nearly multiple zero scatter."""
         entries = self.entries
         gaps = np.abs(entries[:, None] - entries[None]).max(axis=2)
         return np.asarray((gaps < NEARBY) @ self.counts)
 
     def merged(self, equations: PoseEquations) -> "Zeros":
-        """Those without the scatter of multiple ones; a continuum where they are samples of a free motion.
+        """The zeros, those scattered about a multiple zero merged; marked as a continuum if they are samples of one.
 
-        They are where they are too many, or those with a singular Jacobian are too many and stretch on and on. Around a
-        multiple zero the ends of descents scatter: those with a singular Jacobian that lie close together become one,
-        the first one met.
+        They are a continuum if there are too many, or too many distinct ones with a singular Jacobian. Zeros with a
+        singular Jacobian that lie within SCATTER are merged into the first one met.
         """
         if equations.dof < 0 or len(self) > MOST_ZEROS:
             return replace(self, continuum=True)
@@ -144,10 +160,10 @@ class Zeros:
         return replace(self, counts=counts, continuum=False).subset(stays)
 
     def split_off(self, equations: PoseEquations, most: int) -> "Zeros":
-        """Of a continuum at most so many, spread over the list, and before them the poses that are well determined.
+        """Of a continuum at most so many samples, evenly chosen, behind the poses that are well determined.
 
-        Contacts in a special position may leave a motion free in some poses and not in others: the true one is any of
-        them.
+        Contacts in special position may leave a motion free in some poses and not in others, and any may be the true
+        one.
         """
         condition = self.condition(equations)
         count = int((condition >= SINGULAR).sum())
@@ -183,7 +199,7 @@ def _same(entries: Floats, own: Floats) -> Bools:
 
 
 def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
-    """Whether these may be all; true where it cannot be told.
+    """Whether these may be all zeros: their signs must cancel. True if that is not applicable.
 
     A pose that is no exact zero, or nearly a double one, may have either sign.
     """
@@ -198,9 +214,9 @@ def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
 
 
 def _signs_cancel(equations: PoseEquations) -> bool:
-    """Whether the degree of the map is known to be zero, and all its zeros are searched for."""
+    """Whether the degree of the map is zero, so that signs cancel, and all its zeros are searched."""
     domain = equations.domain
-    if equations.dof or equations.measured or domain.reach < np.pi:
+    if equations.dof or equations.measured or domain.search_angle < np.pi:
         return False
     if domain.is_free:
         return True
