@@ -18,6 +18,7 @@ from tactfix.geometry.surfaces import (
     offset_radius,
     outward_normals,
     residuals,
+    residuals_and_normals,
     signed_axis,
 )
 from tests.support.plain_surfaces import KINDS, any_surface, depth
@@ -34,6 +35,7 @@ def test_residual_is_how_far_the_tip_is_from_touching(kind, side):
     for tip in (0.0, 1.5):
         expected = [depth(surface, p) - tip for p in points]
         np.testing.assert_allclose(residuals(surface, points, tip), expected, atol=1e-12)
+        np.testing.assert_array_equal(residuals_and_normals(surface, points, tip)[0], residuals(surface, points, tip))
 
 
 @pytest.mark.parametrize(("kind", "side"), KINDS)
@@ -42,6 +44,7 @@ def test_normal_is_the_gradient_of_the_depth_and_the_foot_lies_on_the_surface(ki
     surface = any_surface(kind, rng, side)
     points = rng.normal(size=(20, 3)) * 20
     normals, on_surface = outward_normals(surface, points), feet(surface, points)
+    np.testing.assert_array_equal(residuals_and_normals(surface, points, 1.5)[1], normals)
     for point, normal, below in zip(points, normals, on_surface, strict=True):
         steps = 1e-5 * np.eye(3)
         gradient = [(depth(surface, point + s) - depth(surface, point - s)) / 2e-5 for s in steps]

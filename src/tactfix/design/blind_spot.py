@@ -1,6 +1,7 @@
 """One mistake, and the verdict on it: how often would the residuals show it, how far is the pose off?"""
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -9,6 +10,8 @@ from tactfix.contacts import Contacts
 from tactfix.design.distance_errors import Misplaced
 from tactfix.design.nominal_contacts import Locator, Touched, shift_of
 from tactfix.design.symmetries import Symmetry
+from tactfix.diagnosis.hypotheses import Problem
+from tactfix.diagnosis.trial_search import TrialSearch
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
@@ -55,6 +58,16 @@ class Case:
     misplaced: tuple[Misplaced, ...]
     fixture: Fixture
     locator: Locator
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The contacts on the fixture of the file, in its frame."""
+        return Problem(self.touched.surfaces, self.touched.contacts, self.touched.sigmas)
+
+    @cached_property
+    def trials(self) -> TrialSearch:
+        """Of every wrong file: the poses that they are tried from are looked for once."""
+        return TrialSearch(self.problem, [np.eye(4)])
 
 
 def power_of(noncentrality: float, dof: int) -> float:

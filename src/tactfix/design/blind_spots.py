@@ -62,18 +62,22 @@ def _worst_of(spots: Iterable[BlindSpot]) -> BlindSpot | None:
     return worst(found) if found else None
 
 
-def tip_blind_spots(touched: Touched, tip_radius: float) -> tuple[BlindSpot, BlindSpot]:
-    """A tip of tip_radius whose radius is forgotten (0), and one whose radius is taken with the wrong sign.
+def forgotten_tip(touched: Touched, tip_radius: float) -> BlindSpot:
+    """A tip of tip_radius whose radius is forgotten: taken as 0."""
+    centres = replace(_tip_centres(touched, tip_radius), tip_radius=0.0)
+    return refitted("tip_radius", touched, centres, f"tip radius {tip_radius:g} forgotten")
 
-    Nominal contacts made for another tip are moved to where the centre of this one would be.
-    """
-    normals = normals_of(touched)
+
+def _wrong_sign(case: Case) -> Iterator[BlindSpot]:
+    """The tip's radius taken with the wrong sign."""
+    centres = replace(_tip_centres(case.touched, case.tip_radius), tip_radius=-case.tip_radius)
+    yield refitted("tip_sign", case.touched, centres, f"tip radius {-case.tip_radius:g} taken")
+
+
+def _tip_centres(touched: Touched, tip_radius: float) -> Contacts:
+    """Nominal contacts made for another tip, moved to where the centre of this one would be."""
     change = touched.standoffs(tip_radius - touched.contacts.tip_radius)
-    centres = replace(touched.contacts, points=touched.contacts.points + change[:, None] * normals)
-    return (
-        refitted("tip_radius", touched, replace(centres, tip_radius=0.0), f"tip radius {tip_radius:g} forgotten"),
-        refitted("tip_sign", touched, replace(centres, tip_radius=-tip_radius), f"tip radius {-tip_radius:g} taken"),
-    )
+    return replace(touched.contacts, points=touched.contacts.points + change[:, None] * normals_of(touched))
 
 
 def _tip_offset(case: Case) -> Iterator[BlindSpot]:
@@ -224,8 +228,8 @@ def _off(touched: Touched, sigmas_off: Mapping[int, float]) -> Contacts:
 
 
 JUDGES: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
-    "tip_radius": lambda case: tip_blind_spots(case.touched, case.tip_radius)[:1],
-    "tip_sign": lambda case: tip_blind_spots(case.touched, case.tip_radius)[1:],
+    "tip_radius": lambda case: (forgotten_tip(case.touched, case.tip_radius),),
+    "tip_sign": _wrong_sign,
     "tip_offset": _tip_offset,
     "pretravel": _pretravel,
     "scale": _growth,

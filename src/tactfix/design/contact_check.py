@@ -20,7 +20,7 @@ from tactfix.accessibility.touchable import extreme_points
 from tactfix.contacts import Contacts
 from tactfix.design.accuracy import Certainty, certainty, free_of
 from tactfix.design.blind_spot import BlindSpot, Case
-from tactfix.design.blind_spots import blind_spots, tip_blind_spots
+from tactfix.design.blind_spots import blind_spots, forgotten_tip
 from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
 from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
@@ -159,7 +159,9 @@ def _judged(
     tip = _forgotten_tip(fixture, touched)
     margin = margins(touched, locator, with_losses=sure.source != "spread")
     spots = blind_spots(_case(fixture, touched, tip, sure.worst.sigma, locator))
-    sees_tip = spread is not None and tip_blind_spots(spread, tip)[0].detectable
+    # Where the well spread contacts are those judged, this has been asked.
+    told = next(spot for spot in spots if spot.error == "tip_radius")
+    sees_tip = spread is not None and (told if sure.source == "spread" else forgotten_tip(spread, tip)).detectable
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
     findings += margin_findings(margin, sure.source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, sure, sure.source, fixture.units)

@@ -12,8 +12,8 @@ import numpy as np
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
 from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
-from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
-from tactfix.diagnosis.trial_search import TrialSearch, searched_anew
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis
+from tactfix.diagnosis.trial_search import searched_anew
 from tactfix.fixture import Placement, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
@@ -50,21 +50,21 @@ def diameters(case: Case) -> list[BlindSpot]:
     wrong = [{name: surface} for name, surface in doubled.items()] + ([doubled] if len(doubled) > 1 else [])
     words = {_key(one): f"radius of {listed(list(one))} doubled" for one in wrong}
     hypotheses = [Hypothesis("diameter", features=tuple(one), surfaces=one) for one in wrong]
-    return _judged("diameter", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+    return _judged("diameter", case, case.trials.explanations(hypotheses), words)
 
 
 def wrong_side(case: Case) -> list[BlindSpot]:
     """A boss written as a bore, or a bore as a boss."""
-    hypotheses = sides(_problem(case))
+    hypotheses = sides(case.problem)
     words = {_key(h.surfaces): f"side of {h.features[0]} taken for the other" for h in hypotheses}
-    return _judged("side", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+    return _judged("side", case, case.trials.explanations(hypotheses), words)
 
 
 def exchanged_axes(case: Case) -> list[BlindSpot]:
     """Two coordinates of one feature exchanged."""
-    hypotheses = exchanged_coordinates(_problem(case))
+    hypotheses = exchanged_coordinates(case.problem)
     words = {_key(h.surfaces): f"{h.note[0]} and {h.note[1]} of {_what(case, h)} exchanged" for h in hypotheses}
-    return _judged("axes", case, TrialSearch(_problem(case), [np.eye(4)]).explanations(hypotheses), words)
+    return _judged("axes", case, case.trials.explanations(hypotheses), words)
 
 
 def _what(case: Case, hypothesis: Hypothesis) -> str:
@@ -86,17 +86,13 @@ def mirror_image(case: Case) -> list[BlindSpot]:
         low[0], high[0] = -box.high[0], -box.low[0]
         boxes[name] = TouchBox(low, high)
     mirrored = replace(case, fixture=replace(case.fixture, touch=boxes))
-    hypotheses = reflections(_problem(case))
+    hypotheses = reflections(case.problem)
     words = {_key(h.surfaces): "file of the mirror image" for h in hypotheses}
-    return _judged("mirrored", mirrored, searched_anew(_problem(case), hypotheses), words)
+    return _judged("mirrored", mirrored, searched_anew(case.problem, hypotheses), words)
 
 
 def _key(surfaces: Mapping[str, Surface]) -> tuple[int, ...]:
     return tuple(map(id, surfaces.values()))
-
-
-def _problem(case: Case) -> Problem:
-    return Problem(case.touched.surfaces, case.touched.contacts, case.touched.sigmas)
 
 
 def _judged(
@@ -119,7 +115,7 @@ def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats]:
     """Chi-square and pose (4, 4) of an explanation; fitted again where something is known of the pose beforehand."""
     if case.touched.placement is None:
         return way.chi2, way.base_from_fixture
-    problem = way.hypothesis.corrected(_problem(case), way.values)
+    problem = way.hypothesis.corrected(case.problem, way.values)
     touched = replace(case.touched, surfaces=problem.surfaces, sigmas=problem.sigmas)
     fits = (refined(touched, problem.contacts, start) for start in (way.base_from_fixture, np.eye(4)))
     best = min(fits, key=lambda fit: fit.chi2)
@@ -142,7 +138,7 @@ def _best_left(case: Case, one: Explanation) -> Explanation | None:
     touch = {name: box for name, box in case.fixture.touch.items() if name not in moved}
     fixture = replace(case.fixture, touch=touch, placement=_limits(case.touched.placement))
     for way in one.ways:
-        problem = way.hypothesis.corrected(_problem(case), way.values)
+        problem = way.hypothesis.corrected(case.problem, way.values)
         pose = solution_at(way.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
         if not judge(fixture, problem.contacts, pose, use_path=False).reasons:
             return way

@@ -82,11 +82,10 @@ def moved(a_from_b: Floats, surface: Surface) -> Surface:
         case Plane():
             return Plane(rotation @ surface.point + translation, rotation @ surface.normal)
         case Sphere():
-            return replace(surface, center=rotation @ surface.center + translation)
+            return Sphere(rotation @ surface.center + translation, surface.radius, surface.side)
         case Cylinder():
-            return replace(
-                surface, point=rotation @ surface.point + translation, direction=rotation @ surface.direction
-            )
+            point, direction = rotation @ surface.point + translation, rotation @ surface.direction
+            return Cylinder(point, direction, surface.radius, surface.side)
         case Point():
             return Point(rotation @ surface.point + translation)
 
@@ -138,19 +137,35 @@ def radial(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
 def radial_directions(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
     """Unit vectors (..., 3) from the centre, or square from the axis, to points (..., 3); any such on it."""
     arms = radial(surface, points)
-    size = lengths(arms)[..., None]
+    return _directions(surface, arms, lengths(arms))
+
+
+def _directions(surface: Sphere | Cylinder | Point, arms: Floats, distances: Floats) -> Floats:
+    """Radial vectors (..., 3) over their lengths (...)."""
+    size = distances[..., None]
     if not size.all():
         anywhere = basis_across(surface.direction)[0] if isinstance(surface, Cylinder) else np.eye(3)[0]
         arms, size = np.where(size > 0, arms, anywhere), np.where(size > 0, size, 1.0)
     return np.asarray(arms / size)
 
 
+def _outward(surface: Sphere | Cylinder | Point) -> float:
+    """1 where the outward normal points away from the centre or axis, -1 in a bore."""
+    return -1.0 if isinstance(surface, Sphere | Cylinder) and surface.side == "inner" else 1.0
+
+
+def _off(surface: Sphere | Cylinder | Point, distances: Floats, tip_radius: float) -> Floats:
+    """The residuals (...,) of tip centres at these distances from the centre or axis."""
+    if isinstance(surface, Point):
+        return distances
+    return np.asarray(_outward(surface) * (distances - surface.radius) - tip_radius)
+
+
 def outward_normals(surface: Surface, points: Floats) -> Floats:
     """Unit outward normals (..., 3) of the surface below points (..., 3); of a point the direction away from it."""
     if isinstance(surface, Plane):
         return np.full(points.shape, surface.normal)
-    sign = -1.0 if isinstance(surface, Sphere | Cylinder) and surface.side == "inner" else 1.0
-    return sign * radial_directions(surface, points)
+    return _outward(surface) * radial_directions(surface, points)
 
 
 def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
@@ -160,11 +175,16 @@ def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
     """
     if isinstance(surface, Plane):
         return np.asarray((points - surface.point) @ surface.normal - tip_radius)
-    distance = lengths(radial(surface, points))
-    if isinstance(surface, Point):
-        return distance
-    sign = 1.0 if surface.side == "outer" else -1.0
-    return np.asarray(sign * (distance - surface.radius) - tip_radius)
+    return _off(surface, lengths(radial(surface, points)), tip_radius)
+
+
+def residuals_and_normals(surface: Surface, points: Floats, tip_radius: float) -> tuple[Floats, Floats]:
+    """`residuals` and `outward_normals`, with what both need worked out once: every step of a refinement needs both."""
+    if isinstance(surface, Plane):
+        return residuals(surface, points, tip_radius), outward_normals(surface, points)
+    arms = radial(surface, points)
+    distances = lengths(arms)
+    return _off(surface, distances, tip_radius), _outward(surface) * _directions(surface, arms, distances)
 
 
 def feet(surface: Surface, points: Floats) -> Floats:

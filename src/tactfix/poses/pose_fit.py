@@ -16,7 +16,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Bools, Floats, cross
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized, rotation_from_vector, skew
-from tactfix.geometry.surfaces import SidedSurface, Surface, moved, outward_normals, rescaled, residuals
+from tactfix.geometry.surfaces import SidedSurface, Surface, moved, rescaled, residuals_and_normals
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import onto_placement, terms_at, with_placement
 from tactfix.values import frozen_value
@@ -99,8 +99,8 @@ def contact_residuals(surfaces: Mapping[str, Surface], contacts: Contacts) -> tu
     """Residuals (n,) and outward normals (n, 3) of contacts on surfaces in base."""
     values, normals = np.empty(len(contacts)), np.empty((len(contacts), 3))
     for name, index in contacts.by_feature.items():
-        values[index] = residuals(surfaces[name], contacts.points[index], contacts.tip_radius)
-        normals[index] = outward_normals(surfaces[name], contacts.points[index])
+        on_surface = residuals_and_normals(surfaces[name], contacts.points[index], contacts.tip_radius)
+        values[index], normals[index] = on_surface
     return values, normals
 
 
