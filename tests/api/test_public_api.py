@@ -7,7 +7,6 @@ import subprocess
 import sys
 import typing
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,24 +57,6 @@ def test_functions_stay_functions_whatever_is_imported_first(code: str) -> None:
 
 def test_functions_travel_to_other_processes() -> None:
     assert pickle.loads(pickle.dumps(tactfix.locate)) is tactfix.locate
-
-
-def test_users_see_the_types(tmp_path: Path) -> None:
-    user = tmp_path / "user.py"
-    user.write_text(
-        "import tactfix\n"
-        'fixture = tactfix.load_fixture("a.yaml")\n'
-        'result = tactfix.locate(fixture, tactfix.load_contacts("a.csv", fixture))\n'
-        "reveal_type(result)\n"
-        'tactfix.plan(fixture, contacts="many")\n'
-    )
-    # Libraries take most of the time; with the settings of the project they are read once for its own check too.
-    settings = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache")]
-    command = [sys.executable, "-m", "mypy", *settings, str(user)]
-    said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
-    assert 'Revealed type is "tactfix.results.LocatedResult | tactfix.results.NotLocatedResult"' in said
-    assert 'Argument "contacts" to "plan" has incompatible type "str"' in said
-    assert "Found 1 error" in said
 
 
 def test_contacts_from_arrays_are_those_of_the_file() -> None:

@@ -36,28 +36,50 @@ else:
 """
 
 
-def checked(text: str, folder: Path) -> str:
-    """What mypy --strict says of a program."""
-    user = folder / "user.py"
-    user.write_text(text, encoding="utf-8")
+WRONG = """
+import tactfix
+fixture = tactfix.load_fixture("a.yaml")
+result = tactfix.locate(fixture, tactfix.load_contacts("a.csv", fixture))
+reveal_type(result)
+tactfix.plan(fixture, contacts="many")
+"""
+PROGRAMS = {
+    "wrong": WRONG,
+    "asking": EXAMPLE,
+    "not_asking": EXAMPLE.replace('if result.status == "located":', "if fixture.name:"),
+}
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What mypy --strict says of each program."""
+    folder = tmp_path_factory.mktemp("users")
+    for name, text in PROGRAMS.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
     # Libraries take most of the time; with the settings of the project, which are strict, they are read once.
     settings = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache")]
-    command = [sys.executable, "-m", "mypy", "--strict", *settings, str(user)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False).stdout
+    command = [sys.executable, "-m", "mypy", "--strict", *settings, *(f"{name}.py" for name in PROGRAMS)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    lines = done.stdout.splitlines(keepends=True)
+    return {name: "".join(line for line in lines if line.startswith(f"{name}.py:")) for name in PROGRAMS}
 
 
-def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(tmp_path: Path) -> None:
-    said = checked(EXAMPLE, tmp_path)
-    assert re.findall(r'Revealed type is "([\w.]+)"', said) == [
+def test_users_see_the_types(said: dict[str, str]) -> None:
+    assert 'Revealed type is "tactfix.results.LocatedResult | tactfix.results.NotLocatedResult"' in said["wrong"]
+    assert 'Argument "contacts" to "plan" has incompatible type "str"' in said["wrong"]
+    assert said["wrong"].count(": error: ") == 1
+
+
+def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(said: dict[str, str]) -> None:
+    assert re.findall(r'Revealed type is "([\w.]+)"', said["asking"]) == [
         "tactfix.results.LocatedResult",
         "tactfix.results.NotLocatedResult",
     ]
-    assert "Success" in said
+    assert ": error: " not in said["asking"]
 
 
-def test_without_asking_there_may_be_none(tmp_path: Path) -> None:
-    said = checked(EXAMPLE.replace('if result.status == "located":', "if fixture.name:"), tmp_path)
-    assert '"None" is not indexable' in said or "not indexable" in said
+def test_without_asking_there_may_be_none(said: dict[str, str]) -> None:
+    assert "not indexable" in said["not_asking"]
 
 
 @pytest.mark.parametrize(("features", "kind"), [(None, "LocatedResult"), ("plate", "NotLocatedResult")])

@@ -203,8 +203,8 @@ def assert_end(processes: list[Path]) -> None:
         time.sleep(0.05)
 
 
-MANY_EACH = 150
-"""Sets for each process, which take it most of a second: enough for a signal to come before the last one."""
+MANY_EACH = 80
+"""Sets for each process, which take it some 0.4 s: enough for a signal to come before the last one."""
 
 
 def marked(line: bytes) -> bytes:

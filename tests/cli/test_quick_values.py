@@ -57,7 +57,7 @@ WORDS = (
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.sampled_from([*WORDS.split(" "), "", " 1"]), max_size=7))
 def test_values_are_those_that_typer_makes(words: list[str]) -> None:
     assert called_with(QuickCommand, words) == called_with(TyperCommand, words)

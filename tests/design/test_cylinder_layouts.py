@@ -5,6 +5,7 @@ import pytest
 
 from tactfix.design.cylinder_layouts import cylinder_layouts
 from tactfix.design.design_check import design_check
+from tactfix.design.plan_findings import layout_findings
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder
 from tests.support.plans import QUICK, contacts_of, plan_at
@@ -120,17 +121,18 @@ def test_the_finding(rings, words):
         # Two rows along the axis, at three heights each.
         rings = [ring([angle], height) for angle in (20, 150) for height in (20, 28, 40)]
         words = "lie on infinitely many cylinders at once"
-    report = design_check(load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml"), plan_with(*rings), QUICK)
-    (finding,) = [f for f in report.findings if f.code == "tidy_layout"]
-    assert finding.status == "warning"
+    contacts = bar_contacts(*rings)
+    (finding,) = layout_findings(cylinder_layouts(contacts, {"bar": BAR}, contacts.sigmas), "plan")
+    assert (finding.code, finding.status) == ("tidy_layout", "warning")
     assert words in finding.message
     assert "45, 135" in finding.hint
 
 
-def test_what_the_remedy_proposes_gives_no_finding():
-    plan = plan_with(ring(FOUR, 20), ring([45, 135], 40))
-    report = design_check(load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml"), plan, QUICK)
-    assert not [f for f in report.findings if f.code == "tidy_layout"]
+def test_design_check_tells_it_of_a_plan_and_not_where_the_remedy_is_followed():
+    fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
+    for rings, told in (((ring(THREE, 20), ring(THREE, 40)), True), ((ring(FOUR, 20), ring([45, 135], 40)), False)):
+        report = design_check(fixture, plan_with(*rings), QUICK)
+        assert ("tidy_layout" in {f.code for f in report.findings}) == told
 
 
 def test_a_bore_is_judged_from_inside():

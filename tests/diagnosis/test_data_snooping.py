@@ -44,7 +44,7 @@ def test_limits_are_those_of_scipy():
     assert least_chi_square(0) == 0.0
 
 
-@pytest.mark.parametrize("index", [1, 8, 14])
+@pytest.mark.parametrize("index", [8, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 14))])
 def test_a_slip_that_the_sum_hides_makes_the_pose_fall(index):
     """Six sigma in one of eighteen contacts: chi-square 36, limit 49."""
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})

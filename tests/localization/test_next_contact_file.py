@@ -10,7 +10,10 @@ from tactfix.simulation.simulate import simulate
 from tests.support.command_line import tactfix
 from tests.support.project import ROOT
 
-FIXTURES = ["robot-cell-plate", "three-planes", pytest.param("three-spheres", marks=pytest.mark.slow)]
+FIXTURES = [
+    "robot-cell-plate",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("three-planes", "three-spheres")),
+]
 NOISE = re.compile(r"\d[eE]-(0[5-9]|[1-9]\d)|-0\.?0*(?![.\d])")
 """Numbers that are rounding: 1.3e-13, -0.00."""
 

@@ -88,7 +88,7 @@ def bar_and_ball(tmp_path, by_relations):
     return tactfix.load_fixture(file)
 
 
-@pytest.mark.parametrize("seed", [5, 7, 8, 32, 42, 53, 57, 59])
+@pytest.mark.parametrize("seed", [5, 32, 57, *(pytest.param(k, marks=pytest.mark.slow) for k in (7, 8, 42, 53, 59))])
 def test_a_ball_next_to_a_double_root_has_all_the_places_of_a_rigid_fixture(tmp_path, seed):
     """Its two contacts lie nearly along the way to the bar, and noise has made one place of two, or none."""
     rng = np.random.default_rng(seed)
@@ -160,7 +160,7 @@ UPRIGHT = {
 }
 
 
-@pytest.mark.parametrize("sigma", [1e-4, 0.005, 0.05])
+@pytest.mark.parametrize("sigma", [1e-4, pytest.param(0.005, marks=pytest.mark.slow), 0.05])
 @pytest.mark.parametrize("said_twice", [False, True])
 @pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 6), marks=pytest.mark.slow)])
 def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twice, seeds):
