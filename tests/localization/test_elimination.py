@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactfix.localization.elimination import judge
+from tactfix.localization.elimination import assess
 from tactfix.poses.rigid import rigid_solutions
 from tests.support.problems import CYLINDER_SPHERE, PLATE, Patch, box, placed, touch_all
 
@@ -21,15 +21,15 @@ def trial_of(patches, counts, touch=None, seed=0, sigma=0.05, **changes):
     return placed(patches, touch), truth, contacts, best
 
 
-def codes(verdict):
-    return [(reason.code, reason.feature, reason.row) for reason in verdict.reasons]
+def codes(assessment):
+    return [(reason.code, reason.feature, reason.row) for reason in assessment.reasons]
 
 
 def test_nothing_speaks_against_the_truth():
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS)
-    verdict = judge(fixture, contacts, trial)
-    assert verdict.reasons == ()
-    assert verdict.doubts == ()
+    assessment = assess(fixture, contacts, trial)
+    assert assessment.reasons == ()
+    assert assessment.warnings == ()
 
 
 @pytest.mark.parametrize(("row", "feature"), [(2, "plate"), (8, "pin"), (14, "ball")])
@@ -37,35 +37,35 @@ def test_an_approach_out_of_the_material(row, feature):
     fixture, truth, contacts, trial = trial_of(PLATE, COUNTS)
     approaches = truth.approaches.copy()
     approaches[row - 1] *= -1
-    verdict = judge(fixture, replace(contacts, approaches=approaches), trial)
-    assert codes(verdict) == [("approach", feature, row)]
-    assert f"row {row}" in verdict.reasons[0].message
+    assessment = assess(fixture, replace(contacts, approaches=approaches), trial)
+    assert codes(assessment) == [("approach", feature, row)]
+    assert f"row {row}" in assessment.reasons[0].message
 
 
 def test_an_inner_surface_is_approached_from_within():
     bore = {**PLATE, "pin": Patch("cylinder", (0, 0, 0), (0, 0, 1), 10.0, side="inner", length=20.0, middle=-26.0)}
     fixture, truth, contacts, trial = trial_of(bore, COUNTS)
-    assert judge(fixture, contacts, trial).reasons == ()
+    assert assess(fixture, contacts, trial).reasons == ()
     inwards = np.einsum("ij,ij->i", truth.approaches[5:11], truth.points[5:11] * [1, 1, 0])
     assert (inwards > 0).all()
-    verdict = judge(fixture, replace(contacts, approaches=-truth.approaches), trial)
-    assert {feature for _, feature, _ in codes(verdict)} == {"plate", "pin", "ball"}
+    assessment = assess(fixture, replace(contacts, approaches=-truth.approaches), trial)
+    assert {feature for _, feature, _ in codes(assessment)} == {"plate", "pin", "ball"}
 
 
 def test_one_reason_for_each_feature_at_its_worst_contact():
     fixture, truth, contacts, trial = trial_of(PLATE, COUNTS)
     approaches = truth.approaches.copy()
     approaches[:3] *= -1
-    verdict = judge(fixture, replace(contacts, approaches=approaches), trial)
+    assessment = assess(fixture, replace(contacts, approaches=approaches), trial)
     cosine = np.einsum("ij,ij->i", approaches, truth.normals)[:3]
-    assert codes(verdict) == [("approach", "plate", int(np.argmax(cosine)) + 1)]
-    assert "2 more" in verdict.reasons[0].message
+    assert codes(assessment) == [("approach", "plate", int(np.argmax(cosine)) + 1)]
+    assert "2 more" in assessment.reasons[0].message
 
 
 def test_contacts_without_approach_eliminate_nothing():
     fixture, truth, contacts, trial = trial_of(PLATE, COUNTS)
     nothing = replace(contacts, approaches=np.full_like(truth.approaches, np.nan))
-    assert judge(fixture, nothing, trial).reasons == ()
+    assert assess(fixture, nothing, trial).reasons == ()
 
 
 @pytest.mark.parametrize("sigmas_inside", [-50.0, -3.0, 3.0, 50.0])
@@ -75,15 +75,15 @@ def test_the_box_judges_beyond_its_margin_only(sigmas_inside):
     lowest = int(np.argmin(truth.points[5:11, 2])) + 6
     low = truth.points[lowest - 1, 2] - sigmas_inside * 0.05
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS, {"pin": box(z=(low, 1e3))})
-    verdict = judge(fixture, contacts, trial)
-    assert codes(verdict) == ([("touch", "pin", lowest)] if sigmas_inside == -50 else [])
-    assert bool(verdict.doubts) == (sigmas_inside == -3)
+    assessment = assess(fixture, contacts, trial)
+    assert codes(assessment) == ([("touch", "pin", lowest)] if sigmas_inside == -50 else [])
+    assert bool(assessment.warnings) == (sigmas_inside == -3)
 
 
 def test_the_box_is_asked_of_the_surface_not_of_the_centre_of_the_tip():
     """A tip of 2 touching the top of the ball has its centre above the box."""
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS, {"ball": box(z=(-1e3, 60.0 + 19.05 + 0.01))})
-    assert judge(fixture, contacts, trial).reasons == ()
+    assert assess(fixture, contacts, trial).reasons == ()
 
 
 def test_a_path_through_a_ball():
@@ -92,11 +92,11 @@ def test_a_path_through_a_ball():
     points, approaches = contacts.points.copy(), truth.approaches.copy()
     points[0], approaches[0] = (300.0, 180.0, 2.0), (0, 0, -1)
     below = replace(contacts, points=points, approaches=approaches)
-    assert codes(judge(fixture, below, trial)) == [("path", "plate", 1)]
-    assert "ball" in judge(fixture, below, trial).reasons[0].message
-    assert judge(fixture, below, trial, use_path=False).reasons == ()
+    assert codes(assess(fixture, below, trial)) == [("path", "plate", 1)]
+    assert "ball" in assess(fixture, below, trial).reasons[0].message
+    assert assess(fixture, below, trial, use_path=False).reasons == ()
     near = placed(PLATE, approach=20.0)
-    assert judge(near, below, trial).reasons == ()
+    assert assess(near, below, trial).reasons == ()
 
 
 def test_the_path_is_asked_only_of_poses_that_nothing_else_speaks_against():
@@ -104,8 +104,8 @@ def test_the_path_is_asked_only_of_poses_that_nothing_else_speaks_against():
     points, approaches = contacts.points.copy(), truth.approaches.copy()
     points[0], approaches[0] = (300.0, 180.0, 2.0), (0, 0, -1)
     approaches[7] *= -1
-    verdict = judge(fixture, replace(contacts, points=points, approaches=approaches), trial)
-    assert [code for code, _, _ in codes(verdict)] == ["approach"]
+    assessment = assess(fixture, replace(contacts, points=points, approaches=approaches), trial)
+    assert [code for code, _, _ in codes(assessment)] == ["approach"]
 
 
 def test_a_worse_known_pose_is_judged_less():
@@ -117,8 +117,8 @@ def test_a_worse_known_pose_is_judged_less():
     for sigma in (1e-6, 2e-2):
         _, _, contacts, trial = trial_of(CYLINDER_SPHERE, {"bar": 5, "ball": 3}, seed=seed, sigma=sigma)
         fixture = placed(CYLINDER_SPHERE, {"bar": box(y=(low + 1e-3, 10.0))})
-        verdicts.append(judge(fixture, contacts, trial))
+        verdicts.append(assess(fixture, contacts, trial))
     sure, unsure = verdicts
     assert [code for code, _, _ in codes(sure)] == ["touch"]
     assert unsure.reasons == ()
-    assert unsure.doubts
+    assert unsure.warnings

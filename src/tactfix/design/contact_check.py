@@ -42,7 +42,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
-from tactfix.localization.free_motions import WORTHLESS_ANGLE
+from tactfix.localization.free_motions import UNDERDETERMINED_ANGLE
 from tactfix.localization.nominal import locate_nominal, standing
 from tactfix.probe import residual_sigmas
 from tactfix.results import FreeMotion
@@ -134,7 +134,7 @@ def _is_held(touched: Touched, geometry: GeometryCheck) -> bool:
     """Whether these contacts leave no motion free, and no direction unknown."""
     if _free(touched, geometry):
         return False
-    return _certainty(touched, geometry, np.zeros((0, 3)), "spread").turn_sigma <= WORTHLESS_ANGLE
+    return _certainty(touched, geometry, np.zeros((0, 3)), "spread").turn_sigma <= UNDERDETERMINED_ANGLE
 
 
 def _judged(
@@ -153,7 +153,7 @@ def _judged(
     """
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
     findings = [*so_far.findings, *certainty_findings(sure, sigma, max_sigma, fixture.units)]
-    if sure.turn_sigma > WORTHLESS_ANGLE:
+    if sure.turn_sigma > UNDERDETERMINED_ANGLE:
         # No pose that locate would call one: nothing is to be told apart from it, and nothing is off.
         return replace(so_far, certainty=sure, findings=tuple(findings))
     tip = _forgotten_tip(fixture, touched)

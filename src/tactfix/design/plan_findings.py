@@ -15,7 +15,7 @@ from tactfix.design.nominal_contacts import Touched
 from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
 from tactfix.geometry.rigid import rotation_angle
-from tactfix.localization.free_motions import WORTHLESS_ANGLE
+from tactfix.localization.free_motions import UNDERDETERMINED_ANGLE
 from tactfix.localization.motion_words import vector
 from tactfix.results import FreeMotion
 from tactfix.wording import listed
@@ -105,7 +105,7 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
     ratio = at_worst.sigma / sigma
     where = f"the worst extreme point {vector(at_worst.point)} is known to {at_worst.sigma:.3g} {units} (1 sigma)"
     turn = certainty.turn_sigma
-    if turn > WORTHLESS_ANGLE:
+    if turn > UNDERDETERMINED_ANGLE:
         status: Severity = "error"
         what = f"{where}, and its direction to {np.degrees(turn):.3g} deg: locate will call that underdetermined"
     elif max_sigma is not None and at_worst.sigma > max_sigma:

@@ -17,7 +17,7 @@ from tactfix.diagnosis.trial_search import searched_anew
 from tactfix.fixture import Placement, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.localization.elimination import judge
+from tactfix.localization.elimination import assess
 from tactfix.mistakes import BlindSpotCode
 from tactfix.poses.rigid import solution_at
 from tactfix.wording import listed
@@ -140,6 +140,6 @@ def _best_left(case: Case, one: Explanation) -> Explanation | None:
     for way in one.ways:
         problem = way.hypothesis.corrected(case.problem, way.values)
         pose = solution_at(way.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
-        if not judge(fixture, problem.contacts, pose, use_path=False).reasons:
+        if not assess(fixture, problem.contacts, pose, use_path=False).reasons:
             return way
     return None

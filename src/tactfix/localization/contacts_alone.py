@@ -1,11 +1,11 @@
-"""What the contacts alone would leave, without what is known of the pose beforehand, and where they contradict it.
+"""The result of the contacts alone, without what is known of the pose beforehand, and contradictions between the two.
 
-1. Where what is known takes part in the fit, the poses of the contacts alone are those that its search found beside, or
-   those of a search without it.
-2. Where it only limits the poses, they are the same, and its verdicts are not counted.
-3. Poses so found that contradict what is known are told as candidates.
-4. Where no pose is left, it is told which held direction would have to give way, else by how much the nearest pose is
-   beyond what is known.
+1. If the prior takes part in the fit, the poses of the contacts alone come from the same search, or from one without
+   it.
+2. If it only limits the poses, they are the same, and rejections by the prior are not counted.
+3. Poses that contradict the prior are added as candidates.
+4. If no pose is left, the messages name a constrained direction whose release explains the contacts, else the deviation
+   of the nearest pose from the prior.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -25,17 +25,19 @@ from tactfix.results import Candidate, Reason, Status, WithoutPrior
 from tactfix.values import frozen_value
 
 POSES_AGREE = 1e-6
-"""Rad, and distances from the contacts, by which two searches may differ in one pose."""
+"""Largest difference (rad, distances from the contacts) of one pose in two searches: both converge to about 1e-8
+(`descent.SMALLEST_STEP`)."""
 COMPONENTS: Final[tuple[Direction, ...]] = ("rx", "ry", "rz", "x", "y", "z")
-"""Of a motion, in the order of a covariance."""
+"""The components of a motion, in the order of a covariance."""
 
 
 @frozen_value
 class ContactsAlone:
-    """What is found without what is known beforehand.
+    """The result without the prior.
 
-    without: status and poses. fallen: poses that explain the contacts and contradict what is known, as candidates.
-    contradictions: where no pose is left, why what is known cannot be right, in words; empty where it is not to blame.
+    without: status and number of poses. fallen: poses that explain the contacts and contradict the prior, as
+    candidates. contradictions: if no pose is left, messages why the prior cannot be right; empty if it is not the
+    cause.
     """
 
     without: WithoutPrior
@@ -43,7 +45,7 @@ class ContactsAlone:
     contradictions: tuple[str, ...]
 
     def warnings(self, status: str) -> tuple[str, ...]:
-        """What to say beside the status of what is left with it."""
+        """The warnings for the status of the result with the prior."""
         if status == "inconsistent":
             return self.contradictions
         if status != "located" or self.without.status == "located":
@@ -55,10 +57,7 @@ class ContactsAlone:
 
 
 def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome) -> ContactsAlone:
-    """The same contacts without placement; outcome: what is left with it. sigmas (n,) of the residuals.
-
-    Limits do not change the poses: without them those are left that only the limits spoke against.
-    """
+    """The same contacts without placement; outcome: the one with it. sigmas (n,) of the residuals."""
     placement = fixture.placement
     assert placement is not None
     off: Contradicting = []
@@ -78,18 +77,18 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
 
 
 def _counted(contacts: Contacts, outcome: Outcome, beside: Sequence[Solution] = ()) -> WithoutPrior:
-    """What is left where the verdicts of what is known are not counted, with what else is left beside."""
-    pairs = zip(outcome.solutions.found, outcome.verdicts, strict=True)
+    """The result if rejections by the prior are not counted; beside: further solutions."""
+    pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
     left = [*(s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}), *beside]
     return _without(status_of(contacts, outcome.solutions, left), left)
 
 
 Left: TypeAlias = tuple[WithoutPrior, Sequence[Solution]]
-"""What is left without, and those of its poses that may contradict what is known."""
+"""The result without the prior, and those of its poses that may contradict it."""
 
 
 def _found_beside(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Left | None:
-    """What the search with a measured pose has found of the contacts alone, where it has looked for that too."""
+    """The poses of the contacts alone from the search with a measured pose; None if it did not look for them."""
     if outcome.solutions.aside is None:
         return None
     alone = replace(outcome.solutions, found=outcome.solutions.aside)
@@ -98,7 +97,7 @@ def _found_beside(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Lef
 
 
 def _searched_again(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Left:
-    """What a search of half the cost leaves of all six unknowns."""
+    """The result of a search for all six unknowns at half the cost."""
     if fixture.equations(contacts.features) < 6:
         return WithoutPrior("underdetermined", None), ()
     alone = outcome_of(_without_placement(fixture), contacts, sigmas, with_misses=False, thorough=False)
@@ -111,7 +110,7 @@ def _without(status: Status, left: Sequence[Solution]) -> WithoutPrior:
 
 @lru_cache(maxsize=32)
 def _without_placement(fixture: Fixture) -> Fixture:
-    """The same object each time, so that what is known of its shapes is found again."""
+    """The fixture without placement: the same object each time, so that its cached shapes are found again."""
     return replace(fixture, placement=None)
 
 
@@ -119,7 +118,7 @@ Contradicting: TypeAlias = list[tuple[Solution, Contradiction]]
 
 
 def _contradicting(fixture: Fixture, solutions: Iterable[Solution], fitted: bool) -> Contradicting:
-    """The solutions that contradict what is known, each with how."""
+    """The solutions that contradict the prior, each with its contradiction."""
     assert fixture.placement is not None
     told = ((s, contradiction(fixture.placement, s, fixture.units, fitted)) for s in solutions)
     return [(solution, how) for solution, how in told if how is not None]
@@ -136,13 +135,13 @@ def _is_same(one: Solution, other: Solution, contacts: Contacts) -> bool:
 def _contradictions(
     fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome, off: Contradicting
 ) -> Iterator[str]:
-    """What of that which is known cannot be right: directions that would have to give way, else the nearest pose."""
+    """Messages why the prior cannot be right: constrained directions to release, else the nearest pose (step 4)."""
     ways = list(_ways(fixture, contacts, sigmas))
     if ways:
         what = ", or ".join(ways)
         yield f"the contacts contradict what is held: they fit where this may differ from near too: {what}"
         return
-    pairs = zip(outcome.solutions.found, outcome.verdicts, strict=True)
+    pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
     only = [s for s, v in pairs if {reason.code for reason in v.reasons} == {"prior"}]
     off = off + _contradicting(fixture, only, fitted=True)
     if off:
@@ -151,7 +150,7 @@ def _contradictions(
 
 
 def _ways(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Iterator[str]:
-    """The held directions that explain the contacts where one of them is let go, best first, and by how much."""
+    """The constrained directions whose release explains the contacts, best first, each with its deviation."""
     placement = fixture.placement
     if placement is None or placement.free is None:
         return

@@ -1,12 +1,12 @@
-"""Telling candidates apart: for each pose that fits, what speaks against it.
+"""Elimination: the tests that reject poses although they fit.
 
 1. The approach must lead into the material (eq. 11 of the paper, for planes, cylinders and inner surfaces too).
 2. Each contact must lie in the touch box of its feature.
 3. The pose must agree with what is known beforehand (`prior`).
-4. Where nothing else speaks against it, the straight path to each contact must be free.
+4. If it passes these tests, the straight path to each contact must be free.
 
-Fit and relations come before, where the poses are made. Nothing is decided on the edge: a sign must be wrong by SURE
-standard deviations to speak against a pose, and one that is within them is reported as doubtful.
+Fit and relations are tested before, where the poses are computed. A sign must be wrong by SURE standard deviations to
+reject a pose; within them there is a warning.
 """
 
 from collections.abc import Callable
@@ -27,28 +27,30 @@ from tactfix.values import frozen_value
 
 
 @frozen_value
-class Verdict:
-    """reasons: what speaks against the pose. doubts: what is too close to tell, in words."""
+class Assessment:
+    """reasons: why the pose is rejected; empty if it is not. warnings: tests that are within their uncertainty."""
 
     reasons: tuple[Reason, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
-def judge(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool = True) -> Verdict:
-    """What speaks against a pose. The path is asked only of poses that nothing else speaks against."""
+def assess(fixture: Fixture, contacts: Contacts, trial: Solution, use_path: bool = True) -> Assessment:
+    """The assessment of a pose that fits. The path is tested only if no other test rejects the pose."""
     reasons: list[Reason] = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     for test in (_approach, _touch):  # steps 1 and 2
-        test(fixture, contacts, trial, reasons, doubts)
+        test(fixture, contacts, trial, reasons, warnings)
     # Step 3.
     if fixture.placement is not None and (off := contradiction(fixture.placement, trial, fixture.units, fitted=True)):
         reasons.append(Reason("prior", None, None, off.message))
     if not reasons and use_path:  # step 4
         _path(fixture, contacts, trial, reasons)
-    return Verdict(tuple(reasons), tuple(doubts))
+    return Assessment(tuple(reasons), tuple(warnings))
 
 
-def _approach(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], doubts: list[str]) -> None:
+def _approach(
+    fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], warnings: list[str]
+) -> None:
     """Eq. 11: the probe must travel into the material, approach . outward normal < 0."""
     cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, trial.normals), -1.0)
     margin = SURE * trial.normal_sigmas
@@ -63,12 +65,12 @@ def _approach(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: li
         ),
     )
     for i in np.flatnonzero((np.abs(cosine) <= margin) & (cosine > -GRAZING))[:3]:
-        doubts.append(
+        warnings.append(
             f"the approach at {contacts.label(int(i))} grazes {contacts.features[i]}: too close to tell a side"
         )
 
 
-def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], doubts: list[str]) -> None:
+def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[Reason], warnings: list[str]) -> None:
     """Each contact must lie in the touch box of its feature."""
     if not fixture.touch:
         return
@@ -93,7 +95,7 @@ def _touch(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[
     )
     # Rounding alone puts contacts outside a box that has no thickness along the normal of its plane.
     for i in np.flatnonzero((outside > 0.01 * contacts.sigmas) & (outside <= margin))[:3]:
-        doubts.append(
+        warnings.append(
             f"{contacts.label(int(i))} lies {outside[i]:.4g} {fixture.units} outside the touch box of "
             f"{contacts.features[i]}, within its uncertainty"
         )
@@ -111,7 +113,7 @@ def _path(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[R
     approaches = contacts.approaches @ fixture_from_base[:3, :3].T
     surfaces = {name: moved(fixture_from_base, surface) for name, surface in trial.surfaces.items()}
     margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
-    # Of a contact whose place is free nothing may be said.
+    # A contact whose place is free cannot be tested.
     asked = contacts.has_approach & np.isfinite(margin)
     for name, on_feature in contacts.by_feature.items():
         index = on_feature[asked[on_feature]]

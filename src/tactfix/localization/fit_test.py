@@ -1,4 +1,4 @@
-"""Whether a pose fits the contacts, all together and one by one, and what is suspicious where it just does.
+"""Whether a pose fits the contacts, all together and one by one, and warnings if it barely does.
 
 Two tests, each wrong once in a million for good contacts: the chi-square of all residuals, and the normalised residual
 of each contact. Between one in a million and one in a thousand the pose is kept and the suspect told.
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from tactfix.diagnosis.data_snooping import StandsOut
 
 NOMINAL_RESIDUAL = 1e-6
-"""Share of sigma below which residuals are rounding: no probe made these contacts."""
+"""Share of sigma below which residuals are rounding: such contacts were computed and not measured, and get no
+warning that they are too good."""
 
 
 def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float) -> Reason | None:
@@ -37,7 +38,7 @@ def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: f
     return Reason("fit", feature, row, message)
 
 
-def misgivings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
+def residual_warnings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
     """What is suspicious about the residuals of a pose that is left: one contact, or sigma."""
     suspect = _stands_out(fixture, contacts, solution, SUSPICIOUS)
     elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)

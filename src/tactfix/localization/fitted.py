@@ -1,4 +1,4 @@
-"""What solutions say of the features and the contacts, however they were found."""
+"""The features that solutions agree on, and the residuals of the contacts, for the result."""
 
 from collections.abc import Sequence
 
@@ -6,27 +6,27 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.charts import rigid_displacements
-from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.surfaces import Surface
 from tactfix.poses.solution import Solution
 from tactfix.results import ContactResidual
 
 
 def agreed(solutions: Sequence[Solution], contacts: Contacts) -> dict[str, Surface]:
-    """The features that every solution places alike."""
+    """The features that have the same place in every solution."""
     if not solutions:
         return {}
     first, *others = solutions
-    length = _reach(first, contacts)
+    length = _place_tolerance(first, contacts)
     return {
         name: surface
         for name, surface in first.surfaces.items()
-        if _is_held(surface, first)
+        if _is_determined(surface, first)
         and all(same_surface(surface, other.surfaces[name], length, 1e-6) for other in others)
     }
 
 
-def _is_held(surface: Surface, solution: Solution) -> bool:
+def _is_determined(surface: Surface, solution: Solution) -> bool:
     """Whether none of the free motions moves the surface."""
     if not len(solution.free_twists):
         return True
@@ -34,8 +34,8 @@ def _is_held(surface: Surface, solution: Solution) -> bool:
     return bool(np.abs(moves).max(initial=0.0) <= 1e-6 * np.abs(solution.free_twists).max(initial=0.0))
 
 
-def _reach(solution: Solution, contacts: Contacts) -> float:
-    """A length that makes positions comparable: as far as the contacts' places can be off; at least their own sigma."""
+def _place_tolerance(solution: Solution, contacts: Contacts) -> float:
+    """Tolerance of a comparison of places: three times the largest sigma of a contact's place, or of a contact."""
     finite = solution.place_sigmas[np.isfinite(solution.place_sigmas)]
     return 3 * float(max(finite.max(initial=0.0), contacts.sigmas.max()))
 

@@ -1,4 +1,11 @@
-"""Motions that the contacts leave free, or see so weakly that the answer is worthless."""
+"""Free motions of a solution, or the most weakly determined one, and whether a solution is underdetermined.
+
+1. A solution is underdetermined if a motion is free, its covariance is not trusted, or a sigma exceeds its limit.
+2. Free motions get a basis: pure translations first, then rotations without a part along these (`tidied`).
+3. If none is free, the weakest motion is the longest axis of the covariance, rotations and translations compared by how
+   far they move the contacts.
+4. Each motion is named by features (`motion_words`).
+"""
 
 import numpy as np
 
@@ -8,41 +15,42 @@ from tactfix.geometry.arrays import TINY, Floats
 from tactfix.poses.solution import Solution, at_base_origin
 from tactfix.results import FreeMotion
 
-WORTHLESS_ANGLE = 0.1
-"""Rad: a pose whose direction is not known to this (1 sigma) tells nothing, and linear statistics no longer hold."""
-TOLD = 1e-6
-"""Ratio below which a motion is told as a special one: a slide, or a rotation without advance."""
-WORTHLESS_SHIFT = 0.25
-"""The same for the place of a contact on its surface, as a share of the spread of the contacts."""
-UNKNOWN_SHIFT = 10.0
-"""Times the contacts' spread beyond which a sigma says no more than that noise alone holds the fixture; half a turn is
-as much of a rotation."""
+UNDERDETERMINED_ANGLE = 0.1
+"""Largest sigma of rotation in rad of a pose that is reported. Beyond it the linear statistics fail: SURE times it
+is 0.5 rad, where a sine differs by 4 per cent from its angle."""
+SPECIAL_MOTION = 1e-6
+"""Ratio below which a motion is named as a special one, a pure translation or rotation: as
+`geometry.scale.SPECIAL_POSITION`."""
+UNDERDETERMINED_SHIFT = 0.25
+"""Largest sigma of the place of the contacts' centre, as a share of their spread, of a pose that is reported: with four
+sigma or more a contact could be anywhere on the fixture."""
+UNBOUNDED_SHIFT = 10.0
+"""Sigma, in spreads of the contacts, beyond which no number is given for a weak motion (half a turn for a rotation):
+noise alone resists it, and the linear sigma is meaningless."""
 
 
-def is_worthless(solution: Solution, contacts: Contacts) -> bool:
-    """Whether a motion is free, or known so badly that it might as well be, or too badly to say how badly."""
+def is_underdetermined(solution: Solution, contacts: Contacts) -> bool:
+    """Whether a motion is free, or determined worse than the limits, or without a covariance that can be trusted."""
+    # Step 1.
     if len(solution.free_twists) or not solution.trusted:
         return True
     turn, shift = solution.sigmas_at(contacts.centre)
-    return turn > WORTHLESS_ANGLE or shift > WORTHLESS_SHIFT * contacts.spread
+    return turn > UNDERDETERMINED_ANGLE or shift > UNDERDETERMINED_SHIFT * contacts.spread
 
 
 def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tuple[FreeMotion, ...]:
     """The free motions at a solution, in base and in words; the weakest one where none is quite free."""
-    if len(solution.free_twists):
+    if len(solution.free_twists):  # steps 2 and 4
         return tuple(in_words(fixture, solution, twist, "", contacts.spread) for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
-    if worst > np.pi or shift > UNKNOWN_SHIFT * contacts.spread:
+    if worst > np.pi or shift > UNBOUNDED_SHIFT * contacts.spread:
         note = ", which these contacts hardly resist"
-    return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)
+    return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)  # steps 3 and 4
 
 
 def _weakest(contacts: Contacts, solution: Solution) -> Floats:
-    """The least known motion (6,) of the point at base's origin: the longest axis of the covariance.
-
-    Rotations and translations are compared by how far they move the contacts.
-    """
+    """The most weakly determined motion (6,) of the point at base's origin (step 3)."""
     origin = solution.base_from_fixture[:3, 3]
     arm = float(np.abs(contacts.points - origin).max())
     units = np.array([1, 1, 1, arm, arm, arm])
@@ -61,8 +69,8 @@ def in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str, siz
     rotation, translation = twist[:3], twist[3:]
     turn = np.linalg.norm(rotation)
     size = turn if turn > 0 else np.linalg.norm(translation)
-    own = tolerance_for(solution.surfaces, TOLD)
-    tolerance = Tolerance(own.angle, max(own.length, TOLD * size_touched))
+    own = tolerance_for(solution.surfaces, SPECIAL_MOTION)
+    tolerance = Tolerance(own.angle, max(own.length, SPECIAL_MOTION * size_touched))
     words = twist_in_words(rotation / size, translation / size, solution.surfaces, tolerance)
     return FreeMotion(rotation / size, translation / size, f"the fixture {words}{note}")
 
@@ -76,7 +84,7 @@ def tidied(twists: Floats) -> Floats:
     translations, turning = mixed[rank:], mixed[:rank]
     translations[:, :3] = 0.0
     for direction in _orthonormal(translations[:, 3:]):
-        # Without its slide along a free translation a cylinder turns instead of screwing.
+        # A rotation loses its part along a free translation: a cylinder rotates instead of screwing.
         turning[:, 3:] -= np.outer(turning[:, 3:] @ direction, direction)
     return np.vstack([translations, turning])
 

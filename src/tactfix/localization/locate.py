@@ -1,11 +1,11 @@
-"""Where a fixture stands: contacts in, one pose or a clear word why there is none or more than one.
+"""Locating a fixture: from contacts to one pose, or to the reason why there is none or more than one.
 
-1. Contacts that are not of this fixture are refused; where the tip is unknown, `unknown_tip` goes on.
-2. All solutions are found (`poses.rigid`: all at once; `relations.assembly`: feature by feature), and what speaks
-   against each (`elimination`) gives a status (`outcome`).
-3. What every status reports alike is told: candidates, residuals, surfaces, warnings.
-4. Where something is known beforehand, the contacts are judged without it (`contacts_alone`).
-5. The status decides what else is told: the pose, the next contact, free motions, or the mistakes that would explain.
+1. Contacts that do not belong to this fixture are refused. If the tip is unknown, `unknown_tip` takes over.
+2. All solutions are found (`poses.rigid`: all contacts at once; `relations.assembly`: feature by feature). Each is
+   tested (`elimination`), and those that remain give the status (`outcome`).
+3. The result gets what every status has: candidates, residuals, surfaces, warnings.
+4. If something is known beforehand, the result without it is added (`contacts_alone`).
+5. The status decides what follows: the pose, the next contact, the free motions, or a diagnosis.
 """
 
 from collections.abc import Collection, Sequence
@@ -17,22 +17,23 @@ from tactfix.contacts import Contacts, Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import offset_radius
-from tactfix.localization.elimination import Verdict
-from tactfix.localization.fit_test import misgivings
+from tactfix.localization.elimination import Assessment
+from tactfix.localization.fit_test import residual_warnings
 from tactfix.localization.fitted import agreed, contact_residuals
-from tactfix.localization.free_motions import free_motions, is_worthless
-from tactfix.localization.outcome import outcome_from, outcome_of, solve, verdict_of
+from tactfix.localization.free_motions import free_motions, is_underdetermined
+from tactfix.localization.outcome import assessment_of, outcome_from, outcome_of, solve
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
 from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status
 
 COINCIDENT_SIGMAS = 100.0
-"""Times their sigma, within which contacts that tell nothing lie: more likely a wrong unit than a fixture."""
+"""Extent of the contacts, in sigma, below which underdetermined contacts get a warning about their unit: fixtures are
+thousands of sigma wide, and a wrong unit makes them 25 or 1000 times smaller."""
 
 CUT = "Of the mistakes only the most plausible ones were tried."
 SAMPLES_SHOWN = 8
-"""Poses of a continuum that are listed."""
+"""Samples of a continuum that are listed: enough to show what is free, few enough to read."""
 
 
 def locate(
@@ -108,8 +109,8 @@ def _answer(
         return locate_with_tip(fixture, contacts, frozenset(unknown), scale_sigma=scale_sigma)
     sigmas = residual_sigmas(fixture, contacts)
     outcome = outcome_of(fixture, contacts, sigmas, with_misses=explain)  # step 2
-    solutions, verdicts, left, status = outcome.solutions, outcome.verdicts, outcome.left, outcome.status
-    result = _result(fixture, contacts, solutions, verdicts, left, status)  # step 3
+    solutions, assessments, left, status = outcome.solutions, outcome.assessments, outcome.left, outcome.status
+    result = _result(fixture, contacts, solutions, assessments, left, status)  # step 3
     if left and not fixture.is_placed and status != "underdetermined":
         from tactfix.relations.parallels import doubtful_distances
 
@@ -142,14 +143,14 @@ def _refuse_foreign(fixture: Fixture, contacts: Contacts) -> None:
     if not len(contacts):
         raise UsageError("there are no contacts; touch the fixture at least six times")
     for name in dict.fromkeys(contacts.features):
-        # In the fixture's own words: what locates scales lengths and knows no names.
+        # Here the error can name the feature; the search knows scaled lengths only.
         feature = fixture.features[name]
         if feature.radius is not None:
             offset_radius(name, feature.radius, feature.side, contacts.tip_radius)
 
 
 def _without_approach_to_points(fixture: Fixture, contacts: Contacts) -> Contacts:
-    """The contacts without what is said of how the tip came to a point: it has no side to come from."""
+    """The contacts without approaches to points, which have no side."""
     on_point = np.array([fixture.features[name].type == "point" for name in contacts.features])
     if not (on_point & contacts.has_approach).any():
         return contacts
@@ -160,21 +161,23 @@ def _result(
     fixture: Fixture,
     contacts: Contacts,
     solutions: Solutions,
-    verdicts: Sequence[Verdict],
+    assessments: Sequence[Assessment],
     left: Sequence[Solution],
     status: Status,
 ) -> LocateResult:
-    """What every status reports alike: candidates, residuals of the best, surfaces that all agree on, warnings."""
+    """The part of the result that every status has."""
     best = left[0] if left else next(iter(solutions.found), None)
-    shown = list(zip(solutions.found, verdicts, strict=True))
+    shown = list(zip(solutions.found, assessments, strict=True))
     if solutions.continuum:
-        loose = [pair for pair in shown if len(pair[0].free_twists)]
-        shown = [pair for pair in shown if not len(pair[0].free_twists)] + loose[:SAMPLES_SHOWN]
+        samples = [pair for pair in shown if len(pair[0].free_twists)]
+        shown = [pair for pair in shown if not len(pair[0].free_twists)] + samples[:SAMPLES_SHOWN]
     candidates = tuple(
         Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
         for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
     )
-    doubts = misgivings(fixture, contacts, left[0], solutions.dof) if left and status != "underdetermined" else ()
+    suspicious = (
+        residual_warnings(fixture, contacts, left[0], solutions.dof) if left and status != "underdetermined" else ()
+    )
     return LocateResult(
         fixture=fixture.name,
         units=fixture.units,
@@ -188,20 +191,20 @@ def _result(
         candidates=(*candidates, *solutions.fallen),
         surfaces=agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=contact_residuals(contacts, best) if best else (),
-        warnings=() if status == "underdetermined" else _warnings(solutions, verdicts, left, doubts),
-        diagnosis=doubts,
+        warnings=() if status == "underdetermined" else _warnings(solutions, assessments, left, suspicious),
+        diagnosis=suspicious,
     )
 
 
 def _warnings(
-    solutions: Solutions, verdicts: Sequence[Verdict], left: Sequence[Solution], misgiven: Sequence[Diagnosis]
+    solutions: Solutions, assessments: Sequence[Assessment], left: Sequence[Solution], suspicious: Sequence[Diagnosis]
 ) -> tuple[str, ...]:
-    warnings = [doubt for verdict in verdicts if not verdict.reasons for doubt in verdict.doubts]
-    for verdict in verdicts if len(left) == 1 else []:
-        if {reason.code for reason in verdict.reasons} == {"path"}:
+    warnings = [warning for one in assessments if not one.reasons for warning in one.warnings]
+    for assessment in assessments if len(left) == 1 else []:
+        if {reason.code for reason in assessment.reasons} == {"path"}:
             note = "nothing else rules out another pose; where the probe starts closer, say so with approach_distance"
-            warnings.append(f"{verdict.reasons[0].message}: {note}")
-    warnings += [cause.message for cause in misgiven]
+            warnings.append(f"{assessment.reasons[0].message}: {note}")
+    warnings += [cause.message for cause in suspicious]
     if not solutions.complete and not solutions.continuum and solutions.dof >= 0:
         warnings.append("the search for poses did not settle: there may be one that was not found; add a contact")
     return tuple(dict.fromkeys(warnings))
@@ -224,25 +227,25 @@ def _with_free_motions(
     result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
 ) -> LocateResult:
     samples = left or solutions.found
-    # Contacts in a special position leave a motion free in some poses and none in others.
-    loosest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
-    motions = free_motions(fixture, contacts, loosest) if loosest else ()
-    if loosest is not None:
+    # Contacts in special position leave a motion free in some poses and not in others.
+    weakest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
+    motions = free_motions(fixture, contacts, weakest) if weakest else ()
+    if weakest is not None:
         from tactfix.localization.missing_contacts import missing_contact
 
-        result = replace(result, next_contact=missing_contact(fixture, contacts, loosest))
+        result = replace(result, next_contact=missing_contact(fixture, contacts, weakest))
     extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))
-    if loosest is None or len(loosest.free_twists) or extent > COINCIDENT_SIGMAS * sigma:
+    if weakest is None or len(weakest.free_twists) or extent > COINCIDENT_SIGMAS * sigma:
         return replace(result, free_motions=motions)
-    doubt = (
+    warning = (
         f"all contacts lie within {extent:.3g} {fixture.units}, {extent / sigma:.2g} times their sigma: "
         "is their unit the right one?"
     )
-    return replace(result, free_motions=motions, warnings=(*result.warnings, doubt))
+    return replace(result, free_motions=motions, warnings=(*result.warnings, warning))
 
 
 def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
-    """The result with what would make the contacts consistent."""
+    """The result with the mistakes that explain the contacts."""
     from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, staged_diagnosis
     from tactfix.relations.realization import few_shapes
     from tactfix.relations.trials import Trials
@@ -258,17 +261,17 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
         again = outcome_from(fixture, corrected, solve_again(corrected, with_misses=False))
         if not again.left:
             return None
-        # Contacts of a wrong unit may shrink to what tells nothing; what is left without one of them may just be weak.
+        # A weakly determined pose counts after a deletion only: contacts in a wrong unit may shrink to a point.
         is_weak = again.status == "underdetermined"
         if is_weak and (again.solutions.dof < 1 or len(corrected) == len(contacts)):
             return None
         return again.left[0].chi2, "" if again.status == "located" else f" (what is left is {again.status})"
 
     def accepts(corrected: Fixture, kept: Contacts, solution: Solution) -> str | None:
-        verdict = verdict_of(corrected, kept, solution, chi_square_limit(corrected.dof(kept.features)))
-        if {reason.code for reason in verdict.reasons} - {"path"}:
+        assessment = assessment_of(corrected, kept, solution, chi_square_limit(corrected.dof(kept.features)))
+        if {reason.code for reason in assessment.reasons} - {"path"}:
             return None
-        return " (what is left is weak)" if is_worthless(solution, kept) else ""
+        return " (what is left is weak)" if is_underdetermined(solution, kept) else ""
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
     best = next(iter(solutions.found), None)

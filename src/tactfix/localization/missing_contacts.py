@@ -1,14 +1,14 @@
-"""Which contacts are missing where those made leave a motion free: the fewest, and where to make them.
+"""The fewest further contacts that leave no motion free, and where to make them.
 
-To first order about one pose a contact with outward normal n at x sees the motion (w, v) by n . v + (x - c) x n . w.
-One more contact takes away one free motion at most, so that as many are missing as motions are free.
+To first order about one pose, a contact with outward normal n at x changes by n . v + (x - c) x n . w with a motion
+(w, v) of the fixture. One contact removes at most one free motion, so at least as many are missing as motions are free.
 
-1. Touches that can be made are spread over all features, each with its information of what is not held.
-2. The contacts made and a measured pose give the information to begin with.
-3. The touch is chosen with which the determinant of the information grows most (D-optimal, greedily: for independent
-   rows the fewest are found so), until no motion is free.
-4. Where one takes no free motion away, none helps.
-5. The first is told, the others as its further ones.
+1. Possible touches are spread over all features; each has an information matrix of the unconstrained motions.
+2. The contacts made, and a measured pose, give the initial information.
+3. The touch that increases the determinant of the information most is chosen, until no motion is free (greedy D-optimal
+   choice; each removes one free motion if any touch can).
+4. If a touch removes no free motion, none does.
+5. The first touch is returned, the others as its further ones.
 """
 
 import numpy as np
@@ -29,30 +29,31 @@ from tactfix.results import NextContact
 from tactfix.wording import coordinates, listed
 
 PLACES_FOR_A_MOTION = 60
-"""Places of each feature that are looked at, evenly spread, for a motion left free."""
-FREE = 1e-7
-"""Ratio of singular values below which a motion is free."""
-UNSEEN = 1e-10
-"""Share of the largest information that a motion counts for which nothing sees."""
+"""Candidate touches of each feature, evenly spread: neighbours are about an eighth of a face apart, near enough to the
+best one to remove a free motion."""
+FREE_RATIO = 1e-7
+"""Ratio of singular values below which a motion is free: information is their square, whose rounding is 1e-15."""
+UNSEEN_INFORMATION = 1e-10
+"""Share of the trace of the information that is added to its diagonal, so that the determinant of singular
+information can be compared: well above rounding, well below the information of a touch."""
 
 
 def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) -> NextContact | None:
-    """The first of the fewest contacts that leave no motion free, the others in its further; None where none helps.
+    """The first of the fewest contacts that leave no motion free, the others in its further; None if none helps.
 
-    solution: one of the poses that the contacts allow. Where a motion is free no place in base is known, only in the
-    fixture; else the place is that of the solution.
+    solution: one of the poses that the contacts allow. If a motion is free, places are known in the fixture frame only.
     """
     try:
         candidates = _Candidates(fixture, solution, contacts.tip_radius)  # step 1
     except TactfixError:  # a tip that does not fit into a bore that nobody has touched
         return None
     information = candidates.information_of(contacts)  # step 2
-    is_free = _freedom(information) > 0
+    is_free = _free_count(information) > 0
     chosen: list[int] = []
-    while len(candidates) and (not chosen or _freedom(information) > 0):
+    while len(candidates) and (not chosen or _free_count(information) > 0):
         number = candidates.best(information)  # step 3
         gained = information + candidates.information[number]
-        if is_free and _freedom(gained) == _freedom(information):
+        if is_free and _free_count(gained) == _free_count(information):
             return None  # step 4
         chosen.append(number)
         information = gained
@@ -62,10 +63,10 @@ def missing_contact(fixture: Fixture, contacts: Contacts, solution: Solution) ->
     return _told(touches, is_free) if touches else None
 
 
-def _freedom(information: Floats) -> int:
-    """How many motions nothing sees; information (u, u)."""
+def _free_count(information: Floats) -> int:
+    """The number of free motions; information (u, u)."""
     values = np.linalg.eigvalsh(information)
-    return int((values <= FREE**2 * max(float(values[-1]), 1.0)).sum())
+    return int((values <= FREE_RATIO**2 * max(float(values[-1]), 1.0)).sum())
 
 
 def _told(touches: list[NextContact], is_free: bool) -> NextContact:
@@ -89,14 +90,14 @@ def _told(touches: list[NextContact], is_free: bool) -> NextContact:
 
 
 class _Candidates:
-    """Touches that can be made, with what each sees; in the fixture frame, as the solution has its features."""
+    """Possible touches and their information, in the fixture frame, with features as in the solution."""
 
     def __init__(self, fixture: Fixture, solution: Solution, tip_radius: float) -> None:
         self.pose = solution.base_from_fixture
         fixture_from_base = inverse(self.pose)
         self.surfaces = {name: moved(fixture_from_base, surface) for name, surface in solution.surfaces.items()}
         self.access = access_of(fixture, self.surfaces, tip_radius)
-        # A lone point has no size; all about it is a turn, which no unit of length makes more or less seen.
+        # A single point has no size; only rotations remain, for which the unit of length does not matter.
         self.length = self.access.radius or 1.0
         self.basis, self.known = np.eye(6), np.zeros((0, 6))
         if fixture.placement is not None:
@@ -118,12 +119,12 @@ class _Candidates:
         return self._information(self.points[number][None], self.normals[number][None])
 
     def _information(self, points: Floats, normals: Floats) -> Floats:
-        """What touches at points (n, 3) with normals (n, 3) see of what is not held, (u, u), lengths in self.length."""
+        """The information (u, u) of touches at points (n, 3) with normals (n, 3), lengths in self.length."""
         rows = np.hstack([cross((points - self.access.centre) / self.length, normals), normals]) @ self.basis
         return np.asarray(rows.T @ rows)
 
     def information_of(self, contacts: Contacts) -> Floats:
-        """What contacts in base and a measured pose see, (u, u)."""
+        """The information (u, u) of contacts in base and of a measured pose."""
         fixture_from_base = inverse(self.pose)
         in_base = {name: moved(self.pose, surface) for name, surface in self.surfaces.items()}
         single = one_equation_each(in_base, contacts, contacts.sigmas)
@@ -133,8 +134,8 @@ class _Candidates:
         return self._information(points, normals @ fixture_from_base[:3, :3].T) + known.T @ known
 
     def best(self, information: Floats) -> int:
-        """The touch that makes the determinant of all information largest."""
-        ground = UNSEEN * max(float(np.trace(information)), 1.0) * np.eye(len(information))
+        """The touch with the largest determinant of the information after it."""
+        ground = UNSEEN_INFORMATION * max(float(np.trace(information)), 1.0) * np.eye(len(information))
         return int(np.argmax(np.linalg.slogdet(information + ground + self.information)[1]))
 
     def touch(self, number: int, sigma: float, known: bool) -> NextContact:

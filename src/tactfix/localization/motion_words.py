@@ -27,7 +27,8 @@ from tactfix.wording import listed
 
 Surfaces = Mapping[str, Surface]
 ROUNDING_OF_WORDS = 1e-9
-"""Share of the largest coordinate (and of a thousandth, where all are smaller) below which one is rounding."""
+"""Share of the largest coordinate (or of 0.001, if all are smaller) below which a coordinate is rounding and printed as
+zero; messages have four digits."""
 
 
 def free_motions(surfaces: Surfaces, tolerance: Tolerance) -> tuple[FreeMotion, ...]:

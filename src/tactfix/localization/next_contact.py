@@ -1,9 +1,9 @@
-"""The contact that would tell the remaining poses apart: where they disagree by the widest margin in units of sigma.
+"""The contact that distinguishes the remaining poses best: where they disagree by the largest margin in sigma.
 
-1. Points are spread over what can be touched of each feature, as the best pose has it; a blocked path rules one out.
-2. For every other pose it is asked how far the fixture's surfaces are from there; the smallest is the point's margin.
-3. The point with the largest margin is taken, the first of equal ones.
-4. Where that is within sigma, no contact tells the poses apart.
+1. Points are spread over the touchable part of each feature at the best pose; those with a blocked path are dropped.
+2. The margin of a point is the least distance, over the other poses, of the fixture's surface from it.
+3. The point with the largest margin is chosen, the first of equal ones.
+4. If that margin is within sigma, no contact distinguishes the poses.
 """
 
 from collections.abc import Sequence
@@ -22,10 +22,11 @@ from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
 
 PLACES_TO_TELL_APART = 200
-"""Places of each feature that are looked at, evenly spread, to tell poses apart."""
-# Margins closer than this share are equal but for rounding, as at mirror-symmetric points: the first of them is taken,
-# so that the same contacts ask for the same touch on every machine.
+"""Candidate touches of each feature, evenly spread: neighbours are about a fourteenth of a face apart, so that the best
+margin is nearly reached."""
 _EQUAL_MARGIN = 1e-9
+"""Relative difference of margins up to which they are equal, as at mirror-symmetric points: above rounding. The
+first of equal ones is chosen, so that the same contacts give the same point on every machine."""
 
 
 def next_contact(
@@ -33,10 +34,8 @@ def next_contact(
 ) -> NextContact | None:
     """A reachable point on a touchable surface, square approach, at which the poses disagree most.
 
-    The point is on the fixture as the best pose has it, in base. For every other pose it is asked how far the
-    fixture's surfaces would be from there; the smallest of those, in sigma (fixture units), is what the chosen
-    point makes largest. None when the poses place every touchable surface alike: then no contact can tell them
-    apart.
+    The point is on the fixture at the best pose, in base; sigma in fixture units. None if the poses have every
+    touchable surface in the same place: then no contact distinguishes them.
     """
     first, *others = solutions
     base_from_fixture = first.base_from_fixture
@@ -82,10 +81,10 @@ def _disagreement(
     first: Solution,
     others: Sequence[Solution],
 ) -> Floats:
-    """How far (m,) the nearest wrong pose would have the surface from each contact.
+    """The distance (m,) of each contact from the surface at the nearest other pose.
 
-    A probe that finds no surface, or comes out of the material, or touches outside the touch box tells as well: such a
-    pose counts as disagreeing by the fixture's size.
+    A pose at which the probe would find no surface, come out of the material, or touch outside the touch box counts as
+    disagreeing by the size of the feature.
     """
     off = standoff(first.surfaces[name], tip_radius)
     tips = transform_points(first.base_from_fixture, points + off * normals)

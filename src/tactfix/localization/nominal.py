@@ -1,7 +1,7 @@
-"""Contacts of a plan located: they are in the fixture frame, and the fixture stands where its placement says.
+"""Locating the contacts of a plan, which are in the fixture frame.
 
-What is known beforehand is known in base. Contacts are carried there, located, and the answer is carried back, so that
-the right pose is the identity whether the fixture has a placement or not.
+What is known beforehand is known in base. So contacts are transformed to base by the expected pose, located, and the
+result is transformed back: the right pose is the identity, whether the fixture has a placement or not.
 """
 
 from collections.abc import Mapping
@@ -19,15 +19,15 @@ from tactfix.results import LocateResult
 
 
 def standing(fixture: Fixture) -> Floats | None:
-    """Where the fixture is thought to stand, base_from_fixture (4, 4); None where nothing is known."""
+    """The expected pose base_from_fixture (4, 4); None if nothing is known."""
     return None if fixture.placement is None else fixture.placement.near
 
 
 def locate_nominal(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None) -> LocateResult:
-    """What locate says, without explanations, of contacts in the fixture frame while it stands at base_from_fixture.
+    """The result of locate, without explanations, for contacts in the fixture frame and a fixture at base_from_fixture.
 
-    The result is in the fixture frame, without the words of free motions and of the next contact. None: anywhere, which
-    is only allowed where nothing is known beforehand.
+    The result is in the fixture frame, without free motions and next contact, whose messages are in base. None: any
+    pose, which is only allowed if nothing is known beforehand.
     """
     if base_from_fixture is None:
         return locate(fixture, contacts, explain=False)

@@ -1,4 +1,10 @@
-"""What the contacts leave of a fixture's poses: every solution, what speaks against each, and the status."""
+"""The outcome of locating: every solution, the assessment of each, and the status.
+
+1. All solutions are computed (`solve`).
+2. Each is assessed: fit, then approach, touch box, prior and path (`elimination`).
+3. If only the path rejects every remaining pose, the path was not straight: the test is left out.
+4. The solutions that no test rejects give the status.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,9 +12,9 @@ from dataclasses import replace
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.localization.elimination import Verdict, judge
+from tactfix.localization.elimination import Assessment, assess
 from tactfix.localization.fit_test import misfit_of
-from tactfix.localization.free_motions import is_worthless
+from tactfix.localization.free_motions import is_underdetermined
 from tactfix.poses.solution import Solution, Solutions, in_order
 from tactfix.results import Status
 from tactfix.values import frozen_value
@@ -16,10 +22,10 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Outcome:
-    """solutions, the verdict on each, those that are left, and the status."""
+    """solutions, the assessment of each, the solutions that are left, and the status."""
 
     solutions: Solutions
-    verdicts: tuple[Verdict, ...]
+    assessments: tuple[Assessment, ...]
     left: tuple[Solution, ...]
     status: Status
 
@@ -34,10 +40,11 @@ def outcome_of(
 def outcome_from(fixture: Fixture, contacts: Contacts, solutions: Solutions) -> Outcome:
     """The outcome of these solutions."""
     solutions = replace(solutions, found=in_order(solutions.found))
-    verdicts = [verdict_of(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
-    verdicts = _without_impossible_path(fixture, contacts, solutions, verdicts)
-    left = tuple(s for s, v in zip(solutions.found, verdicts, strict=True) if not v.reasons)
-    return Outcome(solutions, tuple(verdicts), left, status_of(contacts, solutions, left))
+    # Steps 2 and 3.
+    assessments = [assessment_of(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
+    assessments = _without_impossible_path(fixture, contacts, solutions, assessments)
+    left = tuple(s for s, v in zip(solutions.found, assessments, strict=True) if not v.reasons)
+    return Outcome(solutions, tuple(assessments), left, status_of(contacts, solutions, left))
 
 
 def solve(
@@ -45,12 +52,12 @@ def solve(
 ) -> Solutions:
     """Every solution, by the way that fits the fixture: rigid, or feature by feature with relations.
 
-    Where there is none the nearest miss, unless without with_misses; samples where relations leave something free.
-    Without thorough a rigid fixture is searched at half the cost, and may keep a pose to itself.
+    If there is none, the nearest miss, unless without with_misses; samples if relations leave a motion free. Without
+    thorough a rigid fixture is searched at half the cost, and a pose may be missed.
 
     Raises UsageError where the file's relations leave the shape open, and the pose is restricted or was measured.
     """
-    # Each way is imported by the fixtures that take it: at the prompt importing takes longer than locating.
+    # Imported where needed: at the prompt importing takes longer than locating.
     if fixture.is_placed:
         from tactfix.poses.rigid import rigid_solutions
 
@@ -65,40 +72,40 @@ def solve(
     return assembled_solutions(fixture, contacts, sigmas, with_misses)
 
 
-def verdict_of(
+def assessment_of(
     fixture: Fixture, contacts: Contacts, solution: Solution, limit: float, use_path: bool = True
-) -> Verdict:
-    """What speaks against a solution: its fit first, then approach, touch box and path."""
+) -> Assessment:
+    """The assessment of a solution: its fit first, then approach, touch box, prior and path."""
     misfit = misfit_of(fixture, contacts, solution, limit)
-    return judge(fixture, contacts, solution, use_path) if misfit is None else Verdict((misfit,), ())
+    return assess(fixture, contacts, solution, use_path) if misfit is None else Assessment((misfit,), ())
 
 
 NO_PATH = "no pose lets the probe come in a straight line; the test of the path is left out"
 
 
 def _without_impossible_path(
-    fixture: Fixture, contacts: Contacts, solutions: Solutions, verdicts: Sequence[Verdict]
-) -> list[Verdict]:
-    """The verdicts; where only the path speaks against every pose that is left, the path cannot be right.
+    fixture: Fixture, contacts: Contacts, solutions: Solutions, assessments: Sequence[Assessment]
+) -> list[Assessment]:
+    """The assessments, without the path test if it alone rejects every remaining pose (step 3).
 
-    A probe need not come from far away: then the straight line that the path test assumes is not the one it took.
+    A probe that starts close by did not move along the whole straight line that the test assumes.
     """
-    codes = [{reason.code for reason in verdict.reasons} for verdict in verdicts]
+    codes = [{reason.code for reason in assessment.reasons} for assessment in assessments]
     if {"path"} not in codes or set() in codes:
-        return list(verdicts)
-    again = [verdict_of(fixture, contacts, s, solutions.limit, use_path=False) for s in solutions.found]
-    blocked = next(v.reasons[0].message for v, c in zip(verdicts, codes, strict=True) if c == {"path"})
-    doubt = (
+        return list(assessments)
+    again = [assessment_of(fixture, contacts, s, solutions.limit, use_path=False) for s in solutions.found]
+    blocked = next(v.reasons[0].message for v, c in zip(assessments, codes, strict=True) if c == {"path"})
+    warning = (
         f"{blocked}, and so for every pose: {NO_PATH}. If the probe starts closer, say so with probe.approach_distance"
     )
-    return [v if v.reasons else replace(v, doubts=(*v.doubts, doubt)) for v in again]
+    return [v if v.reasons else replace(v, warnings=(*v.warnings, warning)) for v in again]
 
 
 def status_of(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) -> Status:
-    """The status where these solutions are left."""
+    """The status if these solutions are left (step 4)."""
     if not left:
-        # Too few contacts to be inconsistent: a continuum of which no sample passed.
+        # Too few contacts to be inconsistent: no sample of the continuum passed the tests.
         return "underdetermined" if solutions.continuum or solutions.dof < 0 else "inconsistent"
-    if solutions.continuum or solutions.dof < 0 or all(is_worthless(solution, contacts) for solution in left):
+    if solutions.continuum or solutions.dof < 0 or all(is_underdetermined(solution, contacts) for solution in left):
         return "underdetermined"
     return "located" if len(left) == 1 else "ambiguous"

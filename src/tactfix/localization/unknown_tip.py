@@ -1,11 +1,11 @@
-"""Where a fixture stands when it is not known where the tip is, or how large: both together, or what is missing.
+"""Locating a fixture together with the tip, if the tip's place in the flange or its radius is unknown.
 
 1. All poses with their tips are found (`unknowns.search`).
-2. What speaks against each is asked with the contacts as its tip makes them. Where only the path speaks against all
-   that are left, it is not the one that the probe took.
-3. Where something is known beforehand, the same is done without it.
-4. The status decides what else is told: the motion left free, the next contact, or the pose with its covariance.
-5. Inconsistent contacts are asked whether another place of the tip, or one contact less, explains them.
+2. Each is tested with the contacts corrected for its tip. If the path alone rejects all that are left, it is not
+   counted.
+3. If something is known beforehand, the same is done without it.
+4. The status decides what follows: the free motions, the next contact, or the pose with its covariance.
+5. If the contacts are inconsistent, another place of the tip and the deletion of one contact are tried.
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,10 @@ from tactfix.diagnosis.messages import tip_offset_message
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.localization.elimination import judge
+from tactfix.localization.elimination import assess
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.motion_words import vector
-from tactfix.localization.tip_advice import suspects, telling_contact, turned_contact
-from tactfix.localization.tip_motions import tip_motions
+from tactfix.localization.tip_advice import distinguishing_contact, suspects, tip_motions, turned_contact
 from tactfix.noise import SURE
 from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import largest_sigma
@@ -33,15 +32,16 @@ from tactfix.unknowns.search import TipSolutions, tip_solutions
 from tactfix.unknowns.solution import TipSolution
 
 SAME_TIP = 1e-6
-"""Share of the contacts' spread by which the tips of samples of one continuum may differ by rounding."""
+"""Share of the contacts' spread up to which the tips of samples of a continuum are one: convergence leaves 1e-10
+(`unknowns.descent.TIP_REACHED`), rounding of the samples more."""
 
 
 def locate_with_tip(
     fixture: Fixture, contacts: Contacts, unknown: frozenset[Unknown], *, scale_sigma: bool = False
 ) -> LocateResult:
-    """Where the fixture stands, and what of the tip is unknown; base frame and fixture units.
+    """The pose and the unknown part of the tip; base frame and fixture units.
 
-    Raises UsageError where contacts do not say how the flange stood, or the fixture's shape is not known.
+    Raises UsageError if contacts have no flange rotations, or the fixture has no known shape.
     """
     if "tip" in unknown and contacts.flange_rotations is None:
         raise UsageError("the tip is unknown, and the contacts do not say how the flange stood at each touch")
@@ -55,7 +55,7 @@ def locate_with_tip(
     # Step 2.
     reasons = [_against(fixture, solution, solutions.limit) for solution in solutions.found]
     if not any(len(against) == 0 for against in reasons):
-        # Where only the path speaks against every pose that is left, it is not the one that the probe took.
+        # If the path alone rejects every remaining pose, the probe did not take it.
         reasons = [tuple(reason for reason in against if reason.code != "path") for against in reasons]
     left = [solution for solution, against in zip(solutions.found, reasons, strict=True) if not against]
     status = _status(solutions, left)
@@ -65,11 +65,11 @@ def locate_with_tip(
     result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
     # Step 4.
     if status == "underdetermined":
-        loosest = max(left or solutions.found, key=lambda s: len(s.weak))
-        touch = turned_contact(fixture, loosest)
-        return replace(result, free_motions=tip_motions(fixture, loosest), next_contact=touch)
+        weakest = max(left or solutions.found, key=lambda s: len(s.weak))
+        touch = turned_contact(fixture, weakest)
+        return replace(result, free_motions=tip_motions(fixture, weakest), next_contact=touch)
     if status == "ambiguous":
-        return replace(result, next_contact=telling_contact(fixture, left))
+        return replace(result, next_contact=distinguishing_contact(fixture, left))
     if status == "located":
         factor = left[0].solution.chi2 / solutions.dof if scale_sigma and solutions.dof > 0 else 1.0
         joint = left[0].covariance * factor
@@ -85,7 +85,7 @@ def locate_with_tip(
 
 
 def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solutions: TipSolutions) -> tuple[Diagnosis, ...]:
-    """Another place of the tip in the flange as what explains the contacts; nothing where it does not."""
+    """Another place of the tip in the flange as the diagnosis; empty if it does not explain the contacts."""
     best = next((s for s in solutions.found if not _against(fixture, s, solutions.limit)), None)
     if best is None or not best.tip_is_known or solutions.dof < 1:
         return ()
@@ -95,7 +95,7 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solutions: TipSolutions
 
 
 def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Reason, ...]:
-    """What speaks against a solution: its fit, a tip farther off than it can be, approach, touch box, path."""
+    """The reasons against a solution: its fit, a tip beyond tip_within, prior, approach, touch box, path."""
     pose = solution.solution
     if pose.chi2 > limit:
         worst = int(np.argmax(np.abs(pose.residuals)))
@@ -110,13 +110,13 @@ def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Rea
         beyond = contradiction(fixture.placement, pose, fixture.units, fitted=True)
         if beyond is not None:
             return (Reason("prior", None, None, beyond.message),)
-    return judge(replace(fixture, placement=None), solution.contacts, pose).reasons
+    return assess(replace(fixture, placement=None), solution.contacts, pose).reasons
 
 
 def _beside_prior(
     result: LocateResult, fixture: Fixture, contacts: Contacts, unknown: frozenset[Unknown]
 ) -> LocateResult:
-    """The result with what would be left without what is known beforehand, and whether that alone decided."""
+    """The result, with the one without the prior, and a warning if the prior alone decides."""
     alone = locate_with_tip(replace(fixture, placement=None), contacts, unknown)
     poses = sum(candidate.accepted for candidate in alone.candidates)
     without = WithoutPrior(alone.status, None if alone.status == "underdetermined" else poses)
@@ -132,7 +132,7 @@ def _beside_prior(
 
 
 def _sigma_along(solution: TipSolution) -> float:
-    """One standard deviation of how far the tip is off."""
+    """The standard deviation of the tip along its deviation."""
     direction = solution.tip / np.linalg.norm(solution.tip)
     return float(np.linalg.norm(direction @ solution.factor[6:9]))
 
@@ -154,7 +154,7 @@ def _result(
     left: Sequence[TipSolution],
     status: Status,
 ) -> LocateResult:
-    """What every status reports alike."""
+    """The part of the result that every status has."""
     best = (left or solutions.found)[0]
     pairs = [(s.solution, against) for s, against in zip(solutions.found, reasons, strict=True)]
     candidates = [Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, against) for s, against in pairs]
@@ -182,7 +182,7 @@ def _names(unknown: frozenset[Unknown]) -> tuple[str, ...]:
 def _tip(
     contacts: Contacts, left: Sequence[TipSolution], solutions: TipSolutions, unknown: frozenset[Unknown]
 ) -> TipEstimate | None:
-    """The tip, where the contacts determine it, whether the fixture's pose or not."""
+    """The tip if the contacts determine it; the pose need not be determined."""
     best = left[0]
     if not all(solution.tip_is_known for solution in left) or best.solution.chi2 > solutions.limit:
         return None
