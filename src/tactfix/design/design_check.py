@@ -36,7 +36,7 @@ from tactfix.design.random_layouts import (
 from tactfix.design.symmetries import Symmetry
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
-from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.scale import SPECIAL_POSITION, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.locate import locate

@@ -20,8 +20,8 @@ from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
 from tactfix.fixture import Fixture, Placement
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.rigid import rotation_angle
-from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import SPECIAL_POSITION, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import tidied

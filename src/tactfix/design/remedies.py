@@ -13,8 +13,8 @@ from tactfix.design.touch_regions import regions_meet
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.motions import Fixed, common_motions
+from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.scale import SPECIAL_POSITION, middle_of, size_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.results import FreeMotion

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.sameness import same_surface
+from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.mistakes import DiagnosisCode
 

@@ -11,9 +11,9 @@ Bools: TypeAlias = NDArray[np.bool_]
 Ints: TypeAlias = NDArray[np.intp]
 
 EPS = float(np.finfo(np.float64).eps)
-"""The rounding of a number of size one."""
+"""The spacing of doubles at 1, 2.2e-16: twice the largest relative rounding error."""
 TINY = float(np.finfo(np.float64).tiny)
-"""The least that a divisor may be: anything else over it is merely large."""
+"""The smallest normal double, 2.2e-308: a divisor is at least this, so that no division is by zero."""
 
 
 def frozen(values: ArrayLike) -> Floats:
@@ -39,7 +39,7 @@ Frozen: TypeAlias = Annotated[Floats, frozen]
 
 
 def _frozen_unit(vectors: ArrayLike) -> Floats:
-    """What is scaled already is kept to the bit, so that a copy, and what is read back from JSON, is the same value."""
+    """The unit vectors; vectors of length one are kept to the bit, so that copies and JSON give the same value."""
     given = frozen(vectors)
     squares = np.add.reduce(given * given, axis=-1)
     return given if (np.abs(squares - 1.0) <= 4 * EPS).all() else frozen(unit(given))
@@ -70,16 +70,18 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 _OTHER_CAP = -0.913
-"""z of the circle of directions at which `basis_across` jumps. It is small, and no direction along an axis, in a plane
-of axes in whole degrees, or of small whole numbers lies on it or within noise of it."""
+"""z below which `basis_across` turns -z instead of z to the direction: the basis jumps at that circle of directions.
+The circle is small, and no direction along an axis, in a plane of axes in whole degrees, or of small whole numbers
+lies on it or within noise of it."""
 
 
 def basis_across(directions: Floats) -> Floats:
-    """Two unit vectors (..., 2, 3) square to unit vectors directions (..., 3) and each other, right-handed with them.
+    """Two unit vectors (..., 2, 3) perpendicular to unit vectors directions (..., 3) and each other, right-handed with
+    them.
 
-    The coordinate axes x and y turned by the least rotation that takes z to the direction; around -z, where that is not
-    defined, their like for -z. Exact for directions along the axes and smooth around them: noise does not make it jump.
-    Well conditioned everywhere, and written out, because it is needed at every step of every refinement.
+    The axes x and y after the least rotation that takes z to the direction; around -z the same with -z for z. It is
+    exact for directions along the axes, smooth around them, and well conditioned everywhere. It is written out for
+    speed, because every step of every refinement needs it.
     J. R. Frisvad, "Building an orthonormal basis from a 3D unit vector without normalization", Journal of Graphics
     Tools 16 (2012); T. Duff et al., "Building an orthonormal basis, revisited", JCGT 6 (2017).
     """
@@ -108,11 +110,11 @@ UNIT_AXES = np.eye(3)
 
 
 def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors (..., 3) square to unit vectors directions (..., 3) and to each other, for sampling circles.
+    """Two unit vectors (..., 3) perpendicular to unit vectors directions (..., 3) and to each other, to sample circles.
 
     A point of the circle around a direction is u cos(angle) + v sin(angle); u, v and the direction are right-handed.
-    For sampling alone (else `basis_across`): they jump where two components tie, and are kept because equal seeds must
-    go on giving equal files.
+    For sampling only (else `basis_across`): they jump where two components are equal, and stay as they are because
+    equal seeds must give equal files.
     """
     u = unit(cross(directions, UNIT_AXES[np.argmin(np.abs(directions), axis=-1)]))
     return u, cross(directions, u)

@@ -40,7 +40,7 @@ def displaced(surface: Surface, step: Floats) -> Surface:
 
 
 def equations(surface: Surface, points: Floats, tip_radius: float) -> Floats:
-    """What vanishes (n, k) where tip centres points (n, 3) touch: the residual, or three offsets from a point."""
+    """The equations (n, k) of tip centres points (n, 3) that touch: the residual, or three offsets from a point."""
     if isinstance(surface, Point):
         return np.asarray(points - surface.point)
     return residuals(surface, points, tip_radius)[:, None]

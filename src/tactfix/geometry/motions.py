@@ -1,8 +1,9 @@
-"""The motions that no contact on a set of features can remove, by reasoning with groups; nothing numeric is ranked.
+"""The motions that no contact on a set of features can remove: intersections of symmetry groups, without numeric rank.
 
-A surface without ends is laid on itself by a connected group of rigid motions: a sphere by the three rotations about
-its centre, a plane by its planar motions, a cylinder by rotation about and translation along its axis. What a set of
-features leaves free is the intersection of their groups, and that is again one of the six kinds below.
+1. Each unbounded surface is mapped onto itself by a connected group of rigid motions: a sphere by the rotations about
+   its centre, a plane by its planar motions, a cylinder by rotation about and translation along its axis.
+2. The free motions of a set of features are the intersection of their groups, which is one of the six kinds below.
+3. A basis of its Lie algebra gives the twists.
 
 Source: the enumeration idea is that of Nederbragt and Ravani (1996, 1997); the intersection table is derived here.
 """
@@ -83,15 +84,15 @@ def motions_of(surface: Surface) -> Motions:
 
 
 def common_motions(surfaces: Iterable[Surface], tolerance: Tolerance) -> Motions:
-    """The motions common to all surfaces: the intersection of their groups. Raises ValueError where there is none."""
+    """The motions common to all surfaces: the intersection of their groups. Raises ValueError for none."""
     listed = list(surfaces)
     if not listed:
         raise ValueError("a fixture has at least one feature")
     # Lines are compared at their points: these are taken near the fixture, wherever the file put them on the axis.
     middle = middle_of(listed)
-    groups = [motions_of(anchored(surface, middle)) for surface in listed]
+    groups = [motions_of(anchored(surface, middle)) for surface in listed]  # step 1
     common = groups[0]
-    for group in groups[1:]:
+    for group in groups[1:]:  # step 2
         common = intersection(common, group, tolerance)
     return common
 
@@ -141,7 +142,7 @@ def _rotation(point: Floats, direction: Floats) -> Floats:
     return np.concatenate([direction, np.cross(point, direction)])
 
 
-# The simpler group is asked which of its motions the other one holds too, so each pair stands here once.
+# Groups in this order: the first of two is tested for motions that the second contains, so that each pair occurs once.
 _SIMPLER_FIRST = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
 
 

@@ -1,4 +1,4 @@
-"""Nearest points of planes, axes and centres, and what distances and angles between features mean.
+"""Nearest points of planes, axes and centres, the distances and angles between features, and whether two are the same.
 
 Where vectors are (..., 3) a surface may be a stack: many positions of it, as `charts.displaced` makes.
 """
@@ -9,11 +9,12 @@ from tactfix.geometry.arrays import Floats, cross, dot
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 
 PARALLEL = 1e-9
-"""Sine of the angle below which two directions are parallel: rounding, not manufacture."""
+"""Sine of the angle below which two directions are parallel: a million times the rounding of unit vectors, and far
+below any manufactured angle."""
 
 ALMOST_PARALLEL = 0.02
-"""Sine of the angle below which axes are meant to be parallel: their common perpendicular is then nowhere in
-particular, and what is known of them is their spacing where they are touched."""
+"""Sine of the angle, 1.1 degrees, below which axes are treated as parallel and their distance as the spacing: an
+error of one axis moves the feet of their common perpendicular by up to 50 times as much."""
 
 
 def foot(surface: Surface, point: Floats) -> Floats:
@@ -91,3 +92,20 @@ def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
     if isinstance(one, Cylinder) or isinstance(other, Cylinder):
         cosine = abs(cosine)
     return float(np.arctan2(np.linalg.norm(cross(a, b)), cosine))
+
+
+def same_surface(one: Surface, other: Surface, length: float, angle: float = 1e-6) -> bool:
+    """Whether two surfaces of one type agree to a length and an angle (rad), near the given point of the first."""
+    match one, other:
+        case Sphere(), Sphere():
+            return bool(np.linalg.norm(one.center - other.center) <= length)
+        case Point(), Point():
+            return bool(np.linalg.norm(one.point - other.point) <= length)
+        case Plane(), Plane():
+            facing = float(one.normal @ other.normal) > 0
+        case Cylinder(), Cylinder():
+            facing = True
+        case _:
+            return False
+    parallel = np.linalg.norm(cross(direction_of(one), direction_of(other))) <= angle
+    return bool(facing and parallel and np.linalg.norm(foot(other, one.point) - one.point) <= length)

@@ -1,7 +1,7 @@
 """The middle and the size of a set of unbounded surfaces, and the tolerances that follow from them.
 
-A special position (parallel, coaxial, centre on axis, ...) is judged by a measured ratio: an angle in rad, or a length
-against the fixture's own size. The verdict is the same in m, mm and um, and however far away the origin is.
+A special position (parallel, coaxial, centre on axis, ...) is recognized by a ratio: an angle in rad, or a length over
+the fixture's own size. So the result is the same in m, mm and um, and for any distance of the origin.
 """
 
 from collections.abc import Iterable, Mapping
@@ -14,10 +14,12 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, r
 from tactfix.values import frozen_value
 
 SPECIAL_POSITION = 1e-6
-"""Ratio below which a position counts as special: fixture files are typed with six decimals or more."""
+"""Ratio below which a position counts as special: fixture files have six decimals or more."""
 
-# Surfaces flatter to each other than 0.1 rad do not carry the middle away along their almost common direction.
 _FLATTEST = 1e-2
+"""Ratio of eigenvalues below which a direction does not move the middle: that of two planes at 0.2 rad. Their common
+line may be far away from the features.
+"""
 
 
 @frozen_value(eq=True)
@@ -66,16 +68,17 @@ def middle_of(surfaces: Iterable[Surface], cutoff: float = _FLATTEST) -> Floats:
 
 
 def size_of(surfaces: Iterable[Surface]) -> float:
-    """How far the surfaces reach from their middle (fixture units): distances and radii; 0 where they have none."""
+    """The largest distance from the middle to a surface, radius included (fixture units); 0 if there is none."""
     listed = list(surfaces)
     middle = middle_of(listed)
-    reach = [np.linalg.norm(anchor_of(s, middle) - middle) for s in listed]
+    distances = [np.linalg.norm(anchor_of(s, middle) - middle) for s in listed]
     radii = [radius_of(s) for s in listed]
-    return float(max(r + d for r, d in zip(radii, reach, strict=True)))
+    return float(max(r + d for r, d in zip(radii, distances, strict=True)))
 
 
-# Shares of the spread of the points, and of their distance from the origin, that are lost to rounding in any case.
 _SPREAD_LOSS, _FAR_LOSS = 1e-9, 1e-15
+"""Rounding of a place, as shares of the spread of the points (of a least-squares solution, with some to spare) and
+of their distance from the origin (of a coordinate)."""
 
 
 def tolerance_for(surfaces: Mapping[str, Surface], ratio: float = SPECIAL_POSITION) -> Tolerance:

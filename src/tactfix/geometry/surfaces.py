@@ -58,12 +58,13 @@ class Point:
 
 
 SidedSurface: TypeAlias = Plane | Sphere | Cylinder
-"""What has an extent and a side from which it is touched."""
+"""A surface with an extent, and a side from which it is touched."""
 Surface: TypeAlias = SidedSurface | Point
 
 _UP = np.array([0.092, 0.188, 1.0])
-"""Which end of an axis is called its direction. Oblique on purpose: no direction of whole degrees in steps of five or
-of whole numbers up to ten is square to it, so that neither rounding nor little noise turns such an axis round."""
+"""Defines which of its two ends an axis points to. Oblique on purpose: no direction in whole degrees in steps of
+five, or of whole numbers up to ten, is perpendicular to it, so that neither rounding nor little noise reverses such
+an axis."""
 
 
 def signed_axis(direction: Floats) -> Floats:

@@ -118,7 +118,7 @@ def solution_from(
     origin = base_from_fixture[:3, 3]
     moving = free[:, np.abs(free).max(axis=0) > 1e-9 * max(float(np.abs(free).max(initial=0.0)), 1e-300)]
     covariance = np.full((6, 6), np.inf) if moving.shape[1] else factor @ factor.T
-    place, normal = contact_certainty(surfaces, contacts, normals, origin, factor, moving)
+    place, normal = place_and_normal_sigmas(surfaces, contacts, normals, origin, factor, moving)
     return Solution(
         base_from_fixture=base_from_fixture,
         surfaces=surfaces,
@@ -139,7 +139,7 @@ def at_base_origin(twists: Floats, origin: Floats) -> Floats:
     return np.hstack([twists[:, :3], twists[:, 3:] - cross(twists[:, :3], origin)])
 
 
-def contact_certainty(
+def place_and_normal_sigmas(
     surfaces: Mapping[str, Surface], contacts: Contacts, normals: Floats, origin: Floats, factor: Floats, free: Floats
 ) -> tuple[Floats, Floats]:
     """Standard deviations of each contact's place on the fixture (n,), a length, and of its normal (n,), rad.

@@ -25,9 +25,8 @@ from tactfix.fixture import Feature, Fixture
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import TINY, unit
 from tactfix.geometry.charts import dimension, displaced, rigid_displacements
-from tactfix.geometry.nearest import foot, other_point
+from tactfix.geometry.nearest import foot, other_point, same_surface
 from tactfix.geometry.rigid import inverse
-from tactfix.geometry.sameness import same_surface
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, signed_axis
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.equations import carried, chart_lengths, columns_of, stacked

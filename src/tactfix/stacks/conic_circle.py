@@ -1,9 +1,9 @@
 """A conic as a circle: s(t) = a cos t + b sin t + c runs over all its real points, for whole stacks of conics.
 
-1. The eigenvector whose eigenvalue has a sign of its own gives the direction of c.
-2. Square to it, half of an angle turns any two axes into the other two eigenvectors.
-3. The conic has real points where their eigenvalues both have the other sign; one with an eigenvalue next to zero is
-   nearly a pair of lines, and that is not clear.
+1. The eigenvector whose eigenvalue differs in sign from the other two gives the direction of c.
+2. A rotation about it turns any two perpendicular axes into the other two eigenvectors.
+3. The conic has real points if their eigenvalues both have the other sign. If an eigenvalue is nearly zero, the conic
+   is nearly a pair of lines, and this is not certain.
 4. Along the eigenvectors a, b, c are as long as the roots of the smallest eigenvalue over theirs.
 """
 
@@ -12,7 +12,8 @@ import numpy as np
 from tactfix.geometry.arrays import Bools, Floats, basis_across
 
 _PAIR_OF_LINES = 1e-7
-"""Of the sum of the eigenvalues' sizes: the smallest of a conic that is no pair of lines. Rounding is far below."""
+"""Smallest eigenvalue of a conic that is not a pair of lines, as a share of the sum of absolute eigenvalues: far above
+rounding, and the points of a flatter conic lose half of the digits."""
 
 
 def conic_value_and_gradient(s: Floats, k: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
@@ -28,10 +29,9 @@ def circle_of_conic(k: Floats, caution: float) -> tuple[Floats, Bools, Bools]:
     """The vectors a, b, c (3, 3, m) of s(t) = a cos t + b sin t + c for conics k (6, m).
 
     In the frame of its eigenvectors a conic is l_a x^2 + l_b y^2 = -l_c z^2, with l_c the eigenvalue whose sign is
-    alone; where all signs are alike it has no real point. Of the vectors the longest has unit length. Returns also
-    whether (m,) the conic is real, and whether that is clear: a pair of lines is nearly real and nearly not, and
-    most of it falls on one place of the circle. caution: how far from a pair of lines, relative to its size, a conic
-    must be to be clear, beyond what rounding asks for.
+    alone; if all signs agree, it has no real point. The longest of the vectors has unit length. Returns also whether
+    (m,) the conic is real, and whether that is certain: near a pair of lines it is not, and most of the conic is at one
+    place of the circle. caution: relative distance from a pair of lines that counts as uncertain beyond rounding.
     """
     lone = _lone_eigenvector(k)  # step 1
     u, v = np.moveaxis(basis_across(lone.T), 0, -1)

@@ -1,10 +1,11 @@
-"""Real common zeros of a conic and a cubic, for whole stacks of pairs: fast, and knowing where it is not sure.
+"""Real common zeros of a conic and a cubic, for whole stacks of pairs: fast, with a mark where they may be incomplete.
 
 1. The conic is a circle in the right coordinates: s(t) = a cos t + b sin t + c (`conic_circle`).
 2. On it the cubic is a trigonometric polynomial of degree three in t, so seven samples give its values and slopes
-   anywhere, and `trigonometric_zeros` finds its zeros, or says of which polynomials it cannot be sure.
-3. Newton steps on both equations settle each zero.
-4. A pair is sure where all of that is; the others are left to a slower method, and no zero is lost in silence.
+   anywhere. `trigonometric_zeros` finds its zeros and marks polynomials for which they may be incomplete.
+3. Newton steps on both equations refine each zero.
+4. A pair is complete if all of these steps are certain. The others are left to a slower method, so that no zero is lost
+   unnoticed.
 
 Arrays are components first, (k, m) for m pairs, which keeps every operation contiguous.
 """
@@ -17,24 +18,24 @@ from tactfix.stacks.trigonometric_zeros import CIRCLE_SAMPLES, trigonometric_zer
 from tactfix.values import frozen_value
 
 _FAR, _MORE_STEPS = 1e-8, 3
-"""A Newton step of this length (rad) leaves its square, times what a crowd of zeros makes of it: worth another one, but
-not more than a few."""
+"""Length of a Newton step in rad after which another one follows, and how many at most. The error after a step is its
+square times the curvature, 1e-16 for simple zeros, more where zeros are close together."""
 
 
 @frozen_value
 class CommonZeros:
-    """zeros (3, 6, m), unit vectors, nan in empty slots; sure (m,): all zeros of the pair are there."""
+    """zeros (3, 6, m), unit vectors, nan in empty slots; complete (m,): whether these are certainly all of a pair."""
 
     zeros: Floats
-    sure: Bools
+    complete: Bools
 
 
 def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> CommonZeros:
     """The real points that a conic and a cubic share, for m pairs.
 
     conic (6, m): coefficients of x^2, y^2, z^2, xy, xz, yz; cubic (7, m): of x^2 y, x y^2, x^2 z, x z^2, y^2 z, y z^2,
-    xyz (a cubic through the corners of the frame has no others). caution: pairs whose cubic, relative to its
-    amplitude, comes so close to zero without reaching it, or whose conic is so close to a pair of lines, are not sure.
+    xyz (a cubic through the corners of the frame has no others). caution: a pair is not complete if its cubic comes so
+    close to zero, relative to its amplitude, without reaching it, or its conic to a pair of lines.
     """
     circle, real, clear = circle_of_conic(conic, caution)  # step 1
     places, sure = trigonometric_zeros(_samples(circle, cubic), caution)  # step 2

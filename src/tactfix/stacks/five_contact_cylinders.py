@@ -9,8 +9,8 @@ of c_i |p_i x s|^2 with p_4 = sum of c_i p_i.
 2. The conic of eq. 43 and the cubic of eq. 41 follow; their common zeros are the directions (`conic_cubic`), and each
    gives point and radius of its axis (eq. 38).
 3. Cylinders from thin tetrahedra are polished by least squares.
-4. Problems about which the fast method is not sure, tidy layouts among them, go through the null space of the Macaulay
-   matrix and least squares instead.
+4. Problems for which the fast method is not certainly complete, such as layouts in special position, are solved by the
+   null space of the Macaulay matrix and least squares instead.
 """
 
 import numpy as np
@@ -25,14 +25,17 @@ from tactfix.stacks.sphere_centers import stack_shape
 from tactfix.stacks.trigonometric_zeros import SLOTS
 from tactfix.values import frozen_value
 
-_PLAIN_CHUNK, _CROWDED_CHUNK = 4096, 512
-"""Problems worked on at once, so that memory stays bounded: plain ones, and crowded ones, which take more each."""
+_PLAIN_CHUNK, _SPECIAL_CHUNK = 4096, 512
+"""Problems that are solved at once, so that memory is bounded: by the fast method, and by the null space, which needs
+more for each."""
 _LEAST_VOLUME, _THIN_VOLUME = 1e-4, 0.03
-"""Of the tetrahedron of unit vectors. Rounding grows with its inverse square: thin ones are polished by least squares
-in the end, and those next to flat, or of nearly coincident contacts, are left to the other method."""
+"""Volume of the tetrahedron of unit vectors. Rounding grows with its inverse square: 1e-8 at the first value, below
+which problems are left to the other method, and 2e-13 at the second, below which cylinders are refined by least
+squares."""
 
-# Which contact becomes the fourth (left out of the tetrahedron) and which one the origin, for each choice.
 _ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 4, 3]])
+"""For each choice of the contact that is left out of the tetrahedron: the order of the contacts, that one fourth,
+the origin last."""
 
 
 @frozen_value
@@ -104,21 +107,21 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
     shape = stack_shape(points, 5)
     flat = np.asarray(points, dtype=np.float64).reshape(-1, 15)
     answers = np.empty((7, SLOTS, len(flat)))
-    sure, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))
+    complete, flatness = np.empty(len(flat), dtype=bool), np.empty(len(flat))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for start in range(0, len(flat), _PLAIN_CHUNK):
             part = slice(start, start + _PLAIN_CHUNK)
             # Steps 1 and 2.
-            sure[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
+            complete[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
     # Step 3.
-    thin = np.flatnonzero(sure & (flatness < _THIN_VOLUME))
+    thin = np.flatnonzero(complete & (flatness < _THIN_VOLUME))
     answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
-    crowded = np.flatnonzero(~sure)  # step 4
-    for start in range(0, len(crowded), _CROWDED_CHUNK):
-        index = crowded[start : start + _CROWDED_CHUNK]
+    special = np.flatnonzero(~complete)  # step 4
+    for start in range(0, len(special), _SPECIAL_CHUNK):
+        index = special[start : start + _SPECIAL_CHUNK]
         contacts = flat[index].reshape(-1, 5, 3)
         granted = tolerance + 16 * ROUNDING * np.abs(contacts).max(axis=(1, 2))
-        answers[:, :, index] = crowded_cylinders(contacts, granted).transpose(2, 1, 0)
+        answers[:, :, index] = cylinders_by_null_space(contacts, granted).transpose(2, 1, 0)
     answers = answers.transpose(2, 1, 0).reshape(*shape, SLOTS, 7)
     return CylinderStack(answers[..., :3], answers[..., 3:6], answers[..., 6], np.isfinite(answers[..., 6]))
 
@@ -137,7 +140,7 @@ def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> tuple[Bools
     conic, cubic = _conic(h, fourth, size), _cubic(h, size)
     found = real_common_zeros(conic, cubic, 1e2 * tolerance / float(extent.min() or 1.0) if tolerance else 0.0)
     _axes(found.zeros, u, normals / volume, h, size, extent, origin, answers)
-    return found.sure & (np.abs(volume) > _LEAST_VOLUME), np.abs(volume)
+    return found.complete & (np.abs(volume) > _LEAST_VOLUME), np.abs(volume)
 
 
 def _largest_tetrahedron(x: Floats) -> tuple[Floats, Floats]:
@@ -205,7 +208,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def crowded_cylinders(points: Floats, tolerance: Floats) -> Floats:
+def cylinders_by_null_space(points: Floats, tolerance: Floats) -> Floats:
     """The cylinders (m, 6, 7: point, direction, radius) that miss five contacts (m, 5, 3) by no more than tolerance.
 
     tolerance (m,), in the contacts' unit. Empty slots are nan. Double roots are given once.

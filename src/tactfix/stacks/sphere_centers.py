@@ -5,7 +5,7 @@ circumcentre m of the three contacts is written in the triangle's own vectors, a
 
 1. Two edges v1, v2 from the first contact and their cross product give the triangle's normal n and area.
 2. The circumcentre m follows from the perpendicular bisectors, in v1 and v2.
-3. h^2 = radius^2 - circumradius^2; where that is negative by no more than the tolerance and rounding, h = 0.
+3. h^2 = radius^2 - circumradius^2; if that is negative by no more than the tolerance and rounding, h = 0.
 4. The centres are m +- h n.
 """
 
@@ -16,7 +16,7 @@ from tactfix.geometry.arrays import EPS, Bools, Floats
 from tactfix.values import frozen_value
 
 _CACHED_CHUNK = 8192
-"""Problems worked on at once: their components stay in the processor's cache."""
+"""Problems that are solved at once: about thirty numbers of each, 2 MB together, stay in the processor's cache."""
 
 _RADIUS_ROUNDING = 8 * EPS
 """Relative rounding of the squared radius and circumradius."""
@@ -118,7 +118,7 @@ def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Float
     m = alpha * v1 + beta * v2
     rho_squared = _dot(m, m)
     height_squared = radius * radius - rho_squared  # step 3
-    # What rounding of the coordinates can do to the circumradius of a thin triangle is always granted.
+    # The rounding of the circumradius of a thin triangle is always part of the tolerance.
     granted = tolerance + _RADIUS_ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
     # circumradius - radius <= granted, squared: no square root of the circumradius is needed.
     double = (height_squared < 0) & (height_squared >= -granted * (2 * radius + granted))

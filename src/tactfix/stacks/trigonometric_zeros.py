@@ -1,11 +1,11 @@
-"""All real zeros of trigonometric polynomials of degree three, for whole stacks, and of which ones that is certain.
+"""All real zeros of trigonometric polynomials of degree three, for whole stacks, and whether that is certain.
 
-1. On a grid of cells, cubic Hermite interpolation between neighbours is wrong by at most h^4/384 max|g''''|, and by
-   Descartes' rule its Bernstein coefficients tell whether a cell holds no zero, exactly one, or perhaps several.
+1. On a grid of cells of width h, cubic Hermite interpolation has an error of at most h^4/384 max|g''''|. By Descartes'
+   rule its Bernstein coefficients tell whether a cell has no zero, exactly one, or possibly several.
 2. Cells of the last kind are divided, twice.
-3. A polynomial with a cell that is still undecided then is not certain: it has two zeros within about a thousandth of a
-   rad, or almost.
-4. Each zero is settled on the polynomial itself.
+3. A polynomial with a cell that is still undecided is marked as uncertain: it has, or nearly has, two zeros within
+   about a thousandth of a rad.
+4. Each zero is refined on the polynomial itself.
 """
 
 from functools import cache
@@ -22,27 +22,25 @@ SLOTS = 6
 CIRCLE_SAMPLES = 7
 """Values that determine a trigonometric polynomial of degree three."""
 _CELLS, _PARTS, _DIVISIONS = 32, 12, 2
-"""_CELLS of the circle, each open one cut into _PARTS, _DIVISIONS times: cells of 0.08 degrees part all but nearly
-double zeros."""
+"""Number of cells of the circle, parts of each undecided cell, and divisions: cells of 0.08 degrees separate all
+zeros that are not nearly double."""
 _CUBIC_STEPS, _NEWTON_STEPS = 3, 2
-"""Steps on the cubic through the ends of a cell, then on the polynomial itself: three and two reach the rounding of
+"""Newton steps on the interpolating cubic, then on the polynomial itself: three and two reach the rounding of
 doubles."""
 
 _SINGLE, _DOUBLE = 2e-6, 1e-13
-"""Rounding of a value, relative to the amplitude, in single and in double precision.
-
-The first grid is ten times coarser than single precision, which is twice as fast.
-"""
+"""Rounding of a value relative to the amplitude, for the first grid in single precision, which is twice as fast, and in
+double precision: about twenty and five hundred times the spacing of these numbers."""
 
 _LAST_STEP, _LAST_HALLEY_STEP = 1e-5, 4e-4
-"""The last step, in rad: of Newton's method the next one would be its square, of Halley's its cube, times a curvature
-that single zeros keep moderate. Either way it would be below 1e-10."""
+"""Length in rad of a last step, of Newton's method and of Halley's: the error after it is its square, or its cube,
+times a curvature that is moderate for simple zeros; either is below 1e-10."""
 
 _FARTHEST = float(np.cos(np.pi / _CELLS))
-"""Cosine of half a cell: a zero that moves farther from where its cell promised it is not the one that was found."""
+"""Cosine of half a cell: if a zero moves farther from its interpolated place, it is another zero."""
 
 _FOURTH = 81.0
-"""|g''''| <= 81 times the amplitude: the fourth power of the degree."""
+"""Bound of |g''''| over the amplitude: the fourth power of the degree, 3."""
 
 
 @frozen_value
@@ -62,7 +60,7 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
     """The zeros of trigonometric polynomials of degree three.
 
     samples (7, m): values at the angles 2 pi k / 7. caution: a polynomial that comes so close to zero without reaching
-    it, relative to its amplitude, is not certain. Returns the cosines and sines (2, 6, m) of the angles, nan in empty
+    it, relative to its amplitude, is uncertain. Returns the cosines and sines (2, 6, m) of the angles, nan in empty
     slots, in no order, and whether (m,) they are certainly all.
     """
     harmonics = _harmonics_from_samples() @ samples

@@ -1,17 +1,19 @@
-"""The equations of contacts whose tip is not quite known, for many trials of pose, tip and radius at once.
+"""The equations of contacts with an unknown tip, for many trials of pose, tip and radius at once.
 
-A contact i was reported with the tip's centre at x_i. Had the tip's centre stood off by d in the flange frame, with the
-flange turned by Q_i, it was at x_i + Q_i d. With the outward normal n there, in base, a fixture that turns by w about
-the contacts' centre c and shifts by v, and a tip that changes by d and its radius by e, change the residual by
+1. Contact i was reported with the tip's centre at x_i. If the tip is displaced by d in the flange frame, and the flange
+   has the rotation Q_i, the centre was at x_i + Q_i d.
+2. With the outward normal n there, in base, a rotation w of the fixture about the contacts' centre c, a translation v,
+   a displacement d of the tip and a change e of its radius change the residual by
 
     -n . v - ((x - c) x n) . w + (Q^T n) . d - e.
 
-A contact on a point p has three equations, the three components of x + Q d - p, without the last term and with p for x
-in the second: a turn about p is then free to the last digit, whatever the noise. Lengths are divided by one
-length of the problem and places counted from c, so that all columns are alike in size. Trials come first: (S, ...).
+3. A contact on a point p has three equations, the components of x + Q d - p, without the last term and with p for x in
+   the second. Then a rotation about p is exactly free, whatever the noise is.
+4. What is known of the pose beforehand adds residuals W (log R R_near^T, t - t_near). W^T W is the inverse of the
+   covariance of a measured pose; constrained directions get a sigma of KNOWN_DIRECTION times that of the contacts.
 
-What is known of the pose beforehand is further residuals, W (log R R_near^T, t - t_near): W^T W is the inverse of the
-covariance of a measured pose, and directions that are held are measured KNOWN_DIRECTION times as well as the contacts.
+Lengths are divided by one length of the problem and places counted from c, so that all columns have similar sizes. The
+trials are the first axis: (S, ...).
 """
 
 from collections.abc import Mapping
@@ -46,7 +48,8 @@ class Trials:
 
 
 KNOWN_DIRECTION: Final = 1e-5
-"""Of a contact's sigma: a direction known so well moves no contact by what could be seen."""
+"""Sigma of a constrained direction, as a share of the smallest sigma of a contact: it changes no contact visibly,
+and the weights stay within five digits of each other."""
 
 
 @frozen_value
@@ -59,7 +62,7 @@ class KnownPose:
 
     @staticmethod
     def of(placement: Placement | None, contacts: Contacts, sigma: float, length: float) -> "KnownPose":
-        """What a placement says for the fit; sigma: of the best contact, in fixture units as length is."""
+        """The terms of a placement; sigma: of the best contact, in fixture units as length is."""
         if placement is None:
             return KnownPose(np.eye(3), np.zeros(3), np.zeros((0, 6)))
         place = (placement.near[:3, 3] - contacts.centre) / length
@@ -76,7 +79,7 @@ class KnownPose:
         turns = turn_vectors(rotations @ self.near.T)
         rows = np.zeros((len(turns), 6, 10))
         rows[:, :3, :3] = inverse_left_jacobian(turns)
-        # A turn about the problem's centre carries the fixture's origin along.
+        # A rotation about the problem's centre moves the fixture's origin.
         rows[:, 3:, :3] = -skew(origins)
         rows[:, 3:, 3:6] = np.eye(3)
         off = np.concatenate([turns, origins - self.place], axis=1)
@@ -169,7 +172,7 @@ class TipEquations:
         values = np.einsum("smi,mi->sm", local, self.normals) + self.signs * (size - self.radii)
         values -= self.takes_tip * trials.radii[:, None]
         normals = gradient @ np.swapaxes(trials.rotations, 1, 2)
-        # Of a point the place itself: on the others the tip, which is all that a turn of the surface is seen by.
+        # The rotation moves a point itself; of other surfaces only the normal at the tip counts.
         held = (self.takes_tip == 0)[:, None] * (local @ np.swapaxes(trials.rotations, 1, 2))
         jacobian = np.concatenate(
             [
@@ -198,7 +201,7 @@ class TipEquations:
 
 
 def length_of(contacts: Contacts) -> float:
-    """How far the tip's centres, or the flange's origins, spread: on one place alone the tip itself does not."""
+    """The spread of the tip's centres, or of the flange's origins: on a single point the tip's centres have none."""
     if contacts.flange_rotations is None or contacts.tip_offset is None:
         return contacts.spread
     origins = contacts.points - contacts.flange_rotations @ contacts.tip_offset

@@ -1,16 +1,17 @@
 """Every pose at which some tip explains the contacts.
 
-1. Take the tip to be off by no more than w: what bounds it; where that finds nothing, or nothing bounds it, a few sigma
-   and then more.
-2. A tip that is off by no more than w, wherever its flange points, moves no contact farther from its surface than w:
-   the true pose, with the tip as it was reported, explains the contacts if each is given w for its noise. So the
-   complete search for poses (`poses.all_poses`) with that noise finds the surroundings of every pose that may be right.
-3. From each of them pose and tip descend together (`descent`), with the tip where it was reported and at half of w to
-   all sides.
-4. Ends that explain the contacts and that noise can tell apart are the solutions.
+1. An upper bound w of the tip's displacement is taken: the one of the fixture file, or, if there is none or nothing is
+   found with it, a few sigma and then more.
+2. A tip that is displaced by at most w moves no contact farther than w from its surface, in any orientation of the
+   flange. So at the true pose the contacts fit the reported tip with a noise of w. The complete search for poses
+   (`poses.all_poses`) with this noise finds poses near every possible one.
+3. From each of these, pose and tip descend together (`descent`), with the reported tip and with tips displaced by w / 2
+   to six sides.
+4. The ends that explain the contacts, without those that noise does not distinguish from a better one, are the
+   solutions.
 
-That is complete as far as two poses with their tips are not hidden behind one with much noise. Where nothing bounds the
-tip, nothing is claimed.
+This is complete unless two poses, each with its tip, are one pose within the noise of w. Without a bound of the tip the
+result is not marked as complete.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,22 +35,25 @@ from tactfix.unknowns.solution import Knowledge, TipSolution, about_origin
 from tactfix.values import frozen_value
 
 FIRST_TIP_SIGMAS = 10.0
-"""Sigmas of a contact that the tip is first taken to be off, where nothing bounds it; then, as shares of the problem's
-length, FIRST_TIP_SHARES."""
+"""Displacement of the tip, in sigmas of a contact, that the first search assumes if nothing bounds it: an error that a
+calibrated tip may have. FIRST_TIP_SHARES follow."""
 FIRST_TIP_SHARES = (0.02, 0.1, 0.4)
-"""Shares of the contacts' spread by which the tip may be off in the first searches."""
+"""Displacements of the tip, as shares of the contacts' spread, that the further searches assume: each four to five
+times the one before, up to the size of the fixture itself."""
 TIP_STARTS = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-SAMPLES = 8
-"""Solutions of a continuum that are kept."""
-MOST_POSES = 24
-"""Poses of much noise that are followed, the best first."""
+"""Directions (7, 3) in the flange frame of the tips that descents start with: none, and along the axes either way."""
+TIP_CONTINUUM_SAMPLES = 8
+"""Solutions of a continuum that are kept for each start of the tip, as `poses.all_poses.CONTINUUM_SAMPLES`."""
+TIP_START_POSES = 24
+"""Poses of the search with assumed noise that are starts, the best first: with much noise there may be hundreds,
+most of them within noise of each other."""
 
 
 @frozen_value
 class TipSolutions:
-    """All found, best first; the nearest miss alone where none explains the contacts.
+    """The solutions, best first; only the nearest miss if none explains the contacts.
 
-    dof, limit: the chi-square up to which one explains them. complete: whether the search claims to have found all.
+    dof, limit: of chi-square. complete: whether the search met its criteria of having found all.
     """
 
     found: tuple[TipSolution, ...]
@@ -66,10 +70,10 @@ def tip_solutions(
     within: float | None,
     placement: Placement | None = None,
 ) -> TipSolutions:
-    """Every pose, with its tip, at which the contacts, and what placement says for the fit, are explained.
+    """Every pose, with its tip, that explains the contacts and the terms of the placement.
 
-    shapes: the surfaces of the fixture in its frame, each way that it can be; sigmas (n,) of the residuals; within: how
-    far the tip can be from where it was reported, None where nothing bounds it. At least one is unknown.
+    shapes: the surfaces of the fixture in its frame, for each shape that it can have; sigmas (n,) of the residuals;
+    within: largest displacement of the tip from its reported place, None without a bound. At least one is unknown.
     """
     dof, limit, misses = 0, 0.0, []
     for assumed, complete in _levels(contacts, sigmas, unknown, within):  # step 1
@@ -96,11 +100,11 @@ def tip_solutions(
 def _levels(
     contacts: Contacts, sigmas: Floats, unknown: frozenset[Unknown], within: float | None
 ) -> Iterator[tuple[float, bool]]:
-    """How far the tip is taken to be off, level by level, and whether a search with that is complete."""
+    """The assumed displacements of the tip, one after the other, and whether a search with that is complete."""
     levels = [FIRST_TIP_SIGMAS * float(sigmas.max()), *(share * contacts.spread for share in FIRST_TIP_SHARES)]
     if within is not None and "tip" in unknown:
         yield within, "tip-radius" not in unknown
-        # A bound as wide as the contacts lie apart blurs their poses into one.
+        # With a bound as large as the spread of the contacts, noise merges their poses.
         levels = [level for level in levels if level < within]
     yield from ((level, False) for level in levels)
 
@@ -113,9 +117,9 @@ def _starts(
     off: float,
     placement: Placement | None,
 ) -> Trials:
-    """Every pose for contacts with these sigmas, with the tip as reported and at half of off to all sides; and near."""
+    """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2."""
     single = one_equation_each(surfaces, contacts, sigmas)
-    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).found[:MOST_POSES]
+    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).found[:TIP_START_POSES]
     tips = 0.5 * off * (TIP_STARTS if off else TIP_STARTS[:1])
     near = [] if placement is None else [placement.near]
     poses = np.array([fit.base_from_fixture for fit in fits] + near)
@@ -123,13 +127,15 @@ def _starts(
 
 
 def _distinct(equations: TipEquations, trials: Trials, cost: Floats, ok: Bools) -> list[Ints]:
-    """The numbers of the trials that are ok, best first, without those that noise cannot tell from a better one."""
+    """The numbers of the trials that are ok, best first, without those that noise does not distinguish from a better
+    one.
+    """
     kept: list[int] = []
     scaled = np.concatenate(
         [trials.rotations.reshape(-1, 9), trials.origins, trials.tips, trials.radii[:, None]], axis=1
     )
     for at in np.argsort(cost, kind="stable"):
-        if not ok[at] or len(kept) >= SAMPLES * len(TIP_STARTS):
+        if not ok[at] or len(kept) >= TIP_CONTINUUM_SAMPLES * len(TIP_STARTS):
             continue
         if not any(_are_one(equations, trials, scaled, int(at), other) for other in kept):
             kept.append(int(at))
@@ -141,7 +147,7 @@ def _are_one(equations: TipEquations, trials: Trials, scaled: Floats, one: int, 
         return True
     if np.einsum("ij,ij->", trials.rotations[one], trials.rotations[other]) < 2.99:
         return False
-    # Both are minima: between them the residuals would have to grow, unless noise is all that separates them.
+    # Both are minima: they are distinct if the residuals grow between them by more than noise.
     residuals = equations.evaluate(trials.subset(np.array([one, other])))[0]
     middle = _halfway(trials, one, other)
     between = equations.evaluate(middle)[0][0]
@@ -164,7 +170,7 @@ def _halfway(trials: Trials, one: int, other: int) -> Trials:
 def _solution(
     equations: TipEquations, surfaces: Mapping[str, Surface], trial: Trials, contacts: Contacts
 ) -> TipSolution:
-    """The trial with its uncertainty spelled out, in terms of the contacts as its tip makes them."""
+    """The trial as a solution with its uncertainty, for the contacts corrected for its tip."""
     known = Knowledge.at(equations, trial)
     pose, change = equations.poses(trial)[0], equations.length * trial.tips[0]
     corrected = contacts.with_tip(change, float(equations.length * trial.radii[0]))

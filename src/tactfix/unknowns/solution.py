@@ -1,4 +1,10 @@
-"""One pose with the tip that belongs to it, and how sure all of it is together."""
+"""One pose with its tip, and their joint uncertainty.
+
+1. The Jacobian of all unknowns at the solution is decomposed into singular values and motions (`Knowledge`).
+2. Motions with a singular value of zero are free; those with a sigma above TELLS_NOTHING are nearly free.
+3. The tip is determined if no free motion moves it, and no nearly free one by more than HARDLY_MOVED.
+4. The others give a factor of the joint covariance, transformed from the contacts' centre to the fixture's origin.
+"""
 
 from functools import cached_property
 
@@ -13,17 +19,19 @@ from tactfix.unknowns.equations import TipEquations, Trials
 from tactfix.values import frozen_value
 
 TELLS_NOTHING = 0.1
-"""A motion that is known only to this, in rad or lengths of the problem, one sigma, tells nothing: as good as free."""
+"""Sigma of a motion, in rad or lengths of the problem, above which it counts as nearly free: as
+`localization.free_motions.UNDERDETERMINED_ANGLE`."""
 
 TIP_AT_REST = 1e-6
-"""Share of a free motion, in rad and lengths of the problem, up to which it moves the tip by rounding only."""
+"""Share of a free motion (rad, lengths of the problem) up to which it leaves the tip at rest: rounding of a null
+vector is 1e-9 and less (`pose_fit.SMALLEST_RATIO`)."""
 HARDLY_MOVED = 1e-3
-"""The same of a motion that is weak: what it does to the tip is in the covariance, to first order."""
+"""The same for a nearly free motion: its effect on the tip is part of the covariance, to first order."""
 
 
 @frozen_value
 class TipSolution:
-    """A pose of least chi-square. solution: as for a known tip, with the contacts as this tip makes them.
+    """A pose of least chi-square. solution: as for a known tip, with contacts corrected for this tip.
 
     tip (3,): how far the tip's centre is off that of the contacts, flange frame. factor (u, m): S of the covariance
     S S^T of rotation (rad) and place of the fixture's origin in base axes, then of what of tip and radius is unknown,
@@ -51,7 +59,7 @@ class TipSolution:
 
 @frozen_value
 class Knowledge:
-    """What the equations tell at one trial: the singular values of their Jacobian, and the motions they belong to."""
+    """The singular values of the Jacobian at one trial, and their motions (step 1)."""
 
     equations: TipEquations
     trials: Trials
@@ -72,18 +80,18 @@ class Knowledge:
 
     @property
     def is_free(self) -> Bools:
-        """Which motions (u,) nothing resists."""
+        """Which motions (u,) are free."""
         values = self.svd[0]
         return np.asarray(values <= SMALLEST_RATIO * max(float(values[0]), TINY))
 
     @property
     def is_weak(self) -> Bools:
-        """Which motions (u,) are free, or as good as free."""
+        """Which motions (u,) are free or nearly free (step 2)."""
         return np.asarray(self.is_free | (self.svd[0] * TELLS_NOTHING < 1))
 
     @property
     def tells_tip(self) -> bool:
-        """Whether no motion that is free moves the tip or changes its radius, and none that is weak does so much."""
+        """Whether no free motion moves the tip or changes its radius, and no nearly free one by much (step 3)."""
         motions = np.zeros((len(self.svd[1]), 10))
         motions[:, self.equations.columns] = self.svd[1]
         moved = np.abs(motions[:, 6:]).max(axis=1)

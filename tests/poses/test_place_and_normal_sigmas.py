@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactfix.geometry.surfaces import Plane, Sphere, moved
-from tactfix.poses.solution import contact_certainty
+from tactfix.poses.solution import place_and_normal_sigmas
 from tests.support.problems import PLATE, Patch, pose_of, touch_all
 
 FOUR = {**PLATE, "bore": Patch("cylinder", (100, -50, 0), (0.6, 0, 0.8), 15.0, side="inner", length=10.0)}
@@ -31,7 +31,7 @@ def test_scatter_of_many_poses():
     truth, contacts, surfaces, rng = setting()
     origin = truth.pose[:3, 3]
     factor = np.vstack([1e-5 * rng.normal(size=(3, 6)), 1e-3 * rng.normal(size=(3, 6))])
-    place, normal = contact_certainty(surfaces, contacts, truth.normals, origin, factor, np.zeros((6, 0)))
+    place, normal = place_and_normal_sigmas(surfaces, contacts, truth.normals, origin, factor, np.zeros((6, 0)))
     count = 2000
     places, turns = np.zeros(len(contacts)), np.zeros(len(contacts))
     for twist in rng.standard_normal((count, 6)) @ factor.T:
@@ -66,7 +66,7 @@ def test_a_free_motion_makes_unsure_what_it_changes_and_nothing_else(name, unsur
         "turn about the ball": np.concatenate([axis, -np.cross(axis, centre - origin)]),
     }[name]
     factor = 1e-6 * np.eye(6)
-    place, normal = contact_certainty(surfaces, contacts, truth.normals, origin, factor, free[:, None])
+    place, normal = place_and_normal_sigmas(surfaces, contacts, truth.normals, origin, factor, free[:, None])
     names = np.array(contacts.features)
     assert set(names[np.isinf(normal)]) == unsure_normals
     # The ball's contacts move with it though its centre does not.
