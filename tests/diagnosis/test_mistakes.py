@@ -141,6 +141,19 @@ def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixt
     assert any(is_named(case, cause) for cause in (first.causes or (first,)))
 
 
+@pytest.mark.parametrize("draw", [7, 24])
+def test_exchanged_coordinates_of_either_of_two_pins_are_one_entry(draw):
+    """The file of one pin exchanged is that of the other exchanged, turned over: no contact can tell."""
+    patches, counts = FIXTURES["plate, two pins"]
+    mistake = "x and y of one feature"
+    case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, 15, len(mistake)]))
+    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    assert first.one_of
+    alike = {cause.features for cause in first.causes if cause.code == "axes"}
+    assert alike == {("pin_1",), ("pin_2",)}
+    assert np.ptp([cause.chi2 for cause in first.causes if cause.code == "axes"]) < 1e-6
+
+
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
     """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))

@@ -152,6 +152,28 @@ def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
     assert locate(seats(), contacts).status == "inconsistent"
 
 
+NEST = {"a": (10.0, 20.0, 0.0), "b": (200.0, 30.0, 0.0), "c": (40.0, 150.0, 10.0), "d": (150.0, 140.0, 60.0)}
+
+
+@pytest.mark.parametrize("name", NEST)
+def test_exchanged_coordinates_of_a_seat_are_named(name: str) -> None:
+    x, y, z = NEST[name]
+    said = placed({n: Point(np.array(at)) for n, at in (NEST | {name: (y, x, z)}).items()})
+    contacts, _, _ = touched(3, list(NEST) * 2, NEST)
+    first = locate(said, contacts).diagnosis[0]
+    assert (first.code, first.features, first.one_of) == ("axes", (name,), False)
+    assert "x and y" in first.message
+
+
+def test_three_seats_touched_once_are_told_what_may_be_wrong() -> None:
+    """Nine equations: without one of them six are left, without two not even a pose."""
+    said = placed({n: Point(np.array(at)) for n, at in (SEATS | {"b": (205.0, 0.0, 0.0)}).items()})
+    contacts, _, _ = touched(3, list(SEATS))
+    causes = [cause for entry in locate(said, contacts).diagnosis for cause in entry.causes or (entry,)]
+    assert any(cause.code == "outlier" and cause.features == ("b",) for cause in causes)
+    assert all(len(cause.rows) < 2 for cause in causes if cause.code == "outlier")
+
+
 @pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.6, 0.64, 0.48), (0.0, -0.6, 0.8)])
 def test_a_slip_from_a_point_is_judged_by_its_length_whatever_the_axes(way: tuple[float, ...]) -> None:
     """Twelve contacts of three equations each: the length of a normal vector (chi-square, three degrees of freedom)."""

@@ -20,7 +20,7 @@ pose."""
 
 
 def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothesis]:
-    """Each of these sets of contacts (indices from 0) deleted."""
+    """Each of these sets of contacts (indices from 0) deleted, if at least six equations are left."""
     names, count = problem.contacts.features, len(problem.contacts)
     return [
         Hypothesis(
@@ -31,12 +31,13 @@ def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothes
             deleted=chosen,
         )
         for chosen in sets
+        if sum(problem.equations[i] for i in chosen) <= problem.dof
     ]
 
 
 def single_outliers(problem: Problem) -> list[Hypothesis]:
-    """Each contact deleted, if the contacts are redundant."""
-    return outliers(problem, [(i,) for i in range(len(problem.contacts))]) if problem.dof > 0 else []
+    """Each contact deleted."""
+    return outliers(problem, [(i,) for i in range(len(problem.contacts))])
 
 
 def relabels(problem: Problem) -> list[Hypothesis]:

@@ -1,7 +1,7 @@
 """Mistakes in the fixture file: sizes, sides, places, coordinates exchanged or mirrored, features exchanged."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import combinations, pairwise, permutations
 
@@ -70,13 +70,31 @@ def places(problem: Problem) -> list[Hypothesis]:
 
 
 def exchanged_coordinates(problem: Problem) -> list[Hypothesis]:
-    """Each touched feature with two of its coordinates exchanged."""
-    return [h for name in _touched_of_several(problem) for h in _mapped_feature(problem, name, "axes", _exchanges())]
+    """Each touched feature but points with two of its coordinates exchanged."""
+    return _exchanged(problem, _sided_of_several(problem))
 
 
 def signs(problem: Problem) -> list[Hypothesis]:
-    """Each touched feature with one coordinate of the wrong sign."""
-    return [h for name in _touched_of_several(problem) for h in _mapped_feature(problem, name, "mirrored", _mirrors())]
+    """Each touched feature but points with one coordinate of the wrong sign."""
+    return _turned_round(problem, _sided_of_several(problem))
+
+
+def coordinates_of_each(problem: Problem) -> list[Hypothesis]:
+    """Each touched feature, points too, with two of its coordinates exchanged, or one of the wrong sign."""
+    names = _touched_of_several(problem)
+    return _exchanged(problem, names) + _turned_round(problem, names)
+
+
+def _exchanged(problem: Problem, names: Iterable[str]) -> list[Hypothesis]:
+    return [h for name in names for h in _mapped_feature(problem, name, "axes", _exchanges())]
+
+
+def _turned_round(problem: Problem, names: Iterable[str]) -> list[Hypothesis]:
+    return [h for name in names for h in _mapped_feature(problem, name, "mirrored", _mirrors())]
+
+
+def _sided_of_several(problem: Problem) -> list[str]:
+    return [name for name in _touched_of_several(problem) if not isinstance(problem.surfaces[name], Point)]
 
 
 def _touched_of_several(problem: Problem) -> list[str]:
@@ -96,10 +114,10 @@ def _mapped_feature(
 
 def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
     """The surface with all coordinates mapped, and with those of its place alone, as far as these differ from it."""
-    if isinstance(surface, Point):
-        return []
     whole = mapped(surface, matrix)
-    ways = [whole] if isinstance(surface, Sphere) else [whole, replace(surface, point=matrix @ surface.point)]
+    ways = [whole]
+    if isinstance(surface, Plane | Cylinder):
+        ways.append(replace(surface, point=matrix @ surface.point))
     different = [way for way in ways if not _is_same(surface, way)]
     return different[:1] if len(different) == 2 and _is_same(*different) else different
 

@@ -5,9 +5,11 @@
 2. Mistakes that concern all contacts are searched for from all rotations.
 3. Reversed approaches, a larger sigma and a displaced tip follow from the residuals at the known poses.
 4. An explanation is kept if its chi-square is within its limit, and approaches, touch boxes and paths allow its pose.
-5. If none explains the contacts well, permutations of more than two features are searched for, then the deletion of two
+5. If one feature may stand elsewhere, exchanged coordinates and wrong signs that step 1 did not find are searched for
+   from all rotations: those of points, and those whose pose is far from the known ones.
+6. If none explains the contacts well, permutations of more than two features are searched for, then the deletion of two
    or three contacts together.
-6. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
+7. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
 """
 
 import math
@@ -32,6 +34,7 @@ from tactfix.diagnosis.contact_mistakes import (
 )
 from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.fixture_mistakes import (
+    coordinates_of_each,
     diameters,
     exchanged_axes,
     exchanged_coordinates,
@@ -91,6 +94,8 @@ five times 0.1 rad, the worst sigma of rotation that a pose may have (`localizat
 ELSEWHERE = 0.01
 """Share of the contacts' spread: two poses of one hypothesis are distinct if a contact lies this far apart on the
 fixture."""
+ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "mirrored")
+"""Codes of the mistakes with which one feature stands elsewhere than the fixture file says."""
 AMBIGUOUS = " (what is left is ambiguous)"
 MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""
@@ -117,7 +122,8 @@ def mistakes_that_explain(
     # Step 3.
     found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
     accepted = _accepted(fixture, problem, found, accepts)  # step 4
-    if not any(_is_enough(problem, one) for one, _ in accepted):  # step 5
+    accepted += _accepted(fixture, problem, _other_coordinates(problem, accepted), accepts)  # step 5
+    if not any(_is_enough(problem, one) for one, _ in accepted):  # step 6
         # There are many of them, each takes a search, and they are rare.
         accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
     for size in range(2, MOST_LEFT_OUT + 1):
@@ -125,11 +131,25 @@ def mistakes_that_explain(
             break
         sets = outliers(problem, search.sets_to_leave_out(size))
         accepted += _accepted(fixture, problem, search.explanations(sets), accepts)
-    return _ranked(fixture, problem, dict(accepted))  # step 6
+    return _ranked(fixture, problem, dict(accepted))  # step 7
 
 
 def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[Hypothesis]:
     return [hypothesis for code in CAUSES if code in makers for hypothesis in makers[code](problem)]
+
+
+def _other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, str]]) -> list[Explanation]:
+    """The exchanged coordinates and wrong signs of one feature that are not accepted yet, if one may stand elsewhere.
+
+    If the coordinates of one of two pins are exchanged, exchanging those of the other leaves the same residuals, at
+    another pose.
+    """
+    said = [one.hypothesis for one, _ in accepted if one.hypothesis.code in ELSEWHERE_CODES and one.hypothesis.features]
+    if not said:
+        return []
+    known = {(one.code, one.features, one.note) for one in said}
+    asked = [h for h in coordinates_of_each(problem) if (h.code, h.features, h.note) not in known]
+    return searched_anew(problem, asked)
 
 
 def _is_settled(problem: Problem, accepted: Sequence[Explanation], size: int) -> bool:
