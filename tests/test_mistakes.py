@@ -6,7 +6,7 @@ import pytest
 
 from tactfix.design.blind_spots import JUDGES
 from tactfix.design.design_check import Wishes, design_check
-from tactfix.diagnosis.hypothesis_tests import ANEW, AT_POSES, FROM_KNOWN_POSES
+from tactfix.diagnosis.hypothesis_tests import AT_POSES, FROM_ALL_ROTATIONS, FROM_KNOWN_POSES
 from tactfix.explanations import explanations
 from tactfix.localization.locate import locate
 from tactfix.mistakes import (
@@ -64,5 +64,5 @@ def test_all_names_are_in_the_list_and_all_in_the_list_are_known():
     """Types that JSON and type checkers see, the list, and what the three rooms know to do."""
     assert set(get_args(FaultKind)) == set(FAULT_KINDS) == {*CONTACT_FAULTS, *FIXTURE_FAULTS}
     assert set(get_args(BlindSpotCode)) == set(BLIND_SPOTS) == set(JUDGES)
-    assert {*FROM_KNOWN_POSES, *ANEW, *AT_POSES} == set(CAUSES)
+    assert {*FROM_KNOWN_POSES, *FROM_ALL_ROTATIONS, *AT_POSES} == set(CAUSES)
     assert set(get_args(DiagnosisCode)) == set(CAUSES)
