@@ -133,3 +133,17 @@ def test_descents_along_curved_valleys_end():
     assert len(ends) > 300
     assert len(kept) < 10
     assert np.sum(kept.costs < 1e-20) == 6
+
+
+OPPOSITE = [[0.2435, -1.0234, 0.6755], [-0.2457, 1.0198, -0.683], [0.2512, -1.0226, 0.6759], [-0.249, 1.0262, -0.6684]]
+"""Two places of a ball of radius 1.25 that lie opposite each other, touched twice with a noise of 0.005."""
+
+
+def test_descents_end_where_noise_makes_the_sum_of_squares_a_saddle():
+    """The ball may turn about the line through both places, but for noise: of Gauss-Newton's descents a third ended."""
+    equations = pose_equations([Sphere([-7.5, -10.0, 2.5], 1.25)], [0, 0, 0, 0], np.array(OPPOSITE), np.ones(4), 0.0)
+    ends = descend(equations, *covering(equations, 300, 0), 0.001, most_steps=80)
+    residual, jacobian = evaluate(equations, ends.rotations, ends.offsets, geometric=False)
+    gradient = np.abs(np.einsum("inN,nN->iN", jacobian, residual)).max(axis=0)
+    assert len(ends) > 290
+    assert np.mean(gradient < 1e-8) > 0.95

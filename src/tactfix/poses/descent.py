@@ -4,8 +4,9 @@ With residuals r (n,), Jacobian J, damping D and the second derivatives H of the
 
 1. Above the limit of noise: Gauss-Newton steps, (J^T J + D) d = -J^T r. They need no second derivatives, and saddles do
    not stop them.
-2. Below it, after STRAIGHT_STEPS: Newton steps with J^T J + sum r_i H_i. Gauss-Newton need not converge there: if a
-   motion is weakly determined, noise contributes as much to the Hessian as J does, and the steps oscillate.
+2. Below it, after STRAIGHT_STEPS: Newton steps with J^T J + sum r_i H_i, its eigenvalues by their absolute values, so
+   that they lead down from a saddle too. Gauss-Newton need not converge there: if a motion is weakly determined, noise
+   contributes as much to the Hessian as J does, and the steps oscillate.
 3. Newton steps are bent by geodesic acceleration (Transtrum and Sethna 2012): with the second derivative s of r along
    d, a correction -(J^T J + D)^-1 J^T s / 2 is added. Along a curved valley straight steps would be very short; bent
    ones reach the minimum in tens of steps instead of hundreds.
@@ -144,9 +145,8 @@ class _State:
         residual, jacobian = self.residual[:, which], self.jacobian[..., which]
         equations = equations.of_trials(which)
         bend = curvature(equations, rotations, offsets, residual, geometric)
-        # Where the sum of squares is a saddle Gauss-Newton still leads down, Newton nowhere.
-        hessian = np.einsum("inN,jnN->Nij", jacobian, jacobian) + np.moveaxis(bend, -1, 0)
-        bend = np.where(np.linalg.eigvalsh(hessian)[:, 0] > 0, bend, 0.0)
+        normal = np.einsum("inN,jnN->Nij", jacobian, jacobian)
+        bend = np.moveaxis(_positive(normal + np.moveaxis(bend, -1, 0)) - normal, 0, -1)
         step = damped_step(residual, jacobian, damping, bend, equations.turns)
         ahead, _ = evaluate(equations, *stepped(equations, BEND_PROBE * step, rotations, offsets), geometric)
         second = ((ahead - residual) / BEND_PROBE - np.einsum("inN,iN->nN", jacobian, step)) / BEND_PROBE
@@ -172,6 +172,15 @@ class _State:
             for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping", "within"):
                 setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., which]))
         return bool(len(self.cost))
+
+
+def _positive(hessians: Floats) -> Floats:
+    """The Hessians (N, m, m) with the absolute values of their eigenvalues: Newton's step leads down from a saddle too.
+
+    Gauss-Newton's does as well, but creeps where its own matrix is larger than the curvature by far.
+    """
+    values, vectors = np.linalg.eigh(hessians)
+    return np.asarray((vectors * np.abs(values)[:, None]) @ np.swapaxes(vectors, 1, 2))
 
 
 def stepped(equations: PoseEquations, step: Floats, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
