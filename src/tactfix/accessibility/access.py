@@ -1,7 +1,10 @@
-"""How the probe gets at a fixture: which touches it can make without hitting anything else, and how they are spread.
+"""The touches of a fixture that the probe can make without a collision, spread over its surfaces.
 
-Shared by simulate and plan, which choose touches; locate only judges those that were made (`path`). Everything is in
-the fixture frame.
+1. The box around all touchable parts gives the middle and the size of the fixture (`touchable`).
+2. Open touch boxes are closed at that size.
+3. A touch can be made if it lies in its box, off the edge, and its straight approach is free (`approach_path`).
+
+Used by simulate and plan, which choose touches. Everything is in the fixture frame.
 """
 
 from collections.abc import Mapping
@@ -16,21 +19,21 @@ from tactfix.geometry.surfaces import Cylinder, Point, Sphere, Surface, offset_r
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
-# A chosen touch keeps this share of the fixture's radius away from other features and from the edge of its box: a plan
-# is made before anyone knows exactly where the fixture stands.
 _CLEARANCE = 0.02
-# A chosen touch keeps no more than this share of the width of a narrow box away from its edge.
+"""Distance of a chosen touch from other features and from the edge of its box, as a share of the fixture's radius: the
+pose of the fixture is only roughly known when a plan is carried out."""
 _EDGE_SHARE = 0.15
-# What is taken for the size of a fixture that does not say its size anywhere (planes without boxes), in metres.
+"""The same from the edge of a narrow box, as a share of its width at most: seven tenths of the width remain."""
 _UNSAID_SIZE = 0.1
+"""Size in metres of a fixture whose file gives no length (planes without boxes)."""
 
 
 @frozen_value
 class Access:
-    """A fixture as the probe sees it.
+    """The surfaces of a fixture with the boxes in which it can be touched.
 
-    corners (8, 3): of the box around all touchable parts, centre (3,) and radius: of the ball around it. boxes are the
-    fixture's own, limits the boxes in which touches are chosen: closed where the fixture's are open.
+    corners (8, 3): of the box around all touchable parts; centre (3,), radius: of the ball around that box. boxes:
+    those of the fixture; limits: the same, closed where they are open, in which touches are chosen.
     """
 
     surfaces: Mapping[str, Surface]
@@ -47,16 +50,17 @@ class Access:
 
     @property
     def radius(self) -> float:
-        """How far the touchable parts reach from there."""
+        """The distance of the farthest corner from the middle."""
         return float(np.linalg.norm(self.corners[0] - self.centre))
 
     @property
     def clearance(self) -> float:
-        """What a chosen touch keeps away from all else."""
+        """The distance of a chosen touch from other features and edges."""
         return _CLEARANCE * self.radius
 
     def can_touch(self, feature: str, points: Floats, normals: Floats, approaches: Floats) -> Bools:
         """Which surface points (n, 3) of feature can be touched: inside the box, not near its edge, path clear."""
+        # Step 3.
         inside = _far_from_edge(self.limits[feature], points, normals, self.clearance)
         tips = points + self.tip_radius * normals
         margin = -(self.tip_radius + self.clearance)
@@ -71,31 +75,31 @@ class Access:
         surface, limit = self.surfaces[feature], self.limits[feature]
         points, normals = sample_touches(surface, limit, count, self.centre, self.radius, start)
         if isinstance(surface, Point):
-            # How the tip comes into it is not known, and need not be.
+            # A point has no direction of approach.
             return points, normals
         free = self.can_touch(feature, points, normals, -normals)
         return points[free], normals[free]
 
 
 def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: float) -> Access:
-    """The access to a fixture whose surfaces stand so in its frame.
+    """The access to a fixture with these surfaces in its frame.
 
-    Raises TipDoesNotFitError where the tip is larger than a bore.
+    Raises TipDoesNotFitError if the tip is larger than a bore.
     """
     for name, surface in surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             offset_radius(name, surface.radius, surface.side, tip_radius)
-    corners = extreme_points(surfaces, fixture.touch, least=_UNSAID_SIZE * factor("m", fixture.units))
-    centre, reach = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
+    corners = extreme_points(surfaces, fixture.touch, least=_UNSAID_SIZE * factor("m", fixture.units))  # step 1
+    centre, half_width = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
     limits: dict[str, TouchBox | None] = {}
-    for name, surface in surfaces.items():
+    for name, surface in surfaces.items():  # step 2
         box = fixture.touch.get(name)
-        limits[name] = box if isinstance(surface, Sphere | Point) else closed_box(surface, box, centre, reach)
+        limits[name] = box if isinstance(surface, Sphere | Point) else closed_box(surface, box, centre, half_width)
     return Access(surfaces, fixture.touch, limits, tip_radius, fixture.probe.approach_distance, corners)
 
 
 def _far_from_edge(box: TouchBox | None, points: Floats, normals: Floats, clearance: float) -> Bools:
-    """Which points (n, 3) are clearance away, along the surface, from where it leaves its box."""
+    """Which points (n, 3) are at least clearance, measured along the surface, from the edge of the box."""
     if box is None:
         return np.ones(len(points), dtype=bool)
     wanted = np.minimum(clearance, _EDGE_SHARE * (box.high - box.low))

@@ -1,12 +1,12 @@
-"""Whether the probe can have come to a contact in a straight line: which other feature stands in its way.
+"""Whether the straight approach to a contact is free, or which other feature blocks it.
 
-Only what the fixture file says is known to exist can stand in the way, and only by what the tip's centre would have to
-run into: an obstacle that is really there may go unseen, one that is not there never speaks against a pose.
+Only features that the fixture file describes can block, and only the tip's centre is tested. So a real obstacle may be
+missed, but a pose is never rejected because of one that does not exist.
 
-1. A ball is in the way of an approach that passes its centre nearer than its radius.
-2. A bar is in the way of one that passes its axis so, between the ends that its touch box gives.
-3. A bounded face is in the way of one that comes out of it, but for the openings of inner surfaces.
-4. Of each contact the first such feature is told.
+1. A ball blocks an approach that passes its centre nearer than its radius.
+2. A bar blocks one that passes its axis nearer than its radius, between the ends that its touch box gives.
+3. A bounded face blocks one that comes out of its material, except through the opening of an inner surface.
+4. The first blocking feature of each contact is returned.
 """
 
 from collections.abc import Mapping
@@ -35,16 +35,16 @@ def path_blocked(
 
     The approach is the segment from point - L approach to point, with L = approach_distance, without end where None.
     Everything is in the frame of the boxes: points (n, 3) are tip centres (or points of the surface), approaches (n, 3)
-    unit, a row of nan is never blocked. Blocked is an approach that enters an obstacle deeper than margin, scalar or
-    (n,); a negative margin keeps clear of it by that much, as a plan wants.
+    unit; a row of nan is never blocked. An approach is blocked if it enters an obstacle deeper than margin, scalar or
+    (n,); with a negative margin it has to stay clear by that much, as for a plan.
 
     Obstacles: outer spheres; outer cylinders as solid bars, where their touch box says that they exist, unbounded
     without one (but a bar without an end is not believed to cover the contact itself); planes by their touch box where
     it bounds them on all sides, for an approach that comes out of their material. A hole that lies in such a face as an
     inner feature is open. Inner surfaces never block. The feature itself is left to the approach test (eq. 11).
 
-    strict is for choosing a path instead of judging one: what may be there counts as well. A bar without an end covers
-    what lies in it, and a bounded face stands in the way of balls and bars behind it too.
+    strict is for planning a path instead of testing one: possible obstacles count too. A bar without an end blocks what
+    lies in it, and a bounded face blocks balls and bars behind it.
     """
     margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), len(points))
     length = np.inf if approach_distance is None else approach_distance

@@ -1,12 +1,12 @@
-"""Which part of each surface can be touched: its box, how far the fixture reaches, and well spread points on it.
+"""The touchable part of each surface: its box, the extent of the fixture, and well spread points on it.
 
-All in one frame, the one that the boxes are written in (the fixture frame). Boxes may be open; what is open is closed
-around the middle of the fixture where a finite piece is needed, because a fixture file does not say where an unbounded
-surface ends. Points are spread so (`sample_touches`):
+Everything is in the frame of the boxes (the fixture frame). Boxes may be open. If a finite piece is needed, an open box
+is closed around the middle of the fixture, because a fixture file does not say where an unbounded surface ends. Points
+are spread as follows (`sample_touches`):
 
-1. What the box leaves open is closed.
-2. A low-discrepancy sequence in the unit square (Roberts' R2) is laid on the surface, equal areas for equal areas.
-3. Points in the box are kept, batch by batch until there are enough or _TRIALS_PER_POINT are spent.
+1. The box is closed.
+2. A low-discrepancy sequence in the unit square (Roberts' R2) is mapped to the surface, preserving areas.
+3. Points in the box are kept, batch by batch, until there are enough or _TRIALS_PER_POINT are used up.
 """
 
 from collections.abc import Iterable, Mapping
@@ -27,19 +27,22 @@ from tactfix.geometry.surfaces import (
     radius_of,
 )
 
-# Boxes are typed by people: a plane at z = 0 in a box z: [0, 0] must not be lost to rounding.
 _EDGE = 1e-9
-# Share of the coordinates, or of the least size, that rounding makes of nothing.
+"""Tolerance of a box, as a share of its size or as a sine: a plane at z = 0 in a box z: [0, 0] must not be lost to
+rounding."""
 _COORDINATE_ROUNDING = 1e-9
-# Steps of the additive recurrence that spreads points evenly over the unit square (Roberts' R2, plastic number).
+"""Size of the fixture below which it is rounding, as a share of the coordinates or of the least size."""
 _PLASTIC = 1.32471795724474602596
+"""The plastic number, the real root of x^3 = x + 1 (Roberts' R2 sequence)."""
 _SEQUENCE_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
-# A box may leave a small part of a sphere or cylinder; trials per point wanted before fewer are given.
+"""Steps of the additive recurrence whose points are evenly spread over the unit square."""
 _TRIALS_PER_POINT = 256
+"""Trials for each point wanted, after which fewer points are returned: a box that holds a hundredth of a surface still
+gives all of them."""
 
 
 def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.0) -> Bools:
-    """Which points (..., 3) lie in the box, allowing margin (scalar or (...,)) outside its faces; all where None."""
+    """Which points (..., 3) lie in the box, with a margin (scalar or (...,)) outside its faces; all if box is None."""
     if box is None:
         return np.ones(points.shape[:-1], dtype=bool)
     slack = np.asarray(margin, dtype=np.float64)[..., None]
@@ -47,7 +50,7 @@ def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.
 
 
 def axial_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
-    """Where along the axis (s of point + s direction) some of the surface can lie in the box; infinite where open."""
+    """The interval of the axis (s of point + s direction) with some of the surface in the box; infinite where open."""
     low, high = -np.inf, np.inf
     if box is None:
         return low, high
@@ -60,9 +63,9 @@ def axial_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, flo
 
 
 def solid_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
-    """Where along the axis the box says that the whole bar exists; infinite where it does not limit it.
+    """The interval of the axis in which the whole bar exists by the box; infinite where the box does not limit it.
 
-    Only faces that the axis meets at more than 30 degrees end a bar: a box that takes one half of its side does not.
+    Only faces that the axis meets at more than 30 degrees end a bar: a box that cuts off one side of it does not.
     """
     low, high = -np.inf, np.inf
     if box is None:
@@ -104,17 +107,17 @@ def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: f
     """The box with its open sides closed: at radius from the point of the plane or axis nearest to centre (3,)."""
     match surface:
         case Sphere() | Point():
-            anchor, reach = other_point(surface), radius_of(surface)
+            anchor, extent = other_point(surface), radius_of(surface)
         case Cylinder():
             anchor = surface.point + ((centre - surface.point) @ surface.direction) * surface.direction
-            reach = radius + surface.radius
+            extent = radius + surface.radius
         case Plane():
-            anchor, reach = centre - ((centre - surface.point) @ surface.normal) * surface.normal, radius
+            anchor, extent = centre - ((centre - surface.point) @ surface.normal) * surface.normal, radius
     low = np.full(3, -np.inf) if box is None else box.low
     high = np.full(3, np.inf) if box is None else box.high
     # A box that lies wholly beyond the anchor keeps a piece of that size next to its given side.
-    ends_low = np.where(np.isfinite(low), low, np.minimum(anchor - reach, high - 2 * reach))
-    ends_high = np.where(np.isfinite(high), high, np.maximum(anchor + reach, ends_low + 2 * reach))
+    ends_low = np.where(np.isfinite(low), low, np.minimum(anchor - extent, high - 2 * extent))
+    ends_high = np.where(np.isfinite(high), high, np.maximum(anchor + extent, ends_low + 2 * extent))
     return TouchBox(ends_low, ends_high)
 
 
@@ -128,8 +131,8 @@ def bounds_of(
 ) -> tuple[Floats, Floats]:
     """Corners low (3,) and high (3,) of the axis-parallel box around all touchable parts.
 
-    What is open reaches as far as the bounded features do around their middle; where nothing is bounded, around the
-    point nearest to all surfaces, as far as their radii and distances say, or least where these say nothing.
+    Open parts end at the radius of the bounded features around their middle. If nothing is bounded, they end around the
+    point nearest to all surfaces, at the size given by radii and distances, or at least if there are none.
     """
     everywhere = TouchBox(np.full(3, -np.inf), np.full(3, np.inf))
     boxed = [(surface, boxes.get(name, everywhere)) for name, surface in surfaces.items()]
@@ -146,7 +149,7 @@ def bounds_of(
 
 
 def extreme_points(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0) -> Floats:
-    """The eight corners (8, 3) of bounds_of: no point of the fixture is known worse than the worst of these.
+    """The eight corners (8, 3) of bounds_of: no point of the fixture has a larger sigma than the worst of these.
 
     The variance of a point along any direction is a convex function of the point, so a corner has the largest.
     """
@@ -223,7 +226,7 @@ def sample_touches(
     than count come back only where the box leaves less than a hundredth of the surface, none where it leaves nothing.
     """
     if isinstance(surface, Point):
-        # Nothing says from where a tip comes to rest in it: from outside, as far as can be told.
+        # The direction in which a tip enters is unknown: away from the middle of the fixture is assumed.
         way = surface.point - centre
         away = unit(way) if way.any() else np.eye(3)[2]
         return np.tile(surface.point, (min(count, 1), 1)), np.tile(away, (min(count, 1), 1))
@@ -252,7 +255,7 @@ def _placed(surface: SidedSurface, closed: TouchBox, square: Floats) -> Floats:
             return np.zeros((0, 3))
         edges = np.roll(corners, -1, axis=0) - corners
         if np.abs(edges).max() <= 10 * _EDGE * np.linalg.norm(closed.high - closed.low):
-            # Within rounding the box leaves one point: nothing that a probe could aim at.
+            # The box leaves a single point within rounding, which no probe can aim at.
             return np.zeros((0, 3))
         u = unit(edges[np.argmax(np.linalg.norm(edges, axis=1))])
         axes = np.array([u, np.cross(surface.normal, u)])

@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tactfix.diagnosis.deletion import span_of
+from tactfix.diagnosis.deletion import falls_without, span_of
 from tactfix.diagnosis.feasibility import least_chi_square
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
@@ -52,9 +52,6 @@ LEAST_AGREEING = 0.5
 be fitted from there."""
 SETS_TRIED = 12
 """Sets of contacts that are deleted together, for each pose, in decreasing order of the fall of chi-square."""
-DELETION_REGULARIZATION = 1e-9
-"""Added to the diagonal of I - H_SS (no unit), which is singular if the contacts of a set are the only ones to fix a
-motion. Far above rounding, far below any redundancy number that counts."""
 
 
 class TrialSearch:
@@ -171,11 +168,8 @@ class TrialSearch:
         sets = np.array(list(combinations(range(len(self.single.contacts)), size)))
         found: dict[tuple[int, ...], None] = {}
         for residuals, jacobian in zip(self._at_poses.residuals, self._at_poses.jacobians, strict=True):
-            span = span_of(jacobian[:, :6])
-            own = residuals - span @ (span.T @ residuals)
-            left = np.eye(len(own)) - span @ span.T + DELETION_REGULARIZATION * np.eye(len(own))
-            gains = np.linalg.solve(left[sets[:, :, None], sets[:, None, :]], own[sets][..., None])[..., 0]
-            best = np.argsort(-np.einsum("si,si->s", own[sets], gains), kind="stable")[:SETS_TRIED]
+            falls = falls_without(residuals, span_of(jacobian[:, :6]), sets)
+            best = np.argsort(-falls, kind="stable")[:SETS_TRIED]
             found |= dict.fromkeys(tuple(sorted(set(self.single.of[sets[k]].tolist()))) for k in best)
         # Two equations of a set may belong to one contact on a point.
         return [chosen for chosen in found if len(chosen) == size]

@@ -1,6 +1,6 @@
-"""Contacts that lie so that no finite number of surfaces passes through them, found by measured, dimensionless ratios.
+"""Degenerate contacts, through which infinitely many surfaces pass, recognized by dimensionless ratios.
 
-All functions take contacts of unit size (see `scaling`), so that every verdict is the same in m, mm and um.
+All functions take contacts of unit size (`scaling`), so that the result is the same in m, mm and um.
 """
 
 import numpy as np
@@ -14,8 +14,9 @@ RATIO = 1e-7
 rounding of doubles. Nearer, no digit of the result is left."""
 
 _SIGMAS, _PLAIN = 3.0, 0.02
-"""A layout is degenerate if its ratio is below _SIGMAS sigma (in units of the extent), but never if the ratio exceeds
-_PLAIN, however large sigma is."""
+"""A layout is degenerate if its ratio is below _SIGMAS sigma (in units of the extent), since noise of good contacts
+rarely exceeds three sigma; but never if the ratio exceeds _PLAIN, however large sigma is: it is then seen to be no
+such layout."""
 
 
 def limit(contacts: UnitContacts) -> float:
@@ -79,7 +80,7 @@ def _directions_of_three(points: Floats) -> list[Floats]:
 
 
 def _spread_about_two_points(points: Floats, direction: Floats) -> float:
-    """How far the contacts, seen along a direction, are from falling on two points."""
+    """The largest distance of the contacts, projected along a direction, from the nearer of two of them."""
     flat = points - (points @ direction)[:, None] * direction
     first = flat[np.argmax(np.linalg.norm(flat - flat.mean(axis=0), axis=1))]
     second = flat[np.argmax(np.linalg.norm(flat - first, axis=1))]

@@ -1,5 +1,12 @@
 """Homogeneous polynomials in a few variables, and all common zeros of a system of them.
 
+Common zeros (`common_zeros`):
+
+1. The multiples of all forms by monomials, up to one degree, are the rows of a Macaulay matrix (`macaulay_rows`).
+2. Its null space is spanned by the monomials evaluated at the zeros.
+3. Multiplication by one linear form over another, both generic, is a matrix on that space: its eigenvectors give the
+   zeros.
+
 A form of degree d is its coefficient array (..., count) over `exponents(variables, d)`. No variable is set to one and
 none is eliminated: a zero is a point of the projective plane (or space), and none of them is at infinity.
 """
@@ -29,7 +36,7 @@ def _position(variables: int, degree: int) -> dict[tuple[int, ...], int]:
 
 @cache
 def _product_index(variables: int, degree_a: int, degree_b: int) -> Ints:
-    """Where the product of monomial i of degree a and monomial j of degree b stands among those of degree a + b."""
+    """The index, among monomials of degree a + b, of the product of monomial i of degree a and j of degree b."""
     position = _position(variables, degree_a + degree_b)
     a, b = exponents(variables, degree_a), exponents(variables, degree_b)
     return np.array([[position[tuple(int(k) for k in ea + eb)] for eb in b] for ea in a], dtype=int)
@@ -43,7 +50,7 @@ def product(a: Floats, degree_a: int, b: Floats, degree_b: int, variables: int =
 
 @cache
 def _gather(variables: int, degree_a: int, degree_b: int) -> Floats:
-    """The matrix of ones and zeros that adds up the products of two monomials which are the same monomial."""
+    """The matrix of ones and zeros that sums the coefficients of equal products of monomials."""
     index = _product_index(variables, degree_a, degree_b)
     gather = np.zeros((index.size, len(exponents(variables, degree_a + degree_b))))
     gather[np.arange(index.size), index.ravel()] = 1.0
@@ -58,7 +65,7 @@ def quadratic(matrices: Floats) -> Floats:
 
 @cache
 def _upper_triangle(size: int) -> tuple[Ints, Ints, Floats]:
-    """Rows and columns of the entries on and above the diagonal, and how often each stands in the matrix."""
+    """Rows and columns of the entries on and above the diagonal, and their multiplicity in the matrix."""
     rows, columns = np.triu_indices(size)
     return rows, columns, np.where(rows == columns, 1.0, 2.0)
 
@@ -88,23 +95,24 @@ def common_zeros(rows: Floats, degree: int, count: int, variables: int = 3) -> t
     the smallest singular value that was not taken for zero, over the largest. A small gap means more zeros than
     count, for example a whole curve of them.
     """
-    _, singular, vh = np.linalg.svd(rows)
+    _, singular, vh = np.linalg.svd(rows)  # step 2, after step 1 by the caller
     null = np.swapaxes(vh[..., -count:, :], -1, -2)
     rank = rows.shape[-1] - count
     index = _product_index(variables, 1, degree - 1)
     shifted = null[..., index, :]
     bottom, top = np.einsum("aj,...jmk->a...mk", _generic_forms(variables), shifted)
-    multiplication = np.linalg.pinv(bottom) @ top
+    multiplication = np.linalg.pinv(bottom) @ top  # step 3
     _, vectors = np.linalg.eig(multiplication)
     largest = np.maximum(singular[..., 0], TINY)
     return _points(np.asarray(null @ vectors), index), np.asarray(singular[..., rank - 1] / largest)
 
 
-# Drawn once from a normal distribution, of use for up to four variables; to draw them here would import numpy.random.
 _DRAWN = (
     *(-0.35966845567139044, 1.2036751014877107, 1.3968681196180939, 0.31723592758455404),
     *(0.41413419203577684, -0.4895498035052234, -0.9141207048308895, -0.9003606290309881),
 )
+"""Numbers drawn once from a normal distribution, for forms in up to four variables: drawing them here would import
+numpy.random, which takes longer than the zeros."""
 
 
 @cache
