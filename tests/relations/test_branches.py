@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import tactfix
 from tactfix.geometry.surfaces import Cylinder
+from tactfix.noise import chi_square_limit
 from tactfix.relations import branches
 from tactfix.relations.joint_problem import JointProblem
 from tests.support.problems import Patch, angle, distance, pose_error, recipe, related, touch_all
@@ -149,9 +150,12 @@ def test_of_many_open_branches_the_cheapest_are_followed(monkeypatch):
     found = branches.branches(problem, surfaces)
     monkeypatch.setattr(branches, "BRANCH_FITS", 2**LEANING_BARS)
     everything = branches.branches(problem, surfaces)
-    assert len(everything) > len(found) == 96
-    np.testing.assert_allclose([cost for cost, _ in found], [cost for cost, _ in everything[:96]], rtol=1e-6)
-    for _, equations in found:
+    assert len(everything.found) > len(found.found) == 96
+    kept = [cost for cost, _ in found.found]
+    np.testing.assert_allclose(kept, [cost for cost, _ in everything.found[:96]], rtol=1e-6)
+    assert found.left_out >= kept[-1]
+    assert everything.left_out == np.inf
+    for _, equations in found.found:
         assert [e.relation for e in equations] == list(fixture.relations)
 
 
@@ -160,3 +164,24 @@ def test_branches_that_are_not_followed_are_told():
     result = tactfix.locate(fixture, contacts)
     assert result.status == "ambiguous"
     assert any("there may be one that was not found" in warning for warning in result.warnings)
+
+
+def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
+    """Of 256 branches the 96 kept have the first bar at 89.9 deg, as its contacts nearly say; a post then says 90.1."""
+    bars = {f"bar_{n}": Cylinder([60 * n, 90, 30], turn.apply(leaning(90.0)), 8.0) for n, turn in enumerate(ALONG)}
+    bars["bar_0"] = Cylinder([0, 90, 30], leaning(89.99), 8.0)
+    surfaces = {
+        **bars,
+        "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=60.0).surface(),
+        "post": Cylinder([0, -90, 0], leaning(0.2), 8.0),
+    }
+    patches = {n: Patch("cylinder", s.point, s.direction, s.radius, length=20.0) for n, s in bars.items()}
+    patches["post"] = Patch("cylinder", (0, -90, 0), leaning(0.2), 8.0, length=20.0)
+    patches["plate"] = Patch("plane", (0, 0, 0), (0, 0, 1), length=60.0)
+    contacts = touch_all(patches, dict.fromkeys(patches, 9), np.random.default_rng(3), sigma=0.02).contacts()
+    sigmas = np.array([2e-4 if name in ("plate", "post") else 0.02 for name in contacts.features])
+    relations = [angle("plate", name, 89.9) for name in bars] + [angle("post", "bar_0", 89.9)]
+    found = branches.branches(JointProblem(contacts, sigmas, tuple(relations), 100.0), surfaces)
+    limit = branches.COSTLY * chi_square_limit(len(contacts))
+    assert len(found.found) < 96
+    assert found.left_out < limit

@@ -32,14 +32,15 @@ def rigid_solutions(
     with_misses: bool = True,
     placement: Placement | None = None,
     thorough: bool = True,
+    most_starts: int | None = None,
 ) -> Solutions:
     """Every pose of a rigid fixture that explains the contacts; surfaces in its frame, sigmas (n,) of the residuals.
 
-    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses. placement, thorough: as
-    in `all_poses`.
+    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses. placement, thorough and
+    most_starts: as in `all_poses`.
     """
     single = one_equation_each(surfaces, contacts, sigmas)
-    search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses, placement, thorough)
+    search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses, placement, thorough, most_starts)
     found = [_solution(fit, surfaces, contacts, single, placement) for fit in distinct(search.found)]
     solutions = Solutions(tuple(found), search.dof, search.limit, search.complete, search.continuum)
     if search.aside is None:

@@ -60,12 +60,12 @@ def find_zeros(
     starts: how many rotations cover those of the domain; coverings: at least so many. Lengths must be scaled so that
     contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's origin that lay each surface on
     itself. Deterministic: the same call gives the same poses in the same order. Without thorough only what one covering
-    meets.
+    meets, complete where it met each zero OFTEN.
     """
     search = _Search(equations, cost_limit, turns)
     zeros = search.of_coverings(starts, coverings if thorough else 0)  # steps 1 and 2
     if not thorough:
-        return zeros
+        return replace(zeros, complete=not zeros.continuum and not search.seldom(zeros).any())
     zeros = search.with_neighbours(zeros)  # step 3
     zeros = search.balanced(zeros, starts)  # step 4
     return replace(zeros, complete=zeros.complete and are_balanced(equations, zeros))  # step 5
@@ -81,7 +81,8 @@ def find_zeros_near(
 ) -> Zeros:
     """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
 
-    around_all: around all of them, for rotations that are samples of more; without thorough around none.
+    around_all: around all of them, for rotations that are samples of more; without thorough around none, and complete
+    where each zero was met twice and the rotations are all there are.
 
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.
@@ -92,7 +93,11 @@ def find_zeros_near(
     zeros = search.met_near(rotations, is_near)
     if not is_near.all() and not search.wanted(zeros).any():
         zeros = search.met_near(rotations, np.ones_like(is_near))
-    return search.with_neighbours(zeros, around_all) if thorough else zeros.merged(equations)
+    if thorough:
+        return search.with_neighbours(zeros, around_all)
+    zeros = zeros.merged(equations)
+    met_once = search.wanted(zeros) & (zeros.counts < 2)
+    return replace(zeros, complete=not (around_all or zeros.continuum or met_once.any()))
 
 
 def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[Floats] = ()) -> Zeros:
@@ -141,15 +146,18 @@ class _Search:
 
     def of_coverings(self, starts: int, least: int) -> Zeros:
         """What coverings meet: at least so many, until each zero has been met OFTEN; one where least is 0."""
-        zeros, often = Zeros.none(), OFTEN * (1 + len(self.turns))
+        zeros = Zeros.none()
         for number in range(MOST_COVERINGS):
             zeros = zeros.joined(self.met_from(*covering(self.equations, starts, number))).merged(self.equations)
             if zeros.continuum or not least:
                 break
-            seldom = self.wanted(zeros) & (zeros.met_nearby() < often)
-            if number + 1 >= least and not seldom.any():
+            if number + 1 >= least and not self.seldom(zeros).any():
                 break
         return zeros
+
+    def seldom(self, zeros: Zeros) -> Bools:
+        """Which were met less than OFTEN, of those that are looked for."""
+        return self.wanted(zeros) & (zeros.met_nearby() < OFTEN * (1 + len(self.turns)))
 
     def with_neighbours(self, zeros: Zeros, around_all: bool = True) -> Zeros:
         """The zeros and what is found around them: around all, or those met once; then around what is new."""

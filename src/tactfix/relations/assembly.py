@@ -30,7 +30,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import Start, branch_fit, starts_from
+from tactfix.relations.branch_fits import Start, Starts, branch_fit, starts_from
 from tactfix.relations.branches import BRANCH_FITS
 from tactfix.relations.broken_relations import broken_candidates
 from tactfix.relations.combinations import Combinations, combinations, located_alone
@@ -83,27 +83,23 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
             of_bodies = body_solutions(fixture, chosen, contacts, sigmas, with_misses)
             return replace(of_bodies, complete=of_bodies.complete and _are_all(located, starts, of_bodies.limit))
     solutions = joint_solutions(fixture, problem, fits)
-    fallen = _fallen(fixture, problem, located.surfaces, starts, fits, solutions.limit)
+    fallen = _fallen(fixture, problem, located.surfaces, starts.followed, fits, solutions.limit)
     complete = _are_all(located, starts, solutions.limit)
     return replace(solutions, complete=complete, fallen=tuple(fallen))
 
 
 def _fits(
     problem: JointProblem, found: Sequence[Mapping[str, Surface]], with_misses: bool, most: int = BRANCH_FITS
-) -> tuple[list[Start], list[JointFit]]:
+) -> tuple[Starts, list[JointFit]]:
     """The joint fits next to combinations of features in base, one for each branch, and where each started."""
-    starts = starts_from(problem, found, with_misses)[:most]
-    return starts, [branch_fit(problem, start) for start in starts]
+    starts = starts_from(problem, found, with_misses)
+    starts = replace(starts, followed=starts.followed[:most])
+    return starts, [branch_fit(problem, start) for start in starts.followed]
 
 
-def _are_all(located: Combinations, starts: Sequence[Start], limit: float) -> bool:
+def _are_all(located: Combinations, starts: Starts, limit: float) -> bool:
     """Whether every combination of features and every branch that may explain the contacts was followed."""
-    return len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned and _are_followed(starts, limit)
-
-
-def _are_followed(starts: Sequence[Start], limit: float) -> bool:
-    """Whether no start was left out that may explain the contacts: the costliest that was followed promises not to."""
-    return len(starts) < BRANCH_FITS or starts[-1].cost > limit
+    return len(located.surfaces) <= SHAPE_COMBINATIONS and not located.thinned and starts.left_out > limit
 
 
 def _is_near(fit: JointFit) -> bool:
@@ -127,15 +123,13 @@ def _fallen(
 def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
     """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes.
 
-    Where none explains even these, the nearest miss as it stands.
+    Where none explains even these, next to the nearest miss; samples where they leave a motion free.
     """
     loose = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
-    if rigid.continuum or rigid.dof < 0 or all(solution.chi2 > rigid.limit for solution in rigid.found):
-        return rigid
     starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
-    solutions = joint_solutions(fixture, problem, fits)
-    return replace(solutions, complete=rigid.complete and _are_followed(starts, solutions.limit))
+    solutions = joint_solutions(fixture, problem, fits, rigid.continuum)
+    return replace(solutions, complete=rigid.complete and starts.left_out > solutions.limit)
 
 
 def _slack(fixture: Fixture, scale: float) -> float:

@@ -42,25 +42,35 @@ class Start:
     cost: float
 
 
+@frozen_value
+class Starts:
+    """The starts that are followed, best first, and the least cost of one that is left out (infinite: none is)."""
+
+    followed: tuple[Start, ...]
+    left_out: float
+
+
 def starts_from(
     problem: JointProblem, combinations: Sequence[Mapping[str, Surface]], with_misses: bool = True
-) -> list[Start]:
+) -> Starts:
     """The branches of all combinations of surfaces that may explain the contacts, best first.
 
     Where there are none, the nearest misses, unless without with_misses.
     """
-    found, missed = [], []  # step 1
+    found, missed, left_out = [], [], np.inf  # step 1
     for number, located in enumerate(combinations):
         surfaces = _anchored(located, problem.contacts)
         values, _ = contact_observations(problem.contacts, problem.sigmas, surfaces)
         own = float(values @ values)
         open_ones = branches(problem, surfaces)
-        found += [Start(number, surfaces, equations, own + cost) for cost, equations in open_ones]
-        if with_misses and not open_ones and not found:
+        found += [Start(number, surfaces, equations, own + cost) for cost, equations in open_ones.found]
+        left_out = min(left_out, own + open_ones.left_out)
+        if with_misses and not open_ones.found and not found:
             missed.append(nearest_start(problem, surfaces, number, own + least_cost(problem, surfaces)))
-    if found:
-        return sorted(found, key=lambda start: start.cost)[:BRANCH_FITS]
-    return sorted(missed, key=lambda start: start.cost)[:MISS_FITS]
+    found.sort(key=lambda start: start.cost)
+    left_out = min([left_out, *(start.cost for start in found[BRANCH_FITS:])])
+    missed = sorted(missed, key=lambda start: start.cost)[:MISS_FITS] if not found else []
+    return Starts(tuple(found[:BRANCH_FITS] or missed), left_out)
 
 
 def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:

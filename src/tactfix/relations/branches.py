@@ -10,6 +10,7 @@ gradients G, the covariance S of the features from their own contacts, and R of 
 3. A branch whose own cost exceeds COSTLY times the limit of chi-square is dropped.
 4. Choices of signs are extended by one relation after another. A further relation never lowers the cost, so a choice
    that costs too much is dropped with all of its extensions. If none remains, this combination of features is dropped.
+   Of more than BRANCH_FITS the cheapest are kept, and the least cost of the others is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,7 @@ from tactfix.relations import distances
 from tactfix.relations.equations import Equation, chart_lengths, equation, form_of, off, stacked
 from tactfix.relations.joint_problem import JointProblem, contact_observations
 from tactfix.relations.parallels import parallel_pairs
+from tactfix.values import frozen_value
 
 NEAR_COINCIDENCE = ALMOST_PARALLEL
 """Rad, or share of the fixture's size, from coincidence up to which a relation is widened at first."""
@@ -36,8 +38,20 @@ KEPT_SIGMA = 1e-12
 """Sigma (rad, fixture sizes) of a relation that surfaces known exactly keep but for rounding."""
 BRANCH_FITS = 96
 """Branches that are followed, of one combination of features and of all of them: those of the least cost. More than six
-relations must be open for one combination to have more. Where the costliest that is followed may explain the contacts,
-the result is said not to be complete; one that fell before its last relations were added is not counted."""
+relations must be open for one combination to have more. Where one that is left out may explain the contacts, the result
+is said not to be complete."""
+
+
+@frozen_value
+class Branches:
+    """What each branch would cost (chi-square) and its equations, cheapest first.
+
+    left_out: the least that another one would cost which was not kept, or is not known to the end; infinite where none
+    was dropped but those that are too costly.
+    """
+
+    found: tuple[tuple[float, tuple[Equation, ...]], ...]
+    left_out: float
 
 
 def nearest_branch(
@@ -48,8 +62,8 @@ def nearest_branch(
     return tuple(equations[0] for equations in choices)
 
 
-def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[tuple[float, tuple[Equation, ...]]]:
-    """What each branch would cost (chi-square) and its equations, cheapest first; those too costly left out."""
+def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Branches:
+    """The branches next to surfaces that may explain the contacts."""
     choices = _choices(problem.relations, surfaces, problem.scale)  # step 1
     covariance = _covariance(problem, surfaces)  # step 2
     limit = COSTLY * chi_square_limit(len(problem.contacts))
@@ -59,17 +73,19 @@ def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[tup
 
     viable = [[e for e in equations if cost([e]) <= limit] for equations in choices]  # step 3
     if not all(viable):
-        return []
+        return Branches((), np.inf)
     # Step 4: those without a choice first, and all of them at once.
     order = sorted(range(len(viable)), key=lambda number: len(viable[number]) > 1)
     settled = [viable[number][0] for number in order if len(viable[number]) == 1]
-    found = [(cost(settled), settled)]
+    found, left_out = [(cost(settled), settled)], np.inf
     for number in order[len(settled) :]:
         longer = [[*begun, e] for _, begun in found for e in viable[number]]
         judged = sorted(((cost(one), one) for one in longer), key=lambda pair: pair[0])
-        found = [pair for pair in judged if pair[0] <= limit][:BRANCH_FITS]
+        found = [pair for pair in judged if pair[0] <= limit]
+        left_out = min([left_out, *(chi2 for chi2, _ in found[BRANCH_FITS:])])
+        found = found[:BRANCH_FITS]
     place = np.argsort(order)
-    return [(chi2, tuple(one[i] for i in place)) for chi2, one in found if chi2 <= limit]
+    return Branches(tuple((chi2, tuple(one[i] for i in place)) for chi2, one in found if chi2 <= limit), left_out)
 
 
 def least_cost(problem: JointProblem, surfaces: Mapping[str, Surface]) -> float:

@@ -1,4 +1,13 @@
-"""Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be."""
+"""Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be.
+
+1. Few bodies are searched one by one, each for all of its poses (`poses.rigid`).
+2. Of many each is covered by few starts. Where a pose was met less often than a search counts as sure, all are covered
+   again by as many as are promised for one (`poses.search`).
+3. Those bodies of which a pose was met are searched for all of theirs, if they are not too many.
+4. Those left out count as searched where each pose that was met, of any body, was met often: a pose as rare as the
+   rarest of these stays unmet once in some four hundred problems. Where none was, nothing says how rare they are.
+5. Poses that contacts do not tell apart are one, in each frame that the recipe allows.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,9 +34,11 @@ Body: TypeAlias = tuple[Mapping[str, Surface], ...]
 """A rigid geometry of the fixture, in each frame that its recipe allows."""
 
 MOST_THOROUGH = 4
-"""Of more bodies than FEW_BODIES so many at most are searched thoroughly, where a single covering of the rotations has
-met poses of them: to be sure that there is none takes ten times as long. With poses of more bodies than this contacts
-are ambiguous, and the poses that the coverings met are told, as not all."""
+"""Of more bodies than FEW_BODIES so many at most are searched thoroughly, where a covering of the rotations has met
+poses of them: that takes ten times as long. With poses of more bodies than this contacts are ambiguous, and the poses
+that the coverings met are told, as not all."""
+FEW_BODY_STARTS = 250
+"""Starts that cover the rotations of each of many bodies at first: the true pose of three bars is met by 4 to 160."""
 RANKING_STARTS = 60
 """Rotations from which it is asked to which body contacts that fit none come nearest."""
 
@@ -37,15 +48,15 @@ def body_solutions(
 ) -> Solutions:
     """Every pose of the bodies searched that explains the contacts; sigmas (n,) of the residuals.
 
-    Of more than FEW_BODIES those bodies in which one covering of the rotations meets a pose. Where none
-    does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    Of more than FEW_BODIES those bodies in which a covering of the rotations meets a pose; complete where the others
+    can have none. Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
     # Limits are those of one frame, and a search looks near one place.
     limits = fixture.placement if all(len(shapes) == 1 for shapes in searched) else None
-    parts = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses, limits)
+    parts, complete = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses, limits)
     any_part = next(iter(parts.values()))
     dof, limit = any_part.dof, any_part.limit
-    complete = all(part.complete for part in parts.values())
+    complete &= all(part.complete for part in parts.values())
     continuum = any(part.continuum for part in parts.values())
     found = sorted(((s, n) for n, part in parts.items() for s in part.found), key=lambda pair: pair[0].chi2)
     explaining = [pair for pair in found if pair[0].chi2 <= limit] or found[:1]
@@ -61,16 +72,32 @@ def _searched(
     sigmas: Floats,
     with_misses: bool,
     limits: Placement | None,
-) -> dict[int, Solutions]:
-    """What a search of each shape gives, by its number; of many shapes those left out that nothing speaks for."""
-    chosen = list(range(len(shapes)))
+) -> tuple[dict[int, Solutions], bool]:
+    """What a search of each shape gives, by its number, and whether the others have no pose."""
+    chosen, complete = list(range(len(shapes))), True
     if len(shapes) > FEW_BODIES:
-        quick = [rigid_solutions(shape, contacts, sigmas, with_misses=False, thorough=False) for shape in shapes]
+        quick, complete = _covered(shapes, contacts, sigmas)  # step 2
         chosen = [number for number, part in enumerate(quick) if part.found]
         if len(chosen) > MOST_THOROUGH:
-            return {number: quick[number] for number in chosen}
+            return {number: quick[number] for number in chosen}, False
         chosen = chosen or [_nearest(shapes, contacts, sigmas)]
-    return {number: rigid_solutions(shapes[number], contacts, sigmas, with_misses, limits) for number in chosen}
+    # Steps 1 and 3.
+    parts = {number: rigid_solutions(shapes[number], contacts, sigmas, with_misses, limits) for number in chosen}
+    return parts, complete
+
+
+def _covered(
+    shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats
+) -> tuple[list[Solutions], bool]:
+    """What a covering of the rotations meets of each shape, and whether that is all but surely a pose of each."""
+    for most_starts in (FEW_BODY_STARTS, None):
+        quick = [
+            rigid_solutions(shape, contacts, sigmas, with_misses=False, thorough=False, most_starts=most_starts)
+            for shape in shapes
+        ]
+        if any(part.found for part in quick) and all(part.complete for part in quick):
+            return quick, True  # step 4
+    return quick, False
 
 
 def _nearest(shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats) -> int:

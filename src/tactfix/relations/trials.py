@@ -122,7 +122,7 @@ class Trials:
         if combinations is None:
             return PreparedCorrection(contacts, problem, ())
         starts = starts_from(problem, combinations.surfaces, with_misses)
-        return PreparedCorrection(contacts, problem, tuple(starts[:MOST_FOLLOWED]))
+        return PreparedCorrection(contacts, problem, starts.followed[:MOST_FOLLOWED])
 
     def _is_explained(self, part: Contacts) -> bool:
         """Whether some surface explains the contacts on one feature; true if infinitely many may."""

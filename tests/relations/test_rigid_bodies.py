@@ -1,0 +1,57 @@
+"""Fixtures of many rigid shapes: the shape touched is found, or the search says that it may have been overlooked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tactfix
+from tactfix.relations import rigid_bodies
+from tactfix.relations.assembly import assembled_solutions
+from tactfix.relations.realization import bodies
+from tests.relations.touched_parts import few_contacts_on
+
+SEEDS = range(6)
+
+
+def holds_truth(solutions, touched) -> bool:
+    truth = touched.base_from_fixture
+    apart = [np.abs(s.base_from_fixture[:3, :3] - truth[:3, :3]).max() for s in solutions.found]
+    return min(apart, default=np.inf) < 0.02
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_of_many_shapes_the_one_touched_is_found_and_the_search_complete(seed, tmp_path):
+    fixture, contacts, touched = few_contacts_on("three bars", seed, tmp_path)
+    assert len(bodies(fixture)) > 2
+    solutions = assembled_solutions(fixture, contacts, contacts.sigmas)
+    assert holds_truth(solutions, touched)
+    assert solutions.complete
+
+
+def test_a_shape_that_the_coverings_overlook_leaves_the_search_incomplete(tmp_path, monkeypatch):
+    """Coverings of two starts overlook most poses: whenever the true one is lost, the result says so."""
+    monkeypatch.setattr(rigid_bodies, "FEW_BODY_STARTS", 2)
+    monkeypatch.setattr("tactfix.poses.all_poses.BEYOND_SHARE", 0.001)
+    lost = 0
+    for seed in SEEDS:
+        fixture, contacts, touched = few_contacts_on("three bars", seed, tmp_path)
+        solutions = assembled_solutions(fixture, contacts, contacts.sigmas)
+        if not holds_truth(solutions, touched):
+            lost += 1
+            assert not solutions.complete
+            warnings = tactfix.locate(fixture, contacts).warnings
+            assert any("there may be one that was not found" in warning for warning in warnings)
+    assert lost
+
+
+def test_a_miss_of_a_measured_shape_has_the_chi_square_of_the_contacts_own_sigma(tmp_path):
+    """The shape is searched with looser contacts, which is no reason to report how well these fit."""
+    fixture, contacts, _ = few_contacts_on("three bars", 1, tmp_path, angle=(60.0, 0.1))
+    points = contacts.points.copy()
+    points[4] += [9.0, 9.0, 9.0]
+    result = tactfix.locate(fixture, replace(contacts, points=points))
+    assert result.status == "inconsistent"
+    own = sum(contact.residual**2 for contact in result.contacts) / contacts.sigmas[0] ** 2
+    assert result.chi2 == pytest.approx(own, rel=0.5)
+    assert result.chi2 >= own
