@@ -154,6 +154,20 @@ def test_exchanged_coordinates_of_either_of_two_pins_are_one_entry(draw):
     assert np.ptp([cause.chi2 for cause in first.causes if cause.code == "axes"]) < 1e-6
 
 
+@pytest.mark.parametrize(("inside", "is_late"), [(0.3, True), (8.0, False)])
+def test_a_probe_that_triggers_late_reports_points_inside_the_material(inside, is_late):
+    """All by one length: one number, not three bad contacts; by millimetres on a part of 300 mm it is no trigger."""
+    truth, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2), tip=0.0)
+    late = replace(contacts, points=contacts.points - inside * truth.normals)
+    result = locate(placed(FIXTURES["plate, pin, ball"][0]), late)
+    causes = [cause for entry in result.diagnosis for cause in entry.causes or (entry,) if cause.code == "tip_radius"]
+    assert bool(causes) == is_late
+    if is_late:
+        assert result.diagnosis[0].code == "tip_radius"
+        assert causes[0].value == pytest.approx(-inside, abs=5 * SIGMA)
+        assert "does the probe trigger late?" in causes[0].message
+
+
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
     """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))

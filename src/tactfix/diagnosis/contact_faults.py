@@ -66,6 +66,9 @@ TIP_STEPS = 6
 LEAST_GAIN = 0.5
 """Share by which another tip radius must lower chi-square, by the linear model, to be located again: the true one
 lowers it by nearly all."""
+LATEST = 0.01
+"""Share of the contacts' spread: a probe that reports points of the surface may trigger late by this much at most. That
+is 1 mm on a fixture of 100 mm, as far as a slow force threshold of a robot lets it press."""
 UNITS_MEANT = {
     25.4: "inches where mm is said",
     1 / 25.4: "mm where inches are said",
@@ -220,10 +223,31 @@ def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
         corrected = _with_estimated_tip(contacts, solve)
     except TactfixError:
         return
-    if corrected is not None and corrected.tip_radius > 0:
-        value = f"{corrected.tip_radius:.4g} {fixture.units}"
-        message = f"with a tip radius of {value} instead of {given} the contacts are consistent"
-        yield Correction("tip_radius", message, corrected, value=corrected.tip_radius)
+    if corrected is not None and is_possible_tip(contacts, corrected.tip_radius):
+        value = corrected.tip_radius
+        shown = f"{abs(value):.4g} {fixture.units}"
+        message = f"with {tip_words(value, shown, given)} the contacts are consistent{late_question(value)}"
+        yield Correction("tip_radius", message, corrected, value=value)
+
+
+def is_possible_tip(contacts: Contacts, radius: float) -> bool:
+    """Whether an effective tip radius is possible: below 0 for points of the surface only, and by no more than LATEST.
+
+    A probe that triggers late reports points that are inside the material.
+    """
+    return radius >= 0 or (contacts.tip_radius == 0 and -radius <= LATEST * contacts.spread)
+
+
+def tip_words(radius: float, shown: str, given: str) -> str:
+    """What an effective tip radius is; shown: its size with its unit, given: that of the file."""
+    if radius < 0:
+        return f"every contact {shown} farther out of the material"
+    return f"a tip radius of {shown} instead of {given}"
+
+
+def late_question(radius: float) -> str:
+    """What is asked about an effective tip radius below 0."""
+    return ": does the probe trigger late?" if radius < 0 else ""
 
 
 def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:

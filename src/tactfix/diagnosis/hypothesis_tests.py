@@ -21,6 +21,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
+from tactfix.diagnosis.contact_faults import is_possible_tip
 from tactfix.diagnosis.contact_mistakes import (
     outliers,
     relabels,
@@ -197,7 +198,9 @@ def _is_elsewhere(problem: Problem, one: Explanation, other: Explanation) -> boo
 def _remark(fixture: Fixture, problem: Problem, one: Explanation, accepts: Accepts) -> str | None:
     hypothesis = one.hypothesis
     corrected = hypothesis.corrected(problem, one.values)
-    if corrected.contacts.tip_radius < 0 or (not hypothesis.deleted and _comes_out(corrected, one.base_from_fixture)):
+    if not is_possible_tip(problem.contacts, corrected.contacts.tip_radius):
+        return None
+    if not hypothesis.deleted and _comes_out(corrected, one.base_from_fixture):
         return None
     moved = set(hypothesis.surfaces) | (set(hypothesis.features) if hypothesis.free == "place" else set())
     # The touch box of a feature that is displaced does not apply.

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_faults import UNITS_MEANT
+from tactfix.diagnosis.contact_faults import UNITS_MEANT, late_question, tip_words
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
@@ -111,8 +111,8 @@ def _tip(problem: Problem, units: str, explanation: Explanation) -> ValueAndMess
     if explanation.hypothesis.tip is not None:
         return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
     value = problem.contacts.tip_radius + float(explanation.values[0])
-    shown = fixed(value, decimals(float(np.median(problem.sigmas))))
-    return value, f"with a tip radius of {shown} {units} instead of {given} {CONSISTENT}"
+    shown = f"{fixed(abs(value), decimals(float(np.median(problem.sigmas))))} {units}"
+    return value, f"with {tip_words(value, shown, given)} {CONSISTENT}{late_question(value)}"
 
 
 def tip_offset_message(contacts: Contacts, change: Floats, units: str, then: str, sigma: float) -> ValueAndMessage:
