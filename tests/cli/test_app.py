@@ -114,9 +114,29 @@ def test_locating_imports_only_what_it_uses() -> None:
         "fixture_format.pydantic_errors",
         "planning",
         "localization.next_contact",
+        "relations.combined",
+        "localizers.cylinder",
+        "explanations",
+        "lexer",
     )
     assert all(find_spec(f"tactfix.{name}") for name in others), "a module that is no more cannot be imported"
     assert modules.isdisjoint(f"tactfix.{name}" for name in others)
+
+
+COLLECTING = """
+import gc, sys
+from tactfix.cli import COLLECT_AFTER, main
+before = gc.get_threshold()
+main(["--version"])
+assert gc.get_threshold() == before
+sys.argv = ["tactfix", "--version"]
+main()
+assert gc.get_threshold()[0] == COLLECT_AFTER
+"""
+
+
+def test_the_process_of_a_command_looks_for_garbage_seldom_and_no_caller_of_main_does() -> None:
+    subprocess.run([sys.executable, "-c", COLLECTING], check=True, capture_output=True)
 
 
 def test_plain_options_import_no_more() -> None:

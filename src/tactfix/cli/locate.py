@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 
 def _explained(code: str | None) -> None:
     """Print what stands behind a code and end: no file is needed for that."""
-    from tactfix.explanations import explanation
-
     if code is not None:
+        from tactfix.explanations import explanation
+
         emit(explanation("localization", code))
         raise typer.Exit
 

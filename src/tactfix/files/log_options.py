@@ -9,7 +9,6 @@ import numpy as np
 from tactfix.errors import UsageError
 from tactfix.files.contact_options import Vector
 from tactfix.files.reading import composed
-from tactfix.lexer import Lexer, TextError
 from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
@@ -99,6 +98,9 @@ def parse_features(text: str) -> tuple[FeatureRun, ...]:
 
 def parse_approaches(text: str) -> tuple[tuple[str, Vector], ...]:
     """'0,0,-1' for all features, or 'top:0,0,-1;front:0,1,0', by name; UsageError for anything else."""
+    # Its patterns take longer to compile than a contact file to read, which says its approaches itself.
+    from tactfix.lexer import Lexer, TextError
+
     said: dict[str, Vector] = {}
     for part in composed(text).split(";"):
         name, colon, numbers = part.rpartition(":")
