@@ -109,8 +109,18 @@ def test_reduced_jacobians_are_those_of_differences_along_the_domain(patches, co
         np.testing.assert_allclose(slope, jacobian[k, :, 0], atol=1e-6 * max(1, np.abs(jacobian).max()))
 
 
-@pytest.mark.parametrize(("patches", "counts", "free"), FREE)
-@pytest.mark.parametrize("far", [False, True])
+FAR_TOO = ("x y rz", "rx ry rz")
+"""Rotations about one axis and about all, of which the fast tests look at fixtures far from their origin too."""
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts", "free", "far"),
+    [
+        pytest.param(*case, far, marks=pytest.mark.slow if far and case[2] not in FAR_TOO else ())
+        for case in FREE
+        for far in (False, True)
+    ],
+)
 def test_so_many_contacts_as_directions_are_free_leave_the_truth(patches, counts, free, far):
     rng = np.random.default_rng(8)
     free = free.split()
