@@ -38,7 +38,7 @@ def path_blocked(
     unit; a row of nan is never blocked. An approach is blocked if it enters an obstacle deeper than margin, scalar or
     (n,); with a negative margin it has to stay clear by that much, as for a plan.
 
-    Obstacles: outer spheres; outer cylinders as solid bars, where their touch box says that they exist, unbounded
+    Obstacles: outer spheres; outer cylinders as solid bars, within the ends of their touch box, unbounded
     without one (but a bar without an end is not believed to cover the contact itself); planes by their touch box where
     it bounds them on all sides, for an approach that comes out of their material. A hole that lies in such a face as an
     inner feature is open. Inner surfaces never block. The feature itself is left to the approach test (eq. 11).
@@ -144,7 +144,7 @@ def _through_face(
     u, crossing = _crossing(plane, points, approaches)
     behind = (length - u) * (approaches @ plane.normal) > np.maximum(margins, 0.0)
     before = residuals(plane, points, 0.0) > np.maximum(margins, 0.0)
-    # Along its normal the face is where the plane is: only the sides along the plane are held against the box.
+    # Only sides along the plane are compared with the box: along its normal the face is where the plane is.
     across = np.abs(plane.normal) > 1 - 1e-9
     slack = np.where(across, np.inf, -margins[:, None])
     inside = ((crossing >= box.low - slack) & (crossing <= box.high + slack)).all(axis=1)

@@ -37,8 +37,8 @@ _PLASTIC = 1.32471795724474602596
 _SEQUENCE_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
 """Steps of the additive recurrence whose points are evenly spread over the unit square."""
 _TRIALS_PER_POINT = 256
-"""Trials for each point wanted, after which fewer points are returned: a box that holds a hundredth of a surface still
-gives all of them."""
+"""Trials for each point wanted, after which fewer points are returned: a box that contains a hundredth of a surface
+still gives all of them."""
 
 
 def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.0) -> Bools:

@@ -5,7 +5,8 @@ Few of many contacts (`few_of_many`):
 1. Each contact whose deletion alone makes the others consistent (`deletion`) is tried on other features and deleted.
 2. Else more and more contacts are deleted together, in the order of stepwise deletion, as long as that removes nearly
    all of chi-square; the others are located.
-3. At the pose that is found the wrong contacts have residuals above SURE sigma: they are told, or their labels swapped.
+3. At the pose that is found, wrong contacts have residuals above SURE sigma: they are reported, or their labels
+   swapped.
 
 The tip radius (`tip_radii`):
 

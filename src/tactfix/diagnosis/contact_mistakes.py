@@ -93,7 +93,7 @@ def _concerns_point(problem: Problem, one: Hypothesis) -> bool:
 
 
 def tips(problem: Problem) -> list[Hypothesis]:
-    """Another tip radius than the file says: none, or the one that fits best."""
+    """Another tip radius than that of the file: zero, or the one that fits best."""
     free = Hypothesis("tip_radius", free="tip", alternatives=2)
     return [free] if problem.contacts.tip_radius == 0 else [free, Hypothesis("tip_radius", tip=0.0, alternatives=2)]
 
@@ -107,7 +107,7 @@ def tip_offsets(problem: Problem) -> list[Hypothesis]:
 
 
 def units(problem: Problem) -> list[Hypothesis]:
-    """The coordinates alone, or all lengths, in another unit than the file says."""
+    """The coordinates alone, or all lengths, in another unit than that of the file."""
     count, tip = 2 * len(UNITS_MEANT), problem.contacts.tip_radius
     spread = problem.contacts.spread / float(problem.contacts.sigmas.max())
     possible = [factor for factor in UNITS_MEANT if spread * factor > LEAST_SPREAD]

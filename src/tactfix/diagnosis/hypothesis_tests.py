@@ -96,7 +96,7 @@ ELSEWHERE = 0.01
 """Share of the contacts' spread: two poses of one hypothesis are distinct if a contact lies this far apart on the
 fixture."""
 ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "mirrored")
-"""Codes of the mistakes with which one feature stands elsewhere than the fixture file says."""
+"""Codes of the mistakes that displace one feature in the fixture file."""
 AMBIGUOUS = " (what is left is ambiguous)"
 MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""

@@ -1,4 +1,4 @@
-"""Read-only arrays for frozen values, and the type names that say what is in them."""
+"""Read-only arrays for frozen values, and type names for their contents."""
 
 from typing import Annotated, TypeAlias
 

@@ -98,7 +98,7 @@ def common_motions(surfaces: Iterable[Surface], tolerance: Tolerance) -> Motions
 
 
 def dimension(motions: Motions) -> int:
-    """How many independent motions the group holds, 0 to 3."""
+    """The dimension of the group, 0 to 3."""
     match motions:
         case Fixed():
             return 0
@@ -147,7 +147,7 @@ _SIMPLER_FIRST = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
 
 
 def intersection(a: Motions, b: Motions, tolerance: Tolerance) -> Motions:
-    """The motions that both groups hold."""
+    """The intersection of both groups."""
     first, second = sorted((a, b), key=lambda motions: _SIMPLER_FIRST.index(type(motions)))
     match first:
         case Fixed():

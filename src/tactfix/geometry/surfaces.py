@@ -49,9 +49,9 @@ class Cylinder:
 
 @frozen_value
 class Point:
-    """The place point (3,) where a seat, cone, nest or mark holds the centre of the tip, whatever its radius.
+    """The place point (3,) at which a seat, cone, nest or mark fixes the centre of the tip, whatever its radius.
 
-    A surface of no extent: a contact on it tells all three coordinates, and it has no side to be approached from.
+    A surface without extent: a contact on it gives all three coordinates, and it has no side.
     """
 
     point: Frozen

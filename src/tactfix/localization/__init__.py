@@ -1,1 +1,1 @@
-"""What is said of the poses found: what speaks against each, the motion left free, the next contact to make."""
+"""Locating a fixture: solutions, their elimination, free motions, the next contact, and the diagnosis."""

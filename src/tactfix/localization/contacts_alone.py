@@ -72,8 +72,8 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
         if not any(_is_same(s, other, contacts) for other in outcome.solutions.found)
     )
     # Step 4.
-    told = _contradictions(fixture, contacts, sigmas, outcome, off) if outcome.status == "inconsistent" else ()
-    return ContactsAlone(without, fallen, tuple(told))
+    messages = _contradictions(fixture, contacts, sigmas, outcome, off) if outcome.status == "inconsistent" else ()
+    return ContactsAlone(without, fallen, tuple(messages))
 
 
 def _counted(contacts: Contacts, outcome: Outcome, beside: Sequence[Solution] = ()) -> WithoutPrior:
@@ -120,8 +120,8 @@ Contradicting: TypeAlias = list[tuple[Solution, Contradiction]]
 def _contradicting(fixture: Fixture, solutions: Iterable[Solution], fitted: bool) -> Contradicting:
     """The solutions that contradict the prior, each with its contradiction."""
     assert fixture.placement is not None
-    told = ((s, contradiction(fixture.placement, s, fixture.units, fitted)) for s in solutions)
-    return [(solution, how) for solution, how in told if how is not None]
+    pairs = ((s, contradiction(fixture.placement, s, fixture.units, fitted)) for s in solutions)
+    return [(solution, how) for solution, how in pairs if how is not None]
 
 
 def _is_same(one: Solution, other: Solution, contacts: Contacts) -> bool:

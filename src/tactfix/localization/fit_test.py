@@ -1,7 +1,7 @@
 """Whether a pose fits the contacts, all together and one by one, and warnings if it barely does.
 
 Two tests, each wrong once in a million for good contacts: the chi-square of all residuals, and the normalised residual
-of each contact. Between one in a million and one in a thousand the pose is kept and the suspect told.
+of each contact. Between one in a million and one in a thousand the pose is kept, with a warning that names the suspect.
 """
 
 import math

@@ -112,9 +112,9 @@ def _answer(
     solutions, assessments, left, status = outcome.solutions, outcome.assessments, outcome.left, outcome.status
     result = _result(fixture, contacts, solutions, assessments, left, status)  # step 3
     if left and not fixture.is_placed and status != "underdetermined":
-        from tactfix.relations.parallels import doubtful_distances
+        from tactfix.relations.parallels import uncertain_distances
 
-        result = replace(result, warnings=(*result.warnings, *doubtful_distances(fixture, left[0].surfaces)))
+        result = replace(result, warnings=(*result.warnings, *uncertain_distances(fixture, left[0].surfaces)))
     if explain and fixture.placement is not None and fixture.placement.is_known:  # step 4
         from tactfix.localization.contacts_alone import contacts_alone
 

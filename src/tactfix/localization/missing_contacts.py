@@ -149,7 +149,7 @@ def touch_in_words(
 ) -> NextContact:
     """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base where the pose is known.
 
-    Its message says where to touch and how to come, to the digits that a contact of this sigma bears.
+    Its message gives place and approach, with the digits that are significant for this sigma.
     """
     here, way, frame = point, approach, " of the fixture"
     if base_from_fixture is not None:

@@ -57,7 +57,7 @@ def refuse_coplanar(kind: str, contacts: UnitContacts) -> None:
 
 
 def refuse_two_parallel_lines(kind: str, contacts: UnitContacts) -> None:
-    """Raise when all contacts lie on two parallel lines, one of which may hold a single contact.
+    """Raise when all contacts lie on two parallel lines, one of which may have a single contact.
 
     Of any three contacts two share a line, so one of the three directions between three well spread contacts is the
     direction of the lines.

@@ -1,4 +1,4 @@
-"""The place where a seat, cone, nest or mark holds the tip's centre: the mean of the contacts on it."""
+"""The place of a seat, cone, nest or mark, which fixes the tip's centre: the mean of the contacts on it."""
 
 import numpy as np
 

@@ -1,4 +1,6 @@
-"""Contacts brought to unit size about their mean, so that one set of tolerances holds in m, mm and um, near and far."""
+"""Contacts scaled to unit size about their mean, so that tolerances apply in m, mm and um, near and far from the
+origin.
+"""
 
 import numpy as np
 

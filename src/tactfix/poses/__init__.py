@@ -1,1 +1,1 @@
-"""Every pose of a rigid fixture that explains its contacts, refined on all of them, and how sure it is."""
+"""Every pose of a rigid fixture that explains its contacts, refined on all of them, with its uncertainty."""

@@ -37,10 +37,12 @@ from tactfix.poses.zeros import Zeros, together
 
 SEARCHED = 18
 """Contacts that the search uses; the others only take part in the refinement. Three times the six unknowns leave few
-wrong poses to refine."""
+wrong poses to refine. 12 and 36 give the same poses of 336 problems with 8 to 30 noisy contacts, four of each kind
+and layout of `tests.validation.touched_problems`."""
 
 RELY_ON_FEATURES = 9
-"""Contacts from which on the rotations are taken from features located alone."""
+"""Contacts from which on the rotations are taken from features located alone. 7 and 18 give the same poses of the 336
+problems of SEARCHED."""
 
 FAR_OFF = 100.0
 """If the lowest cost exceeds this many times the acceptance limit, skip the geometric refinement: the algebraic cost

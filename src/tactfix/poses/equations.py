@@ -227,9 +227,9 @@ def _projectors(equations: PoseEquations) -> Floats:
 
 def _centred_in_domain(domain: PoseDomain, rotations: Floats, matrix: Floats, rhs: Floats, rcond: float) -> Floats:
     """The same with some translations constrained: matrix (3, 3), rhs (3, N) of the normal equations."""
-    _, held = domain.onto(rotations, np.repeat(domain.pivot[:, None], rotations.shape[2], axis=1))
+    _, constrained = domain.onto(rotations, np.repeat(domain.pivot[:, None], rotations.shape[2], axis=1))
     free = rotations[:, domain.shifts]
     matrices = np.einsum("auN,ab,bvN->Nuv", free, matrix, free)
-    right = np.einsum("auN,aN->Nu", free, rhs - matrix @ held)
+    right = np.einsum("auN,aN->Nu", free, rhs - matrix @ constrained)
     shifts = np.linalg.pinv(matrices, rcond=rcond, hermitian=True) @ right[..., None]
-    return np.asarray(held + np.einsum("auN,Nu->aN", free, shifts[..., 0]))
+    return np.asarray(constrained + np.einsum("auN,Nu->aN", free, shifts[..., 0]))

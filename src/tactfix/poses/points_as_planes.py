@@ -1,8 +1,8 @@
-"""Contacts on points as contacts on planes: what the poses are searched and fitted with.
+"""Contacts on points as contacts on planes, for the search and the fit of poses.
 
-A point that holds the tip's centre is where three planes meet, square to each other along the fixture's axes and off
-the point by the tip's radius, so that the tip touches all three where its centre is at the point. One contact on it is
-one on each: three equations with the same sigma, exactly those of the point.
+A point that fixes the tip's centre is replaced by three planes, perpendicular to the fixture's axes and offset from the
+point by the tip's radius. The tip touches all three when its centre is at the point. So one contact on the point is one
+on each plane: three equations with the same sigma, exactly those of the point.
 """
 
 from collections.abc import Mapping

@@ -131,13 +131,13 @@ class PoseDomain:
     def _axes(self, rotations: Floats) -> Floats:
         """Axes (3, k, N) in base about which the fixture may turn at these rotations, square to each other.
 
-        Of two: a turn by d changes the held component h of the quaternion (w, v) by d . (w e_h + v x e_h) / 2.
+        Of two: a turn by d changes the constrained component h of the quaternion (w, v) by d . (w e_h + v x e_h) / 2.
         """
         if self.turns.sum() != 2:
             return np.broadcast_to(np.eye(3)[:, self.turns, None], (3, int(self.turns.sum()), rotations.shape[2]))
         w, *v = self._quaternions(rotations)
-        held = np.eye(3)[~self.turns]
-        normal = w[:, None] * held + cross(np.array(v).T, np.repeat(held, len(w), axis=0))
+        constrained = np.eye(3)[~self.turns]
+        normal = w[:, None] * constrained + cross(np.array(v).T, np.repeat(constrained, len(w), axis=0))
         return np.moveaxis(np.array(circle_axes(normal)), (0, 1, 2), (1, 2, 0))
 
 

@@ -4,7 +4,7 @@
 2. Limits reject a pose if its angle or translation exceeds them by more than SURE of its own sigmas.
 3. A measured pose with covariance C_near, and constrained directions, reject it if noise does not explain d:
 
-    d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in the directions that are held.
+    d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in constrained directions.
 """
 
 from typing import Protocol

@@ -20,9 +20,11 @@ from tactfix.poses.solution import Solution, Solutions, solution_from
 from tactfix.values import frozen_value
 
 UNRESOLVED = 0.5
-"""Two poses whose residuals differ by less than this many sigma in all are one: no contact at hand tells them apart."""
+"""Change of all residuals, in sigma, below which two poses are one: no test of the contacts distinguishes half a
+sigma."""
 MOST_SIGMA_POINT_STEPS = 60
-"""Steps of a descent towards a sigma point; what has not arrived then makes the covariance untrusted."""
+"""Steps of the descent to a sigma point at most. If it has not converged, there is no such pose, and the covariance
+is not trusted."""
 
 
 def rigid_solutions(
@@ -50,7 +52,7 @@ def rigid_solutions(
 
 
 def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
-    """The fits, best first, without those that noise cannot tell from a better one close by."""
+    """The fits, best first, without those that noise does not distinguish from a better one close by."""
     kept: list[PoseFit] = []
     for fit in sorted(fits, key=lambda fit: fit.chi2):
         if not any(_unresolved(other, fit) for other in kept):

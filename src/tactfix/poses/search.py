@@ -187,5 +187,5 @@ class _Search:
         return zeros
 
     def wanted(self, zeros: Zeros) -> Bools:
-        """Which are looked for; others within reach of the descents are taken as they come."""
+        """Which zeros are searched for; descents may find others, which are kept."""
         return self.equations.domain.has(zeros.rotations, zeros.offsets)

@@ -175,7 +175,7 @@ class Zeros:
     def condition(self, equations: PoseEquations) -> Floats:
         """How well each is determined (k,): the smallest singular value of the Jacobian over the largest.
 
-        Where directions are held it may be the only one, and the contacts' weights say how large it should be.
+        With constrained directions there may be only one; then the norm of the weights replaces the largest.
         """
         if equations.dof < 0:
             return np.zeros(len(self))
@@ -208,9 +208,9 @@ def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
     _, jacobian = evaluate(equations, zeros.rotations, zeros.offsets, geometric=False)
     matrices = np.moveaxis(jacobian, -1, 0)
     values = np.linalg.svd(matrices, compute_uv=False)
-    sure = (values[:, -1] > SIMPLE_ZERO * values[:, 0]) & (zeros.costs < EXACT_COST)
-    signs = np.linalg.slogdet(matrices)[0][sure]
-    return bool(abs(signs.sum()) <= np.count_nonzero(~sure))
+    is_certain = (values[:, -1] > SIMPLE_ZERO * values[:, 0]) & (zeros.costs < EXACT_COST)
+    signs = np.linalg.slogdet(matrices)[0][is_certain]
+    return bool(abs(signs.sum()) <= np.count_nonzero(~is_certain))
 
 
 def _signs_cancel(equations: PoseEquations) -> bool:

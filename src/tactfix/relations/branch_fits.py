@@ -23,15 +23,16 @@ from tactfix.relations.joint_problem import JointFit, JointProblem, contact_obse
 from tactfix.values import frozen_value
 
 MISS_FITS = 2
-"""Starts that are followed where none promises to explain the contacts: one of them is the nearest miss."""
+"""Starts that are fitted if none is predicted to explain the contacts: one is reported as the nearest miss, and the
+linear cost may order two wrongly."""
 RESOLVED = 10.0
-"""Standard deviations across it, of contacts and of its own value, that the radius of a circle must have to count as
-seen: the position on it is then known to a tenth of a rad, within which the circle is straight."""
+"""Radius of a circle, in standard deviations across it (of contacts and of its own value), above which contacts
+resolve it: the position on it is then known to 0.1 rad, within which it is straight."""
 
 
 @frozen_value
 class Start:
-    """Where a fit starts: surfaces in base, the branch of each relation, and the chi-square that this promises.
+    """The start of a fit: surfaces in base, the branch of each relation, and the chi-square that is predicted.
 
     number: of the combination of surfaces.
     """

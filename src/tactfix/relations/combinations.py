@@ -87,16 +87,16 @@ def combinations_of(
     found: list[dict[str, FeatureCandidate]] = [dict(zip(alone, choice, strict=True)) for choice in choices]
     missing = [name for name in fixture.features if name not in alone]
     while missing and found:
-        reached = next((n for n in missing if _is_reached(fixture, contacts, n, found[0])), None)
-        if reached is None:
+        locatable = next((n for n in missing if _is_locatable(fixture, contacts, n, found[0])), None)
+        if locatable is None:
             return None
-        missing.remove(reached)
+        missing.remove(locatable)
         try:
             # Step 3.
-            found = [more for known in found for more in _with_one_more(fixture, contacts, reached, known)]
+            found = [more for known in found for more in _with_one_more(fixture, contacts, locatable, known)]
         except DegenerateContactsError:
             return None
-        weak |= any(is_weak(known[reached]) for known in found)
+        weak |= any(is_weak(known[locatable]) for known in found)
     if missing:
         return None  # step 4
     surfaces = [{name: candidate.surface for name, candidate in known.items()} for known in found[:most]]
@@ -111,7 +111,7 @@ def _with_one_more(
     return [{**known, name: candidate} for candidate in placed]
 
 
-def _is_reached(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]) -> bool:
+def _is_locatable(fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]) -> bool:
     """Whether a sphere has three contacts and distances to known features together."""
     if fixture.features[name].type != "sphere":
         return False

@@ -1,7 +1,7 @@
-"""Features that were located alone, fitted together: steps 2 to 5 of `assembly`, where its step 1 does not do.
+"""Steps 2 to 5 of `assembly`: features that are located alone, and then fitted together.
 
-A module of its own because it needs every localizer and all that fits branches: fixtures of step 1, such as the
-paper's, locate without importing them.
+This is a separate module because it imports every localizer and the branch fits. A fixture that step 1 handles, such as
+the paper's, is located without these imports.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,17 +27,24 @@ from tactfix.relations.samples import sampled_solutions
 from tactfix.results import Candidate
 
 SHAPE_LIMIT = 10.0
-"""Times the limit of chi-square that a fit may have for its shape to be searched."""
+"""Multiple of the limit of chi-square up to which a fit counts as near a shape, which is then searched: fits of weakly
+determined features may stop above their limit. 1 and 5 change none of the 200 contact sets of
+`tests.benchmarks.bench_relations`, 1000 none of every fifth of them."""
 FEW_COMBINATIONS = 64
-"""Beyond so many combinations a rigid fixture is searched as one body, which costs the same however many there are."""
+"""Combinations of candidates above which a fixture with a fixed shape is searched as one body: 64 joint fits of some
+milliseconds each take as long as such a search."""
 SHAPE_COMBINATIONS = 4096
-"""Combinations of surfaces and signs that start a fit each; beyond, the result is said not to be complete."""
+"""Combinations of candidates that are used at most; with more the result is not complete. They bound the time: their
+costs are computed before any of them is fitted."""
 FEW_FITS = 12
-"""Starts that are followed where contacts are as good as flat, and whatever is found says next to nothing."""
+"""Starts that are fitted if contacts on a feature are flat within noise (`features_alone.is_flat`): its candidates
+are then thinned, and the result is not complete anyway."""
 MOST_FALLEN = 32
-"""Combinations that fell because of a relation and are listed."""
+"""Combinations that violate a relation and are listed as candidates: more than anybody reads."""
 SLACK_FACTOR = 3.0
-"""Times the slack of the relations, added to the contacts' sigma while a fixture is searched as if it were rigid."""
+"""Sigmas of the shape that are added to those of the contacts while a fixture with measured relations is searched as
+rigid: its true shape is within three sigma, and too large a sum lets wrong poses through, which cost fits only. 1.5
+and 6 change none of every fifth of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 
 
 def combined_solutions(
@@ -52,7 +59,7 @@ def combined_solutions(
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
         if is_exact:  # step 3
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
-        return _loosened(fixture, problem, with_misses)
+        return _searched_as_rigid(fixture, problem, with_misses)
     most = FEW_FITS if located.thinned else BRANCH_FITS
     starts, fits = _fits(problem, located.surfaces[:SHAPE_COMBINATIONS], with_misses, most)  # step 4
     if is_exact:  # step 5
@@ -99,13 +106,14 @@ def _fallen(
     return broken_candidates(fixture, problem, broken[:MOST_FALLEN])
 
 
-def _loosened(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
-    """The joint fits next to every pose of the rigid shapes with contacts as unsure as the shapes.
+def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
+    """The joint fits near every pose of the rigid shapes, searched with the sigma of the contacts widened by the
+    shape's.
 
-    Where none explains even these, next to the nearest miss; samples where they leave a motion free.
+    If no pose explains even these, near the nearest miss; samples if they leave a motion free.
     """
-    loose = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
-    rigid = body_solutions(fixture, bodies(fixture), problem.contacts, loose, with_misses)
+    widened = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
+    rigid = body_solutions(fixture, bodies(fixture), problem.contacts, widened, with_misses)
     starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     solutions = joint_solutions(fixture, problem, fits, rigid.continuum)
     return replace(solutions, complete=rigid.complete and starts.left_out > solutions.limit)

@@ -23,21 +23,21 @@ def parallel_pairs(relations: tuple[Relation, ...]) -> frozenset[frozenset[str]]
     return frozenset(frozenset(pair) for group in groups for pair in combinations(sorted(group), 2))
 
 
-def doubtful_distances(fixture: Fixture, surfaces: Mapping[str, Surface]) -> tuple[str, ...]:
+def uncertain_distances(fixture: Fixture, surfaces: Mapping[str, Surface]) -> tuple[str, ...]:
     """Warnings about distances of axes that are treated as parallel only because they nearly are.
 
     `geometry.nearest` takes their spacing as the distance; for skew axes it would be the common perpendicular.
     """
     known = parallel_pairs(fixture.relations)
-    doubts = []
+    warnings = []
     for relation in fixture.relations:
         axes = [surface for name in relation.between if isinstance(surface := surfaces[name], Cylinder)]
         if relation.kind == "distance" and len(axes) == 2 and frozenset(relation.between) not in known:
             sine = float(np.linalg.norm(np.cross(axes[0].direction, axes[1].direction)))
             if sine < ALMOST_PARALLEL:
                 one, other = relation.between
-                doubts.append(
+                warnings.append(
                     f"{one} and {other} are {np.degrees(np.arcsin(sine)):.2g} deg from parallel and no angle is given: "
                     "their distance was taken for the spacing of parallel axes; give their angle, 0 if they are"
                 )
-    return tuple(doubts)
+    return tuple(warnings)

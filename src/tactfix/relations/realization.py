@@ -48,7 +48,7 @@ one."""
 FEW_BODIES = 2
 """Bodies that are searched, and asked for mistakes, one by one, which takes a tenth of a second and more for each. Most
 fixtures are one or a pair of mirror images; of more, features that are located alone say which to search."""
-HOLDS = 1e-9
+SHAPE_TOLERANCE = 1e-9
 """Largest violation of a relation (rad, fixture sizes) at a shape: Newton's method converges quadratically, so that one
 more step would reach rounding."""
 
@@ -166,7 +166,7 @@ def _relaxed(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
     for _ in range(SHAPE_STEPS):
         equations = tuple(carried(equation, surfaces) for equation in equations)
         missing, jacobian = stacked(equations, surfaces, scale)
-        if np.abs(missing).max(initial=0.0) < HOLDS:
+        if np.abs(missing).max(initial=0.0) < SHAPE_TOLERANCE:
             return surfaces
         step = -np.linalg.pinv(jacobian, rcond=1e-10) @ missing
         step *= min(1.0, 0.5 / max(float(np.abs(step).max()), TINY)) * lengths
@@ -184,7 +184,7 @@ def is_rigid(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) ->
 
 
 def _are_enough(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float) -> bool:
-    """Whether the relations hold as many numbers as a shape has; surfaces in general position, which has the fewest."""
+    """Whether the relations have as many equations as a shape has numbers, for surfaces in general position."""
     equations = nearest_branch(fixture.relations, surfaces)
     width = sum(dimension(surface) for surface in surfaces.values())
     return bool(sum(e.components for e in equations) >= width - _rigid_motions(surfaces, scale))

@@ -1,12 +1,12 @@
 """Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be.
 
-1. Few bodies are searched one by one, each for all of its poses (`poses.rigid`).
-2. Of many each is covered by few starts. Where a pose was met less often than a search counts as sure, all are covered
-   again by as many as are promised for one (`poses.search`).
-3. Those bodies of which a pose was met are searched for all of theirs, if they are not too many.
-4. Those left out count as searched where each pose that was met, of any body, was met often: a pose as rare as the
-   rarest of these stays unmet once in some four hundred problems. Where none was, nothing says how rare they are.
-5. Poses that contacts do not tell apart are one, in each frame that the recipe allows.
+1. A few bodies are searched one by one, each for all of its poses (`poses.rigid`).
+2. Of many bodies each is covered by a few starts. If a pose was met less often than `poses.search.OFTEN`, all bodies
+   are covered again, by as many starts as a single body would get.
+3. The bodies with a pose are searched for all of their poses, unless these bodies are too many.
+4. The other bodies count as searched if every pose that was met, of any body, was met often: a pose as rare as the
+   rarest of these is missed once in some four hundred problems. If no pose was met, this is unknown.
+5. Poses that the contacts do not distinguish are merged, and each is given in the frames that the recipe allows.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,13 +34,15 @@ Body: TypeAlias = tuple[Mapping[str, Surface], ...]
 """A rigid geometry of the fixture, in each frame that its recipe allows."""
 
 MOST_THOROUGH = 4
-"""Of more bodies than FEW_BODIES so many at most are searched thoroughly, where a covering of the rotations has met
-poses of them: that takes ten times as long. With poses of more bodies than this contacts are ambiguous, and the poses
-that the coverings met are told, as not all."""
+"""Bodies that are searched thoroughly at most, of those in which a covering of the rotations has met a pose: a thorough
+search takes ten times as long. With poses of more bodies the contacts are ambiguous in any case, and the poses found
+are marked as not complete."""
 FEW_BODY_STARTS = 250
-"""Starts that cover the rotations of each of many bodies at first: the true pose of three bars is met by 4 to 160."""
+"""Starts that cover the rotations of each body, if there are many: the true pose of three bars is met by 4 to 160 of
+them."""
 RANKING_STARTS = 60
-"""Rotations from which it is asked to which body contacts that fit none come nearest."""
+"""Start rotations of the robust fit that ranks bodies by how many contacts agree, if no pose fits: a tenth of
+`robust_poses.ROBUST_STARTS`, since only a diagnosis follows."""
 
 
 def body_solutions(
@@ -48,8 +50,8 @@ def body_solutions(
 ) -> Solutions:
     """Every pose of the bodies searched that explains the contacts; sigmas (n,) of the residuals.
 
-    Of more than FEW_BODIES those bodies in which a covering of the rotations meets a pose; complete where the others
-    can have none. Where none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    Of more than FEW_BODIES, the bodies in which a covering of the rotations meets a pose; complete if the others can
+    have none. If none does, the best one alone, its chi2 above the limit; nothing without with_misses.
     """
     # Limits are those of one frame, and a search looks near one place.
     limits = fixture.placement if all(len(shapes) == 1 for shapes in searched) else None
@@ -113,9 +115,9 @@ def _nearest(shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas
 
 
 def placed_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:
-    """The same where the pose was measured or directions are held: each shape in each frame is a body of its own.
+    """The same for a measured pose or constrained directions: each shape in each frame is a body of its own.
 
-    Raises UsageError where the relations leave the shape open or have a sigma: then there is no one body to hold.
+    Raises UsageError if the relations leave the shape open or have a sigma: then the fixture is no single body.
     """
     shapes = realize(fixture)
     if not shapes or any(relation.sigma > 0 for relation in fixture.relations):
@@ -134,7 +136,7 @@ def placed_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_
 def _distinct(
     fixture: Fixture, contacts: Contacts, sigmas: Floats, found: Sequence[tuple[Solution, int]]
 ) -> list[Solution]:
-    """Best first, those that contacts do not tell apart as one; found: solutions, and the number of their body.
+    """Best first, indistinct solutions merged; found: solutions, and the number of their body.
 
     The features of a body that has a symmetry are where they are in several of its poses.
     """

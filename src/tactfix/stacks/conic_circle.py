@@ -80,7 +80,7 @@ def _null_vector(xx: Floats, yy: Floats, zz: Floats, xy: Floats, xz: Floats, yz:
     """The unit null vector (3, m) of symmetric matrices of rank two: the longest column of the adjugate."""
     a, b, c = yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy
     d, e, f = xz * yz - xy * zz, xy * yz - xz * yy, xy * xz - xx * yz
-    # The diagonal of an adjugate of rank one holds the squares of the vector.
+    # The diagonal of an adjugate of rank one is the squares of the vector.
     a2, b2, c2 = np.abs(a), np.abs(b), np.abs(c)
     first, second = (a2 >= b2) & (a2 >= c2), b2 >= c2
     x = np.where(first, a, np.where(second, d, e))

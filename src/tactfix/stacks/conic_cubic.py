@@ -38,10 +38,10 @@ def real_common_zeros(conic: Floats, cubic: Floats, caution: float = 0.0) -> Com
     close to zero, relative to its amplitude, without reaching it, or its conic to a pair of lines.
     """
     circle, real, clear = circle_of_conic(conic, caution)  # step 1
-    places, sure = trigonometric_zeros(_samples(circle, cubic), caution)  # step 2
+    places, complete = trigonometric_zeros(_samples(circle, cubic), caution)  # step 2
     places[:, :, ~real] = np.nan
     zeros, arrived = _settled(_on_circle(circle[:, :, None], places), conic, cubic)  # step 3
-    return CommonZeros(zeros, ((sure & arrived) | ~real) & clear)  # step 4
+    return CommonZeros(zeros, ((complete & arrived) | ~real) & clear)  # step 4
 
 
 def _samples(circle: Floats, cubic: Floats) -> Floats:

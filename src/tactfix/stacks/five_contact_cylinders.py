@@ -1,7 +1,7 @@
 """All cylinders through five contacts each, for whole stacks of problems (eqs. 16-45 and fig. 5).
 
 In the basis of three contacts seen from a fourth, s = sum of sigma_i p_i, the numbers n_i . s of eq. 41 are sigma_i
-times the volume, and |p_1 x s|^2 holds no sigma_1: eq. 41 becomes a cubic of seven terms. Eq. 43 is |p_4 x s|^2 = sum
+times the volume, and |p_1 x s|^2 has no sigma_1: eq. 41 becomes a cubic of seven terms. Eq. 43 is |p_4 x s|^2 = sum
 of c_i |p_i x s|^2 with p_4 = sum of c_i p_i.
 
 1. The contact left out as the fifth is the one whose absence leaves the tetrahedron of largest volume, and each p_i is

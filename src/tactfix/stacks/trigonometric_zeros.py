@@ -77,11 +77,11 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
         found = _divided(found, harmonics, amplitude, caution, width)
         width /= _PARTS
         parts.append(found)
-    places, crowded = _slotted(parts, samples.shape[1])
+    places, too_many = _slotted(parts, samples.shape[1])
     certain = np.ones(samples.shape[1], dtype=bool)
     certain[found.open_owner] = False  # step 3
     places, settled = _settled(places, harmonics)  # step 4
-    return places, certain & settled & ~crowded
+    return places, certain & settled & ~too_many
 
 
 def _divided(found: _Found, harmonics: Floats, amplitude: Floats, caution: float, width: float) -> _Found:

@@ -66,8 +66,8 @@ class KnownPose:
         if placement is None:
             return KnownPose(np.eye(3), np.zeros(3), np.zeros((0, 6)))
         place = (placement.near[:3, 3] - contacts.centre) / length
-        held = np.flatnonzero(~np.concatenate([placement.turns, placement.shifts]))
-        rows = np.eye(6)[held] * length / (KNOWN_DIRECTION * sigma)
+        constrained = np.flatnonzero(~np.concatenate([placement.turns, placement.shifts]))
+        rows = np.eye(6)[constrained] * length / (KNOWN_DIRECTION * sigma)
         if (covariance := placement.covariance) is not None:
             units = np.array([1.0] * 3 + [length] * 3)
             measured = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(units, units)))
@@ -173,10 +173,10 @@ class TipEquations:
         values -= self.takes_tip * trials.radii[:, None]
         normals = gradient @ np.swapaxes(trials.rotations, 1, 2)
         # The rotation moves a point itself; of other surfaces only the normal at the tip counts.
-        held = (self.takes_tip == 0)[:, None] * (local @ np.swapaxes(trials.rotations, 1, 2))
+        point_arms = (self.takes_tip == 0)[:, None] * (local @ np.swapaxes(trials.rotations, 1, 2))
         jacobian = np.concatenate(
             [
-                -cross(places - held, normals),
+                -cross(places - point_arms, normals),
                 -normals,
                 np.einsum("mij,smi->smj", self.flanges, normals),
                 np.broadcast_to(-self.takes_tip[:, None], (*values.shape, 1)),
