@@ -26,7 +26,10 @@ def run_application(words: Sequence[str]) -> int:
 
 
 def _application(words: Sequence[str]) -> typer.Typer:
-    """All commands by name and help, but only the one among words with its options."""
+    """All commands by name and help, but only the one among words with its options, and it alone where it comes first.
+
+    typer works out the parameters of every command that it is given: that takes longer than reading the files.
+    """
     # Markup and pretty tracebacks would import rich; help in plain text is there in half the time.
     app = typer.Typer(
         name="tactfix",
@@ -38,9 +41,10 @@ def _application(words: Sequence[str]) -> typer.Typer:
     )
     app.callback(context_settings={"help_option_names": ["-h", "--help"]})(_options)
     chosen = _chosen(words)
-    for name, summary in COMMANDS.items():
+    known = [chosen] if chosen is not None and [chosen] == list(words[:1]) else list(COMMANDS)
+    for name in known:
         function = command_of(name) if name == chosen else _placeholder
-        app.command(name, cls=CheckedCommand, short_help=summary)(function)
+        app.command(name, cls=CheckedCommand, short_help=COMMANDS[name])(function)
     return app
 
 

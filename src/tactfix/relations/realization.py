@@ -91,15 +91,25 @@ def bodies(fixture: Fixture) -> tuple[tuple[Mapping[str, Surface], ...], ...]:
         if surfaces is None:
             failed += not found
             continue
+        idle += 1
+        # A body that is known is rigid, and its mirror image is known too: both were looked at with it.
+        if _is_any(found, _in_first_frame(fixture, surfaces), scale):
+            continue
         if not is_rigid(fixture, surfaces, scale):  # step 3
             return ()
-        idle += 1
         for body in (surfaces, {name: _mirrored(surface) for name, surface in surfaces.items()}):  # step 4
             shapes = _distinct(_in_fixture_frame(fixture, body), scale)
-            if shapes and not any(_known(shapes[0], list(other), scale) for other in found):
+            if shapes and not _is_any(found, shapes[0], scale):
                 found.append(tuple(shapes))
                 idle = 0
     return tuple(found)
+
+
+def _is_any(
+    found: Sequence[Sequence[Mapping[str, Surface]]], shape: Mapping[str, Surface] | None, scale: float
+) -> bool:
+    """Whether a shape in the fixture frame, where there is one, is one of the bodies found."""
+    return shape is not None and any(_known(shape, list(body), scale) for body in found)
 
 
 def body_number(fixture: Fixture, surfaces: Mapping[str, Surface]) -> int | None:
@@ -208,6 +218,11 @@ def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list
     except FrameError:
         return []
     return [{n: _near_origin(moved(inverse(base), s)) for n, s in surfaces.items()} for base in bases]
+
+
+def _in_first_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Mapping[str, Surface] | None:
+    """The shape in the first of these frames; None where there is none."""
+    return next(iter(_in_fixture_frame(fixture, surfaces)), None)
 
 
 def _near_origin(surface: Surface) -> Surface:
