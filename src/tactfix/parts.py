@@ -46,9 +46,11 @@ from tactfix.results import (
     ContactResidual,
     Diagnosis,
     FreeMotion,
+    JsonResult,
     NextContact,
     Reason,
     TipEstimate,
+    Touched,
     WithoutPrior,
 )
 
@@ -78,6 +80,7 @@ __all__ = [
     "FreeMotion",
     "Influence",
     "Joint",
+    "JsonResult",
     "LayoutStudy",
     "LeftOut",
     "Margins",
@@ -108,6 +111,7 @@ __all__ = [
     "TouchBox",
     "TouchDrift",
     "TouchResidual",
+    "Touched",
     "UniqueShare",
     "UrdfJoint",
     "UrdfRobot",

@@ -17,6 +17,8 @@ from tactfix.mistakes import DiagnosisCode
 from tactfix.values import frozen_value
 
 if TYPE_CHECKING:
+    from tactfix.contacts import Contacts
+    from tactfix.fixture import Fixture
     from tactfix.pose_formats.pose import Pose
 
 Status: TypeAlias = Literal["located", "underdetermined", "ambiguous", "inconsistent"]
@@ -137,8 +139,30 @@ class WithoutPrior:
     poses: int | None
 
 
+class JsonResult:
+    """A result with the JSON of a command: to_dict says it, to_json writes it."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON as dictionaries, lists and numbers."""
+        raise NotImplementedError
+
+    def to_json(self) -> str:
+        """The text that the command prints with --json."""
+        from tactfix.report.json_report import text_of
+
+        return text_of(self.to_dict())
+
+
 @frozen_value
-class LocateResult:
+class Touched:
+    """What a result was found from: the fixture, and the contacts as they were given."""
+
+    fixture: "Fixture"
+    contacts: "Contacts"
+
+
+@frozen_value
+class LocateResult(JsonResult):
     """The answer of locate; "JSON of locate" in samples/README.md says more of each field.
 
     Attributes
@@ -177,6 +201,9 @@ class LocateResult:
         Wherever the contacts determine it.
     without_prior : WithoutPrior or None
         What would be left without what was known beforehand; None where nothing was.
+    touched : Touched or None
+        The fixture and the contacts that it was found from, for the scene in a notebook. The JSON does not hold them:
+        None in a result that was read from JSON.
 
     Notes
     -----
@@ -211,6 +238,7 @@ class LocateResult:
     joint_covariance: Floats | None = None
     tip: TipEstimate | None = None
     without_prior: WithoutPrior | None = None
+    touched: Touched | None = None
 
     @property
     def pose(self) -> "Pose":
@@ -245,12 +273,6 @@ class LocateResult:
 
         return locate_json(self)
 
-    def to_json(self) -> str:
-        """The text that `tactfix locate --json` prints."""
-        from tactfix.report.json_report import locate_json, text_of
-
-        return text_of(locate_json(self))
-
     @classmethod
     def from_json(cls, text: str | bytes) -> "LocatedResult | NotLocatedResult":
         """The result that `to_json`, or `tactfix locate --json`, has written.
@@ -268,10 +290,10 @@ class LocateResult:
         return LocatedResult(**values) if self.status == "located" else NotLocatedResult(**values)
 
     def _repr_html_(self) -> str:
-        """The summary for a notebook."""
-        from tactfix.report.summary import summary_html
+        """The summary and the scene for a notebook; the summary alone where the result was read from JSON."""
+        from tactfix.report.notebook import located_html
 
-        return summary_html(self)
+        return located_html(self)
 
     def __repr__(self) -> str:
         rms = "" if self.rms is None else f", rms {self.rms:.2g} {self.units}"

@@ -88,6 +88,23 @@ def fixed(value: float, digits: int) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
+def borne(value: float, sigma: float | None, sign: str = "") -> str:
+    """A number with the decimals that its sigma bears, never in powers of ten; at most six where there is none.
+
+    sign: "+" for a sign in any case.
+    """
+    if sigma is not None and sigma > 0:
+        number = fixed(value, decimals(sigma))
+    else:
+        number = fixed(value, decimals(0.0)).rstrip("0").rstrip(".")
+    return number if number.startswith("-") else sign + number
+
+
+def with_unit(text: str, unit: str | None) -> str:
+    """The text and its unit, where there is one."""
+    return f"{text} {unit}" if unit else text
+
+
 def coordinates(values: Sequence[float], sigma: float) -> str:
     """x 534.1 y -162.8 z 136.3: decimals down to a tenth of sigma, no more than a place in words bears."""
     digits = max(0, decimals(sigma) - 1)

@@ -4,11 +4,13 @@ import copy
 import json
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tactfix
+import tactfix.parts
 from tests.support.command_line import tactfix as command
 from tests.support.project import ROOT
 
@@ -97,19 +99,71 @@ def test_what_comes_back_from_json_is_the_same_to_the_last_digit(which: str) -> 
     assert pickle.loads(pickle.dumps(result)).to_json() == result.to_json()
 
 
+def ball(fixture: tactfix.Fixture) -> tactfix.Contacts:
+    return tactfix.load_contacts(ROOT / "samples" / PLATE / "contacts.csv", fixture).on("ball")
+
+
+FITS = {
+    "located": ("sphere", 19.05),
+    "radius found": ("sphere", None),
+    "inconsistent": ("sphere", 25.0),
+    "plane": ("plane", None),
+    "underdetermined": ("cylinder", None),
+}
+
+
+@pytest.mark.parametrize("which", FITS)
+def test_a_fit_comes_back_from_its_json(which: str, fixture: tactfix.Fixture) -> None:
+    result = tactfix.fit(FITS[which][0], ball(fixture), radius=FITS[which][1])  # type: ignore[arg-type]
+    back = tactfix.FitResult.from_json(result.to_json())
+    assert back.to_json() == result.to_json()
+    assert repr(back) == repr(result)
+    assert back.units == "mm"
+
+
+def test_what_a_probe_is_good_for_comes_back_from_its_json(fixture: tactfix.Fixture) -> None:
+    contacts = tactfix.load_contacts(ROOT / "samples" / PLATE / "contacts.csv", fixture)
+    for result in (tactfix.qualify(contacts.on("plate")), tactfix.qualify(contacts.on("ball"), radius=19.05)):
+        back = tactfix.QualifyResult.from_json(result.to_json())
+        assert back.to_json() == result.to_json()
+        assert repr(back) == repr(result)
+
+
+def test_every_result_has_the_json_of_its_command(
+    fixture: tactfix.Fixture, located: tactfix.LocateResult, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(ROOT)
+    file, touched = f"fixtures/{PLATE}.yaml", f"samples/{PLATE}/contacts.csv"
+    contacts = tactfix.load_contacts(touched, fixture)
+    (tmp_path / "pose.json").write_text(located.to_json())
+    bar = tactfix.load_fixture(f"fixtures/{BAR}.yaml")
+    on_bar = tactfix.load_contacts(f"samples/{BAR}/contacts.csv", bar).on("bar")
+    reference = tactfix.load_pose(tmp_path / "pose.json")
+    said: dict[str, tactfix.parts.JsonResult] = {
+        f"fit cylinder samples/{BAR}/contacts.csv --feature bar": tactfix.fit("cylinder", on_bar),
+        f"design-check {file} --study 0": tactfix.design_check(fixture, None, tactfix.Wishes(layouts=0)),
+        f"simulate {file} --seed 3": tactfix.simulate(fixture, seed=3),
+        f"plan {file} --contacts 7 --starts 1": tactfix.plan(fixture, contacts=7, starts=1),
+        f"check {file} {touched} --reference {tmp_path / 'pose.json'}": tactfix.check(fixture, contacts, reference),
+        f"compare {tmp_path / 'pose.json'} {tmp_path / 'pose.json'}": tactfix.compare(reference, reference),
+        f"guide {file} {touched}": tactfix.guide(fixture, contacts[:12]),  # where the command ends: located
+    }
+    for line, result in said.items():
+        printed = command(*line.split(), "--json").stdout
+        last = printed.splitlines(keepends=True)[-1] if line.startswith("guide") else printed
+        assert result.to_json() == last, line
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "tactfix/fit/1"}', '{"schema": "tactfix/locate/1"}'])
 def test_what_is_no_result_is_refused(text: str) -> None:
-    with pytest.raises(tactfix.UsageError, match="to_json"):
-        tactfix.LocateResult.from_json(text)
+    for kind in (tactfix.LocateResult, tactfix.FitResult, tactfix.QualifyResult):
+        with pytest.raises(tactfix.UsageError, match="to_json"):
+            kind.from_json(text)
 
 
 def test_the_texts_for_people_are_short(located: tactfix.LocateResult) -> None:
     assert repr(located).startswith("<LocateResult 'robot-cell-plate': located, 15 contacts")
     assert len(repr(located)) < 100
-    page = located._repr_html_()
-    assert page.startswith("<pre")
-    assert "located" in page
-    assert "1184.1" in page
 
 
 @pytest.mark.parametrize(

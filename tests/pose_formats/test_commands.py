@@ -84,9 +84,9 @@ def test_compare_tells_both_frames_and_keeps_the_limits(tmp_path, capsys):
     after = located(tmp_path / "b.json", moved(0.25), covariance=SURE)
     assert run(["compare", before, after]) == 0
     out = capsys.readouterr().out
-    assert "moved 0.25 mm (sigma 0.0014 mm), turned 0 deg" in out
+    assert "moved 0.2500 mm (sigma 0.0014 mm), turned 0.000000 deg" in out
     assert "in base:    x +0.25" in out
-    assert "in fixture: x +0, y -0.25" in out
+    assert "in fixture: x +0.0000, y -0.2500" in out
     assert run(["compare", before, after, "--limit-translation", "0.3", "--limit-rotation", "0.1"]) == 0
     assert run(["compare", before, after, "--limit-translation", "0.2"]) == 1
     assert "moved 0.25 mm, the limit is 0.2 mm" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from tactfix.report.json_report import array, fit_json, locate_json, number, tex
 from tactfix.report.summary import _rotation_vector, summary
 from tactfix.report.text_report import fit_verdict_lines, matrix_text, surface_text, verdict_lines
 from tactfix.results import Status
+from tactfix.wording import borne
 from tests.support.answers import BASE_FROM_FIXTURE, COVARIANCE, HALF_TURN, answer
 
 STATUSES: list[Status] = ["located", "underdetermined", "ambiguous", "inconsistent"]
@@ -99,11 +100,12 @@ def fitted(status: Status) -> FitResult:
         residuals=np.array([0.01, -0.01]) if located else np.zeros(0),
         sigma={"center": np.array([0.1, 0.2, np.nan]), "radius": np.array([0.3])} if located else {},
         warnings=("few contacts",),
+        units="m",
     )
 
 
 def test_the_fields_of_fit() -> None:
-    report = back(fit_json(fitted("located"), "m"))
+    report = back(fit_json(fitted("located")))
     assert set(report) >= {
         "schema",
         "kind",
@@ -120,7 +122,7 @@ def test_the_fields_of_fit() -> None:
     assert report["surface"] == {"type": "sphere", "center": [1.0, 0.0, 1 / 3], "radius": 2.0}
     assert report["sigma"] == {"center": [0.1, 0.2, None], "radius": 0.3}
     assert report["residuals"] == [0.01, -0.01]
-    assert back(fit_json(fitted("ambiguous"), "m"))["surface"] is None
+    assert back(fit_json(fitted("ambiguous")))["surface"] is None
 
 
 def test_a_surface_as_text() -> None:
@@ -204,3 +206,20 @@ def test_the_rotation_vector_that_is_shown(angle: float) -> None:
         shown = _rotation_vector(rotation.as_matrix())
         assert np.abs(shown - vector).max() < 1e-14 or np.abs(shown + vector).max() < 1e-7 * (angle > 3.1)
         assert (rotation.inv() * Rotation.from_rotvec(shown)).magnitude() < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "sign", "text"),
+    [
+        (1234567.4321, 0.02, "", "1234567.432"),
+        (1234567.4321, None, "", "1234567.4321"),
+        (0.1, 0.11, "+", "+0.10"),
+        (-0.1, 0.11, "+", "-0.10"),
+        (-1e-9, 0.11, "+", "+0.00"),
+        (1300.0, None, "+", "+1300"),
+        (0.0, 0.0, "", "0"),
+        (20.0, 300.0, "", "20"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_sigma_bears(value: float, sigma: float | None, sign: str, text: str) -> None:
+    assert borne(value, sigma, sign) == text

@@ -6,6 +6,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
+from tactfix.results import JsonResult
 from tactfix.values import frozen_value
 
 CalibrationStatus: TypeAlias = Literal["calibrated", "underdetermined", "inconsistent"]
@@ -100,7 +101,7 @@ class TipResult:
 
 
 @frozen_value
-class Calibration:
+class Calibration(JsonResult):
     """The answer of calibrate: parameters, places, what checks them, and what they are good for.
 
     Attributes
@@ -182,11 +183,11 @@ class Calibration:
 
         return calibration_json(self)
 
-    def to_json(self) -> str:
-        """The text that `tactfix calibrate --json` prints."""
-        from tactfix.report.json_report import text_of
+    def _repr_html_(self) -> str:
+        """Places, parameters and the workspace for a notebook."""
+        from tactfix.report.html_calibration import calibration_html
 
-        return text_of(self.to_dict())
+        return calibration_html(self)
 
     def __repr__(self) -> str:
         before, after = self.prediction

@@ -76,10 +76,10 @@ def command(
     if for_people and result.surface is not None:
         from tactfix.report.fit_summary import print_fit_sentence
 
-        print_fit_sentence(result, read.units, standard_error())
+        print_fit_sentence(result, standard_error())
     as_json = as_json or (output is not None and output.suffix.lower() == ".json")
     if as_json:
-        emit(text_of(fit_json(result, read.units)), output)
+        emit(text_of(fit_json(result)), output)
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
     size = "" if radius is None else f" of radius {radius:g} {read.units}"
@@ -88,7 +88,7 @@ def command(
     if for_people:
         from tactfix.report.fit_summary import print_fit
 
-        print_fit(result, chosen, read.units, standard_error())
+        print_fit(result, standard_error())
     return exit_of_status(result.status)
 
 
@@ -99,7 +99,7 @@ def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> 
     try:
         return fit(kind.value, contacts, radius, side.value)
     except DegenerateContactsError as error:
-        return FitResult(kind.value, "underdetermined", dof=0, warnings=(str(error),))
+        return FitResult(kind.value, "underdetermined", dof=0, warnings=(str(error),), units=contacts.units)
 
 
 def _one_feature(contacts: "Contacts", feature: str | None) -> "Contacts":

@@ -71,7 +71,7 @@ def command(
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.log_options import log_options
     from tactfix.monitoring.guide import guide
-    from tactfix.report.guide_report import guide_json, guide_line
+    from tactfix.report.guide_report import guide_json_line, guide_line
 
     if follow and contacts == "-":
         raise UsageError("standard input is followed to its end in any case; leave --follow out")
@@ -84,7 +84,7 @@ def command(
     for touches in _touches(fixture, contacts, contacts_format, options, wanted, follow=follow):
         step = guide(fixture, touches, point_fixture=point, max_sigma=max_sigma, max_rms=max_rms)
         if as_json:
-            emit(guide_json(step))
+            emit(guide_json_line(step))
         else:
             emit_lines([guide_line(step)])
         if step.is_done:

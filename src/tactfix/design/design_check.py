@@ -7,6 +7,7 @@ well spread ones: how sure the pose is, how far the nearest wrong pose lies, and
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ from tactfix.geometry.scale import SPECIAL_POSITION, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.locate import locate
 from tactfix.relations.realization import realize
-from tactfix.results import FreeMotion
+from tactfix.results import FreeMotion, JsonResult
 from tactfix.values import frozen_value
 
 
@@ -79,7 +80,7 @@ class Wishes:
 
 
 @frozen_value
-class DesignReport:
+class DesignReport(JsonResult):
     """What design-check found, in the fixture frame and units; the names are those of the JSON.
 
     Attributes
@@ -128,6 +129,18 @@ class DesignReport:
     layouts: tuple[CylinderLayout, ...]
     study: LayoutStudy
     findings: tuple[Finding, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix design-check --json` as dictionaries, lists and numbers."""
+        from tactfix.report.design_json import design_json
+
+        return design_json(self)
+
+    def _repr_html_(self) -> str:
+        """The findings and the fixture for a notebook."""
+        from tactfix.report.html_design import design_html
+
+        return design_html(self)
 
     def __repr__(self) -> str:
         counts = [sum(finding.status == status for finding in self.findings) for status in ("error", "warning")]

@@ -83,6 +83,11 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
     """
     if kind == "plane" and radius is not None:
         raise UsageError("a plane has no radius")
+    answer = _answer(kind, contacts, radius, side)
+    return replace(answer, units=contacts.units, contacts=contacts)
+
+
+def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Side) -> FitResult:
     offset = None if radius is None else offset_radius(kind, radius, side, contacts.tip_radius)
     dof = len(contacts) - SURFACE_PARAMETERS[kind] + (offset is not None)
     if dof < 0:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
+from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Frozen, frozen
 from tactfix.geometry.surfaces import SidedSurface, SidedType, radius_of
-from tactfix.results import Reason, Status
+from tactfix.results import JsonResult, Reason, Status
 from tactfix.values import frozen_value, read_only
 
 
@@ -37,7 +38,7 @@ def _frozen_arrays(arrays: Mapping[str, Floats]) -> Mapping[str, Floats]:
 
 
 @frozen_value
-class FitResult:
+class FitResult(JsonResult):
     """The answer of fit; "JSON of fit" in samples/README.md says more of each field.
 
     Attributes
@@ -61,6 +62,10 @@ class FitResult:
         where it was given); empty unless located.
     warnings : tuple of str
         In words.
+    units : str or None
+        Of all lengths; None where the contacts do not say it.
+    contacts : Contacts or None
+        What it was fitted to. The JSON does not hold them: None in a result that was read from JSON.
 
     Examples
     --------
@@ -81,6 +86,30 @@ class FitResult:
     residuals: Frozen = field(default_factory=lambda: np.zeros(0))
     sigma: Annotated[Mapping[str, Floats], _frozen_arrays] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    units: str | None = None
+    contacts: Contacts | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix fit --json` as dictionaries, lists and numbers."""
+        from tactfix.report.json_report import fit_json
+
+        return fit_json(self)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> "FitResult":
+        """The result that `to_json`, or `tactfix fit --json`, has written.
+
+        Raises UsageError for a text that is no such JSON. Doubts of candidates are not written and come back empty.
+        """
+        from tactfix.report.json_reader import fit_result
+
+        return fit_result(text)
+
+    def _repr_html_(self) -> str:
+        """The surface and the residuals for a notebook."""
+        from tactfix.report.fit_summary import fit_html
+
+        return fit_html(self)
 
     def __repr__(self) -> str:
         radius = (

@@ -25,7 +25,7 @@ from tactfix.localization.outcome import assessment_of, outcome_from, outcome_of
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status
+from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status, Touched
 
 COINCIDENT_SIGMAS = 100.0
 """Extent of the contacts, in sigma, below which underdetermined contacts get a warning about their unit: fixtures are
@@ -94,7 +94,8 @@ def locate(
     >>> result.status, round(result.rms, 3)
     ('located', 0.067)
     """
-    return _answer(fixture, contacts, scale_sigma, explain, unknown).as_told
+    answer = _answer(fixture, contacts, scale_sigma, explain, unknown)
+    return replace(answer, touched=Touched(fixture, contacts)).as_told
 
 
 def _answer(

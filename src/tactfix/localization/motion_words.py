@@ -29,6 +29,8 @@ Surfaces = Mapping[str, Surface]
 ROUNDING_OF_WORDS = 1e-9
 """Share of the largest coordinate (or of 0.001, if all are smaller) below which a coordinate is rounding and printed as
 zero; messages have four digits."""
+_WHOLE_NUMBERS = 1e4
+"""Coordinates of this size or more are printed as whole numbers: four digits would take a power of ten."""
 
 
 def free_motions(surfaces: Surfaces, tolerance: Tolerance) -> tuple[FreeMotion, ...]:
@@ -124,9 +126,10 @@ def direction_in_words(direction: Floats, surfaces: Surfaces, tolerance: Toleran
 
 
 def vector(values: Floats) -> str:
-    """(1, 0, -0.5): four digits, no negative zero, and zero for what is rounding beside the largest."""
+    """(1, 0, -0.5): four digits or whole, no negative zero, and zero for what is rounding beside the largest."""
     least = ROUNDING_OF_WORDS * max(1e-3, float(np.abs(values).max(initial=0.0)))
-    return "(" + ", ".join(f"{0.0 if abs(v) < least else float(v):.4g}" for v in values) + ")"
+    told = [0.0 if abs(value) < least else float(value) for value in values]
+    return "(" + ", ".join(f"{value:.4g}" if abs(value) < _WHOLE_NUMBERS else f"{value:.0f}" for value in told) + ")"
 
 
 def _is_axis(cylinder: Cylinder, line: Line, tolerance: Tolerance) -> bool:

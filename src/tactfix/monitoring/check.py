@@ -10,7 +10,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from tactfix.localization.locate import locate
 from tactfix.monitoring.drift import CHANCE, CheckRecord, Drift, drift_of
 from tactfix.pose_formats.comparison import Limits, Movement, compare, exceeded
 from tactfix.pose_formats.pose import Pose
-from tactfix.results import LocateResult
+from tactfix.results import JsonResult, LocateResult
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
@@ -50,7 +50,7 @@ class WorstPoint:
 
 
 @frozen_value
-class CheckResult:
+class CheckResult(JsonResult):
     """What a check finds. All but result, reference and limits is None where the fixture is not located.
 
     Attributes
@@ -96,6 +96,12 @@ class CheckResult:
     record: CheckRecord | None = None
     drift: Drift | None = None
     warnings: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix check --json` as dictionaries, lists and numbers."""
+        from tactfix.report.check_report import check_json
+
+        return check_json(self)
 
     def __repr__(self) -> str:
         if self.movement is None:

@@ -1,13 +1,13 @@
 """Guidance while a fixture is touched: what the touches so far leave open, and where to touch next."""
 
-from typing import Final
+from typing import Any, Final
 
 from tactfix.acceptance import exceeded_gates, shown_sigma
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.locate import locate
-from tactfix.results import LocateResult
+from tactfix.results import JsonResult, LocateResult
 from tactfix.values import frozen_value
 
 MOST_MOTIONS: Final = 2
@@ -15,7 +15,7 @@ MOST_MOTIONS: Final = 2
 
 
 @frozen_value
-class GuideStep:
+class GuideStep(JsonResult):
     """What so many touches tell.
 
     Attributes
@@ -41,6 +41,18 @@ class GuideStep:
     result: LocateResult
     exceeded: tuple[str, ...]
     untouched: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of one line of `tactfix guide --json` as dictionaries, lists and numbers."""
+        from tactfix.report.guide_report import guide_json
+
+        return guide_json(self)
+
+    def to_json(self) -> str:
+        """The line that `tactfix guide --json` prints."""
+        from tactfix.report.guide_report import guide_json_line
+
+        return guide_json_line(self)
 
     def __repr__(self) -> str:
         return f"<GuideStep {self.result.fixture!r}: {self.touches} touches, {self.result.status}>"

@@ -1,10 +1,11 @@
 """What plan answers."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.planning.information import Criterion
+from tactfix.results import JsonResult
 from tactfix.values import frozen_value
 
 
@@ -19,7 +20,7 @@ class PlanStep:
 
 
 @frozen_value
-class Plan:
+class Plan(JsonResult):
     """Contacts to make, and what they are worth together with those already made.
 
     Attributes
@@ -74,6 +75,12 @@ class Plan:
     agreeing: int
     steps: tuple[PlanStep, ...] = ()
     tip_sigma: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix plan --json` as dictionaries, lists and numbers."""
+        from tactfix.report.plan_json import plan_json
+
+        return plan_json(self)
 
     def __repr__(self) -> str:
         unique = "one pose" if self.unique else f"{self.rivals} other poses"

@@ -1,5 +1,7 @@
 """How far a fixture has moved between two poses, in base and in its own frame, and whether that is more than chance."""
 
+from typing import Any
+
 import numpy as np
 
 from tactfix.errors import OtherFixtureError, UsageError
@@ -7,12 +9,13 @@ from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import skew
 from tactfix.pose_formats.orientation import RotationVector
 from tactfix.pose_formats.pose import Pose
+from tactfix.results import JsonResult
 from tactfix.settings import Setting
 from tactfix.values import frozen_value
 
 
 @frozen_value
-class Movement:
+class Movement(JsonResult):
     """What takes the fixture from before to after; lengths in units, angles in rad.
 
     Attributes
@@ -41,6 +44,12 @@ class Movement:
     rotation_in_fixture: Frozen
     translation_in_fixture: Frozen
     covariance: Frozen | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix compare --json`, without limits, as dictionaries, lists and numbers."""
+        from tactfix.report.compare_report import compare_json
+
+        return compare_json(self, Limits())
 
     def __repr__(self) -> str:
         def told(size: float, sigma: float | None, unit: str) -> str:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from tactfix.geometry.arrays import Floats
+from tactfix.results import JsonResult
 from tactfix.values import frozen_value
 
 
@@ -33,7 +34,7 @@ class DirectionMean:
 
 
 @frozen_value
-class QualifyResult:
+class QualifyResult(JsonResult):
     """Sigma of a touch, with an interval that holds it in 95 of 100 cases, and what disturbs it.
 
     Attributes
@@ -100,8 +101,9 @@ class QualifyResult:
 
         return qualify_json(self)
 
-    def to_json(self) -> str:
-        """The text that `tactfix qualify --json` prints."""
-        from tactfix.report.json_report import text_of
+    @classmethod
+    def from_json(cls, text: str | bytes) -> "QualifyResult":
+        """The result that `to_json`, or `tactfix qualify --json`, has written; UsageError for what is none."""
+        from tactfix.report.json_reader import qualify_result
 
-        return text_of(self.to_dict())
+        return qualify_result(text)

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from tactfix.calibration.result import Calibration, ParameterResult
 from tactfix.report.calibration_json import calibration_sentence
+from tactfix.wording import borne
 
 _BAR: Final = 24
 """Characters of the longest bar."""
@@ -24,10 +25,11 @@ def print_calibration_sentence(result: Calibration, file: IO[str]) -> None:
 def print_calibration(result: Calibration, file: IO[str]) -> None:
     """Print the summary on a file."""
     console = Console(file=file, highlight=False)
-    console.print(_summary(result, ascii_only=console.options.ascii_only))
+    console.print(calibration_summary(result, ascii_only=console.options.ascii_only))
 
 
-def _summary(result: Calibration, *, ascii_only: bool) -> RenderableType:
+def calibration_summary(result: Calibration, *, ascii_only: bool = False) -> RenderableType:
+    """Places before and after, parameters with sigma, and what is not known, as something that rich prints."""
     head = Text(f"{len(result.touches)} touches, shrinkage {result.shrinkage:g} (share of the prior that is believed)")
     parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]
     parts += [Text(f"not known: {words}", "yellow") for words in result.not_identified if "held at" not in words]
@@ -52,7 +54,7 @@ def _parameters(result: Calibration) -> Table:
     for column in table.columns[1:3]:
         column.justify = "right"
     for item in result.parameters:
-        table.add_row(item.name, f"{item.value:.4f}", f"{item.sigma:.2g}", item.unit, _remark(item))
+        table.add_row(item.name, borne(item.value, item.sigma), f"{item.sigma:.2g}", item.unit, _remark(item))
     return table
 
 

@@ -10,7 +10,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.comparison import Limits, Movement, exceeded
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
-from tactfix.wording import decimals
+from tactfix.wording import borne
 
 COMPARE_SCHEMA: Final = "tactfix/compare/1"
 
@@ -40,8 +40,8 @@ def compare_lines(movement: Movement) -> list[str]:
     unit = f" {movement.units}" if movement.units else ""
     shift, turn = movement.distance_sigma, _degrees(movement.angle_sigma)
     lines = [
-        f"moved {_borne(movement.distance, shift)}{unit}{_sigma(shift, unit)}, "
-        f"turned {_borne(float(np.rad2deg(movement.angle)), turn)} deg{_sigma(turn, ' deg')}",
+        f"moved {borne(movement.distance, shift)}{unit}{_sigma(shift, unit)}, "
+        f"turned {borne(float(np.rad2deg(movement.angle)), turn)} deg{_sigma(turn, ' deg')}",
         f"in base:    {_triple(movement.translation, shift, unit)}; "
         f"{_triple(np.rad2deg(movement.rotation), turn, ' deg')}",
         f"in fixture: {_triple(movement.translation_in_fixture, shift, unit)}; "
@@ -87,14 +87,8 @@ def _sigma(sigma: float | None, unit: str) -> str:
     return "" if sigma is None else f" (sigma {sigma:.2g}{unit})"
 
 
-def _borne(value: float, sigma: float | None, sign: str = "") -> str:
-    """A number in the digits that its sigma bears; six where there is none."""
-    rounded = value if sigma is None or sigma <= 0 else round(value, decimals(sigma))
-    return f"{rounded + 0.0:{sign}.6g}"
-
-
 def _triple(values: Sequence[float] | Floats, sigma: float | None, unit: str) -> str:
-    told = [f"{axis} {_borne(float(value), sigma, '+')}" for axis, value in zip("xyz", values, strict=True)]
+    told = [f"{axis} {borne(float(value), sigma, '+')}" for axis, value in zip("xyz", values, strict=True)]
     return ", ".join(told) + unit
 
 

@@ -31,8 +31,13 @@ def design_text(report: DesignReport, width: int = 100, *, color: bool = False) 
     console = Console(
         file=page, width=width, force_terminal=color, no_color=not color, highlight=False, legacy_windows=False
     )
-    console.print(Group(*(Padding(part, (0, 0, 1, 0)) for part in _parts(report))))
+    console.print(design_summary(report))
     return "".join(line.rstrip() + "\n" for line in page.getvalue().splitlines()).rstrip("\n") + "\n"
+
+
+def design_summary(report: DesignReport) -> RenderableType:
+    """The report as something that rich prints."""
+    return Group(*(Padding(part, (0, 0, 1, 0)) for part in _parts(report)))
 
 
 def _parts(report: DesignReport) -> Iterator[RenderableType]:

@@ -8,47 +8,67 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from tactfix.contacts import Contacts
 from tactfix.fitting.result import FitResult
 from tactfix.geometry.surfaces import Plane, Point, Surface
 from tactfix.report.summary import freedom, residual_table, upright_table
-from tactfix.report.text_report import SIGMAS_95, surface_rows
+from tactfix.report.text_report import SIGMAS_95, fit_verdict_lines, surface_rows
 from tactfix.results import ContactResidual
-from tactfix.wording import decimals
+from tactfix.wording import decimals, fixed, with_unit
 
 _UNITLESS: Final = ("normal", "direction")
 """Names of numbers that have no unit."""
 
 
-def print_fit_sentence(result: FitResult, units: str, file: IO[str]) -> None:
+def print_fit_sentence(result: FitResult, file: IO[str]) -> None:
     """Print the answer in one sentence on a file."""
-    what, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
-        result.kind
-    ]
-    sure = SIGMAS_95 * float(result.sigma[name].max())
-    Console(file=file, highlight=False).print(
-        Text(f"located; the {what} is known to {sure:.2g} {units} (95 %, along the worst axis)", "bold green")
-    )
+    Console(file=file, highlight=False).print(Text(_sentence(result), "bold green"))
 
 
-def print_fit(result: FitResult, contacts: Contacts, units: str, file: IO[str]) -> None:
-    """Print the summary of what was fitted to contacts on a file; nothing where there is no surface."""
+def print_fit(result: FitResult, file: IO[str]) -> None:
+    """Print the summary on a file; nothing where there is no surface."""
     if result.surface is None:
         return
     console = Console(file=file, highlight=False)
-    parts: list[RenderableType] = [_fit(result, units), _place(result, result.surface, units)]
-    parts += _radius(result, result.surface, units)
+    console.print(_details(result, result.surface, ascii_only=console.options.ascii_only))
+
+
+def fit_summary(result: FitResult) -> RenderableType:
+    """The answer in a sentence, and what speaks for it, as something that rich prints."""
+    if result.surface is None:
+        return Text("\n".join([*fit_verdict_lines(result), *result.warnings]))
+    answer = Text.assemble((f"{result.kind} ", "bold"), (_sentence(result), "bold green"))
+    return Group(Padding(answer, (0, 0, 1, 1)), _details(result, result.surface, ascii_only=False))
+
+
+def fit_html(result: FitResult) -> str:
+    """The surface with its sigmas, and the residuals, for a notebook."""
+    # Imported here: what a notebook takes is not needed at the prompt.
+    from tactfix.report.notebook import text_html
+
+    return text_html(fit_summary(result))
+
+
+def _sentence(result: FitResult) -> str:
+    what, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
+        result.kind
+    ]
+    sure = with_unit(f"{SIGMAS_95 * float(result.sigma[name].max()):.2g}", result.units)
+    return f"located; the {what} is known to {sure} (95 %, along the worst axis)"
+
+
+def _details(result: FitResult, surface: Surface, *, ascii_only: bool) -> RenderableType:
+    parts: list[RenderableType] = [_fit(result), _place(result, surface), *_radius(result, surface)]
     if len(result.residuals):
-        parts.append(residual_table(_residuals(result, contacts), units, ascii_only=console.options.ascii_only))
-    console.print(Group(*(Padding(part, (0, 0, 1, 1)) for part in parts)))
+        parts.append(residual_table(_residuals(result), result.units or "", ascii_only=ascii_only))
+    return Group(*(Padding(part, (0, 0, 1, 1)) for part in parts))
 
 
-def _fit(result: FitResult, units: str) -> Text:
-    rms = "" if result.rms is None else f"rms {result.rms:.2g} {units}, "
+def _fit(result: FitResult) -> Text:
+    rms = "" if result.rms is None else f"rms {with_unit(f'{result.rms:.2g}', result.units)}, "
     return Text(rms + freedom(result.dof, len(result.residuals)))
 
 
-def _place(result: FitResult, surface: Surface, units: str) -> Table:
+def _place(result: FitResult, surface: Surface) -> Table:
     """Each vector of the surface, its sigma beside it."""
     columns: dict[str, Sequence[str]] = {"": [*"xyz"]}
     for place, (name, values) in enumerate(surface_rows(surface).items(), 1):
@@ -56,24 +76,28 @@ def _place(result: FitResult, surface: Surface, units: str) -> Table:
             continue
         sigmas = result.sigma.get(name)
         spread = [0.0] * len(values) if sigmas is None else sigmas.tolist()
-        title = name if name in _UNITLESS else f"{name} {units}"
-        columns[title] = [f"{value + 0.0:.{decimals(sigma)}f}" for value, sigma in zip(values, spread, strict=True)]
+        title = name if name in _UNITLESS else with_unit(name, result.units)
+        columns[title] = [fixed(value, decimals(sigma)) for value, sigma in zip(values, spread, strict=True)]
         # One column may have the name of another only with more blanks behind it.
         columns["sigma" + " " * place] = [f"{sigma:.2g}" for sigma in spread]
     return upright_table(columns)
 
 
-def _radius(result: FitResult, surface: Surface, units: str) -> list[Text]:
+def _radius(result: FitResult, surface: Surface) -> list[Text]:
     """The radius with its sigma, or that it was given; nothing of a plane."""
     if isinstance(surface, Plane | Point):
         return []
     sigma = float(result.sigma["radius"][0]) if "radius" in result.sigma else 0.0
-    spread = f"sigma {sigma:.2g} {units}" if sigma > 0 else "given"
-    return [Text(f"radius {surface.radius:.{decimals(sigma)}f} {units}, {spread}")]
+    spread = f"sigma {with_unit(f'{sigma:.2g}', result.units)}" if sigma > 0 else "given"
+    return [Text(f"radius {with_unit(fixed(surface.radius, decimals(sigma)), result.units)}, {spread}")]
 
 
-def _residuals(result: FitResult, contacts: Contacts) -> list[ContactResidual]:
+def _residuals(result: FitResult) -> list[ContactResidual]:
+    """The residuals by row; by number where it is not known what they belong to."""
+    contacts, count = result.contacts, len(result.residuals)
+    rows = range(1, count + 1) if contacts is None else contacts.rows
+    names = [result.kind] * count if contacts is None else contacts.features
     return [
-        ContactResidual(row, feature, float(residual), None)
-        for row, feature, residual in zip(contacts.rows, contacts.features, result.residuals, strict=True)
+        ContactResidual(row, name, float(residual), None)
+        for row, name, residual in zip(rows, names, result.residuals, strict=True)
     ]

@@ -5,7 +5,7 @@ from typing import Final
 
 from tactfix.acceptance import sigma_at
 from tactfix.monitoring.guide import GuideStep
-from tactfix.report.json_report import locate_json, number
+from tactfix.report.json_report import Json, locate_json, number
 
 GUIDE_SCHEMA: Final = "tactfix/guide/1"
 _OF_LOCATE: Final = (
@@ -20,10 +20,10 @@ def guide_line(step: GuideStep) -> str:
     return f"{touches}: {step.state}; {step.advice}"
 
 
-def guide_json(step: GuideStep) -> str:
-    """One object in one line: what is known after so many touches."""
+def guide_json(step: GuideStep) -> Json:
+    """What is known after so many touches."""
     located = locate_json(step.result)
-    report = {
+    return {
         "schema": GUIDE_SCHEMA,
         "touches": step.touches,
         "done": step.is_done,
@@ -33,4 +33,8 @@ def guide_json(step: GuideStep) -> str:
         "state": step.state,
         "advice": step.advice,
     }
-    return json.dumps(report, allow_nan=False) + "\n"
+
+
+def guide_json_line(step: GuideStep) -> str:
+    """The same in one line."""
+    return json.dumps(guide_json(step), allow_nan=False) + "\n"

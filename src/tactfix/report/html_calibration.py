@@ -3,11 +3,16 @@
 from typing import Any, Final
 
 import numpy as np
+from rich.console import Group
+from rich.text import Text
 
 from tactfix.calibration.result import Calibration
 from tactfix.report.calibration_json import calibration_sentence
+from tactfix.report.calibration_summary import calibration_summary
 from tactfix.report.html_page import Provenance, render
 from tactfix.report.html_scene import frame_traces, layout
+from tactfix.report.notebook import scene_html, text_html
+from tactfix.wording import borne
 
 CALIBRATION_CONVENTIONS: Final = (
     "base is the base of the robot; base_from_fixture takes the fixture's coordinates at a place to it: "
@@ -30,7 +35,7 @@ def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
         "calibrate.html.j2",
         record,
         title=f"{name}: robot calibration",
-        figure=_figure(result),
+        figure=calibration_figure(result),
         conventions=CALIBRATION_CONVENTIONS,
         result=result,
         sentence=calibration_sentence(result),
@@ -38,11 +43,23 @@ def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
         most_of_places=max((max(before, after) for _, before, after in places), default=0.0) or 1.0,
         most_of_touches=max((max(abs(t.before), abs(t.after)) for t in result.touches), default=0.0) or 1.0,
         worst=float(result.workspace.after.max(initial=0.0)),
-        tip_offset=result.tip.flange_from_tip[:3, 3].tolist(),
+        tip_offset=[
+            borne(value, sigma)
+            for value, sigma in zip(
+                result.tip.flange_from_tip[:3, 3], np.sqrt(np.diag(result.tip.covariance)), strict=True
+            )
+        ],
     )
 
 
-def _figure(result: Calibration) -> dict[str, Any]:
+def calibration_html(result: Calibration) -> str:
+    """Places and parameters of a calibration, and the workspace, for a notebook."""
+    answer = Text(calibration_sentence(result), "bold")
+    told = Group(answer, *map(Text, result.reasons), "", calibration_summary(result))
+    return text_html(told) + scene_html(calibration_figure(result))
+
+
+def calibration_figure(result: Calibration) -> dict[str, Any]:
     """The workspace, coloured by the tip's sigma, the robot's base, and where the fixtures stand."""
     points = result.workspace.points
     x, y, z = points.T.tolist()

@@ -6,8 +6,10 @@ import numpy as np
 
 from tactfix.design.design_check import DesignReport
 from tactfix.relations.realization import realize
+from tactfix.report.design_table import design_summary
 from tactfix.report.html_page import Record, render
-from tactfix.report.html_scene import fixture_figure
+from tactfix.report.html_scene import Figure, fixture_figure
+from tactfix.report.notebook import scene_html, text_html
 
 _BREAKERS: Final = {
     "labels": "the labels on the contacts",
@@ -20,13 +22,11 @@ _BREAKERS: Final = {
 
 def design_page(record: Record, report: DesignReport) -> str:
     """The page of a design check, in the fixture frame. MissingExtraError without the extra."""
-    shapes = realize(report.fixture)
-    surfaces = shapes[0] if shapes else {}
     return render(
         "design.html.j2",
         record,
         title=f"{report.fixture.name}: design {report.status}",
-        figure=fixture_figure(report.fixture, surfaces),
+        figure=design_figure(report),
         report=report,
         answer=answer(report),
         findings=sorted(report.findings, key=lambda finding: ("error", "warning", "ok").index(finding.status)),
@@ -34,6 +34,17 @@ def design_page(record: Record, report: DesignReport) -> str:
         indices=_indices(report),
         blind=[(spot, _shift(spot.pose_shift)) for spot in report.blind_spots],
     )
+
+
+def design_html(report: DesignReport) -> str:
+    """What a design check found, and the fixture, for a notebook."""
+    return text_html(design_summary(report)) + scene_html(design_figure(report))
+
+
+def design_figure(report: DesignReport) -> Figure:
+    """The fixture in its own frame, in the first of the shapes that it can have."""
+    shapes = realize(report.fixture)
+    return fixture_figure(report.fixture, shapes[0] if shapes else {})
 
 
 def answer(report: DesignReport) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 from datetime import datetime
 from importlib.resources import files
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,10 +16,14 @@ from tactfix.errors import MissingExtraError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, accused_rows, feature_colors, locate_figure, pose_colors
-from tactfix.report.text_report import decimal, matrix_text, reason_text, residual_text, sentence, verdict_lines
+from tactfix.report.text_report import matrix_text, reason_text, residual_text, sentence, verdict_lines
 from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
+from tactfix.wording import borne
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 POSE_CONVENTIONS: Final = (
     "base is the frame in which the probe reports contacts (robot base, machine or work frame); fixture is the frame "
@@ -118,6 +122,7 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         sigma_at=None if judgement.at is None else shown_sigma(result, judgement.at),
         probe=_probe(contacts, result.units),
         accused=accused_rows(result),
+        contact_sigma=float(np.min(contacts.sigmas)),
     )
 
 
@@ -137,20 +142,10 @@ def render(
     **context: Any,
 ) -> str:
     """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""
-    try:
-        from jinja2 import Environment, StrictUndefined
-        from plotly.offline import get_plotlyjs  # type: ignore[import-untyped]
-    except ImportError as error:
-        raise MissingExtraError("report", "an HTML report") from error
-
-    environment = Environment(
-        loader=_loader(), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["decimal"] = decimal
+    environment, plotly_script = templates_and_plotly()
     return environment.get_template(template).render(
-        # Through JSON once: what is not finite must not reach a script as a bare NaN.
-        figure=json.loads(json.dumps(figure, allow_nan=False)),
-        plotly_script=get_plotlyjs(),
+        figure=finite(figure),
+        plotly_script=plotly_script,
         conventions=conventions,
         version=VERSION,
         inputs=record.inputs,
@@ -161,12 +156,28 @@ def render(
     )
 
 
-def _loader() -> Any:
-    """The templates beside this module, also where the package is a zip file."""
-    from jinja2 import FunctionLoader
+def templates_and_plotly() -> tuple["Environment", str]:
+    """The templates beside this module, also where the package is a zip file, and plotly's script.
 
+    Raises MissingExtraError without the extra.
+    """
+    try:
+        from jinja2 import Environment, FunctionLoader, StrictUndefined
+        from plotly.offline import get_plotlyjs  # type: ignore[import-untyped]
+    except ImportError as error:
+        raise MissingExtraError("report", "an HTML report") from error
     folder = files("tactfix.report") / "templates"
-    return FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8"))
+    loader = FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8"))
+    environment = Environment(
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["borne"] = borne
+    return environment, get_plotlyjs()
+
+
+def finite(figure: Mapping[str, Any]) -> Any:
+    """The figure, through JSON once: ValueError for what is not finite, which a script would read as a bare NaN."""
+    return json.loads(json.dumps(figure, allow_nan=False))
 
 
 def _sigmas(covariance: Floats | None) -> dict[str, float]:

@@ -189,7 +189,7 @@ def _contact_traces(
             if np.isfinite(approach).all():
                 ways += [point - 0.15 * size * approach, point, None]
         if ways:
-            traces.append({**_line(ways, "#444", 3), **legend, "showlegend": False})
+            traces.append({**_line(ways, "#808080", 3), **legend, "showlegend": False})
     return traces
 
 

@@ -1,15 +1,19 @@
-"""The JSON of locate read back into a result."""
+"""The JSON of locate, fit and qualify read back into results: what the JSON of the others holds is not all of them."""
 
 import json
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 
 from tactfix.errors import UsageError
+from tactfix.fitting.result import FitCandidate, FitResult
 from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.report.json_report import Json
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, SidedSurface, Sphere, Surface
+from tactfix.qualification.result import DirectionMean, Drift, QualifyResult, Step
+from tactfix.report.json_report import FIT_SCHEMA, Json
+from tactfix.report.qualify_report import QUALIFY_SCHEMA
 from tactfix.results import (
     POSE_UNKNOWNS,
     Candidate,
@@ -23,11 +27,28 @@ from tactfix.results import (
     WithoutPrior,
 )
 
+T = TypeVar("T")
+
 _RESULT_REMEDY = "write it with result.to_json()"
 
 
 def locate_result(text: str | bytes) -> LocateResult:
-    """The result of locate that a JSON text says.
+    """The result of locate that a JSON text says; UsageError as of `_read`."""
+    return _read(text, LOCATE_SCHEMA, _located)
+
+
+def fit_result(text: str | bytes) -> FitResult:
+    """The result of fit that a JSON text says; UsageError as of `_read`."""
+    return _read(text, FIT_SCHEMA, _fitted)
+
+
+def qualify_result(text: str | bytes) -> QualifyResult:
+    """The result of qualify that a JSON text says; UsageError as of `_read`."""
+    return _read(text, QUALIFY_SCHEMA, _qualified)
+
+
+def _read(text: str | bytes, schema: str, result: Callable[[Json], T]) -> T:
+    """The result that a JSON text of this schema says.
 
     Raises UsageError where it is no JSON, of another schema, or a part of it is missing.
     """
@@ -35,15 +56,67 @@ def locate_result(text: str | bytes) -> LocateResult:
         report = json.loads(text)
     except ValueError as error:
         raise UsageError(f"this is no JSON ({error}); {_RESULT_REMEDY}") from None
-    if not isinstance(report, dict) or report.get("schema") != LOCATE_SCHEMA:
-        raise UsageError(f"this is no JSON of the schema {LOCATE_SCHEMA}; {_RESULT_REMEDY}")
+    if not isinstance(report, dict) or report.get("schema") != schema:
+        raise UsageError(f"this is no JSON of the schema {schema}; {_RESULT_REMEDY}")
     try:
-        return _result(report)
+        return result(report)
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError(f"this JSON is not whole: {error!r}; {_RESULT_REMEDY}") from None
 
 
-def _result(report: Json) -> LocateResult:
+def _fitted(report: Json) -> FitResult:
+    return FitResult(
+        kind=report["kind"],
+        status=report["status"],
+        dof=report["dof"],
+        surface=None if report["surface"] is None else _sided(report["surface"]),
+        candidates=tuple(_fit_candidate(one) for one in report["candidates"]),
+        chi2=report["chi2"],
+        chi2_limit=report["chi2_limit"],
+        rms=report["rms"],
+        residuals=np.asarray(report["residuals"], dtype=np.float64),
+        sigma={name: np.atleast_1d(np.asarray(each, np.float64)) for name, each in report["sigma"].items()},
+        warnings=tuple(report["warnings"]),
+        units=report["units"],
+    )
+
+
+def _fit_candidate(one: Json) -> FitCandidate:
+    reasons = tuple(Reason(**reason) for reason in one["reasons"])
+    return FitCandidate(_sided(one["surface"]), one["chi2"], one["rms"], one["poorly_determined"], reasons)
+
+
+def _sided(one: Json) -> SidedSurface:
+    surface = _surface(one)
+    if isinstance(surface, Point):
+        raise ValueError("a point is no surface that is fitted")
+    return surface
+
+
+def _qualified(report: Json) -> QualifyResult:
+    low, high = report["sigma_interval"]
+    return QualifyResult(
+        units=report["units"],
+        touches=report["touches"],
+        places=report["places"],
+        dof=report["dof"],
+        sigma=report["sigma"],
+        sigma_interval=(low, high),
+        range=report["range"],
+        drift=None if report["drift"] is None else Drift(**report["drift"]),
+        steps=tuple(Step(**step) for step in report["steps"]),
+        outliers=tuple(report["outliers"]),
+        tip_radius=report["tip_radius"],
+        tip_radius_sigma=report["tip_radius_sigma"],
+        directions=tuple(
+            DirectionMean(**{**mean, "direction": _array(mean["direction"], (3,))}) for mean in report["directions"]
+        ),
+        direction_frame=report["direction_frame"],
+        warnings=tuple(report["warnings"]),
+    )
+
+
+def _located(report: Json) -> LocateResult:
     return LocateResult(
         fixture=report["fixture"],
         units=report["units"],

@@ -85,13 +85,13 @@ def _locate_json(result: LocateResult) -> Json:
     }
 
 
-def fit_json(result: "FitResult", units: str) -> Json:
-    """The JSON of fit, in base coordinates and the contact file's units."""
+def fit_json(result: "FitResult") -> Json:
+    """The JSON of fit, in base coordinates and the contacts' unit."""
     return {
         "schema": FIT_SCHEMA,
         "tactfix_version": VERSION,
         "kind": result.kind,
-        "units": units,
+        "units": result.units,
         "status": result.status,
         "surface": None if result.surface is None else surface_json(result.surface),
         "candidates": [_fit_candidate(candidate) for candidate in result.candidates],

@@ -193,7 +193,7 @@ class FitJson(TypedDict):
     schema: Literal["tactfix/fit/1"]
     tactfix_version: str
     kind: Literal["plane", "sphere", "cylinder"]
-    units: str
+    units: str | None
     status: Status
     surface: SurfaceJson | None
     candidates: list[FitCandidateJson]

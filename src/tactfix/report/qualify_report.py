@@ -6,7 +6,7 @@ from typing import Final
 from tactfix.qualification.result import QualifyResult
 from tactfix.report.json_report import Json, array, number
 from tactfix.version import VERSION
-from tactfix.wording import decimals
+from tactfix.wording import borne
 
 QUALIFY_SCHEMA: Final = "tactfix/qualify/1"
 
@@ -53,7 +53,8 @@ def qualify_lines(result: QualifyResult) -> Iterator[str]:
         yield f"drift {result.drift.per_touch:.3g} {result.units} a touch, sigma {result.drift.sigma:.2g}"
     tip, sigma = result.tip_radius, result.tip_radius_sigma
     if tip is not None and sigma is not None:
-        yield f"tip radius {tip:.{decimals(sigma)}f} {result.units}, sigma {sigma:.2g}"
+        yield f"tip radius {borne(tip, sigma)} {result.units}, sigma {sigma:.2g}"
     for mean in result.directions:
         direction = " ".join(f"{value + 0.0:+.3f}" for value in mean.direction)
-        yield f"direction {direction} {result.direction_frame}: mean {mean.mean:+.4g}, sigma {mean.sigma:.2g}"
+        shown = borne(mean.mean, mean.sigma, "+")
+        yield f"direction {direction} {result.direction_frame}: mean {shown}, sigma {mean.sigma:.2g}"

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from io import StringIO
 from itertools import zip_longest
 from typing import IO, Final
 
@@ -41,13 +40,6 @@ def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None)
     """Print what there is beyond the verdict; at: a point (3,) of the fixture frame whose sigma is told too."""
     console = Console(file=file, highlight=False)
     console.print(_details(result, at, ascii_only=console.options.ascii_only))
-
-
-def summary_html(result: LocateResult) -> str:
-    """The summary as HTML with its styles inline, for notebooks."""
-    console = Console(file=StringIO(), record=True, width=100, highlight=False)
-    console.print(summary(result))
-    return console.export_html(inline_styles=True, code_format="<pre style='line-height:1.2'><code>{code}</code></pre>")
 
 
 def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool = False) -> RenderableType:

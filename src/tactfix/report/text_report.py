@@ -9,7 +9,7 @@ from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.results import LocateResult, Reason
-from tactfix.wording import decimals
+from tactfix.wording import decimals, fixed
 
 if TYPE_CHECKING:
     from tactfix.fitting.fit import FitResult
@@ -38,7 +38,7 @@ def rounded_matrix_text(matrix: Floats, covariance: Floats | None) -> str:
         return matrix_text(matrix)
     sigmas = np.sqrt(np.diag(covariance))
     turn, shift = (decimals(_smallest(part)) for part in (sigmas[:3], sigmas[3:]))
-    cells = [[f"{value + 0.0:.{turn}f}" for value in row[:3]] + [f"{row[3] + 0.0:.{shift}f}"] for row in matrix[:3]]
+    cells = [[fixed(value, turn) for value in row[:3]] + [fixed(row[3], shift)] for row in matrix[:3]]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "".join("  ".join(map(str.rjust, row, widths)) + "\n" for row in [*cells, ["0", "0", "0", "1"]])
 
@@ -53,7 +53,7 @@ def surface_text(surface: Surface, sigma: Mapping[str, Floats] | None = None) ->
     lines = []
     for name, values in surface_rows(surface).items():
         spread = None if sigma is None or name not in sigma else _smallest(sigma[name])
-        shown = [decimal(value) if not spread else f"{value + 0.0:.{decimals(spread)}f}" for value in values]
+        shown = [decimal(value) if not spread else fixed(value, decimals(spread)) for value in values]
         lines.append(f"{name} {' '.join(shown)}\n")
     return "".join(lines)
 

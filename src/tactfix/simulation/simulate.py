@@ -7,7 +7,7 @@ thing drawn, so that a fault leaves the pose, the touches and the noise alone.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals, standoff
 from tactfix.probe import probe_settings, with_feature_sigmas
 from tactfix.relations.realization import realize
+from tactfix.results import JsonResult
 from tactfix.simulation.faults import CONTACT_FAULTS, Fault, check_fault, growth, mistaken, scatter, touching_radius
 from tactfix.simulation.fixture_faults import Touches, really
 from tactfix.simulation.orientations import in_turn, tool_orientations
@@ -42,7 +43,7 @@ _PLACES_PER_TOUCH = 64
 
 
 @frozen_value
-class Simulation:
+class Simulation(JsonResult):
     """Simulated contacts in base, and the truth.
 
     Attributes
@@ -77,6 +78,12 @@ class Simulation:
     planned: bool
     fault: Fault | None = None
     mistake: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `tactfix simulate --json` as dictionaries, lists and numbers."""
+        from tactfix.report.plan_json import simulation_json
+
+        return simulation_json(self)
 
     def __repr__(self) -> str:
         fault = "no fault" if self.fault is None else f"fault {self.fault.kind}"
