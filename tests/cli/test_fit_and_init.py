@@ -99,6 +99,8 @@ def test_a_template_is_the_fixture_that_ships(name: str, tmp_path: Path, capsys:
     assert out.count("#") >= 3
     shipped = FIXTURES / f"{name}.yaml"
     assert out == shipped.read_text(encoding="utf-8")
+    # On a narrow terminal no line breaks inside a word.
+    assert max(map(len, out.splitlines())) <= 60
 
 
 def test_every_fixture_that_ships_is_a_template() -> None:

@@ -59,6 +59,14 @@ def test_touches_that_end_too_early_leave_with_the_status_of_what_is_left(touche
     assert "ended before" in done.stderr
 
 
+def test_a_step_is_one_touch_to_make() -> None:
+    """In words only the next one: after it the others may be better made elsewhere. The JSON has them all."""
+    first = of_the_sample()[1][0]
+    assert len(first["next_contact"]["further"]) == 4
+    assert first["advice"].count("moving along") == 1
+    assert first["advice"].endswith("at least 5 contacts are missing")
+
+
 def test_gates_keep_it_going() -> None:
     _, steps = of_the_sample()
     status, gated = statuses(CONTACTS_PATH, "--max-sigma", "1e-6")

@@ -41,7 +41,13 @@ def test_rounding_beyond_a_tenth_of_sigma_is_refused_unless_forced():
     with pytest.raises(PoseRefusedError, match="tenth of sigma"):
         write_pose("fanuc", precise)
     assert write_pose("fanuc", precise, force=True).text == write_pose("fanuc", pose(TILTED, SPOT)).text
-    assert "sigma" in write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-3, 0.1))).notes[0]
+    assert "sigma" in write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-4, 0.01))).notes[0]
+
+
+def test_rounding_that_no_check_shows_is_not_told():
+    # The rounding of fanuc is told without a covariance, and above where sigma is a tenth of this one.
+    notes = write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-3, 0.1))).notes
+    assert not any("rounds" in note for note in notes)
 
 
 @pytest.mark.parametrize(("sigma_rot", "sigma_t"), [(1e-1, 1e-3), (1e-6, 10.0)])

@@ -26,7 +26,7 @@ from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solution
 from tactfix.results import NextContact
-from tactfix.wording import coordinates, listed
+from tactfix.wording import coordinates
 
 PLACES_FOR_A_MOTION = 60
 """Candidate touches of each feature, evenly spread: neighbours are about an eighth of a face apart, near enough to the
@@ -76,8 +76,7 @@ def _told(touches: list[NextContact], is_free: bool) -> NextContact:
     elif not further:
         words = f"{first.message}: at least one contact is missing, and this one will do"
     else:
-        also = listed([touch.message.removeprefix("touch ") for touch in further])
-        words = f"{first.message}: at least {len(touches)} contacts are missing, and these will do; then {also}"
+        words = f"{first.message}: at least {len(touches)} contacts are missing"
     return NextContact(
         first.feature,
         first.point,

@@ -27,6 +27,8 @@ margin is nearly reached."""
 _EQUAL_MARGIN = 1e-9
 """Relative difference of margins up to which they are equal, as at mirror-symmetric points: above rounding. The
 first of equal ones is chosen, so that the same contacts give the same point on every machine."""
+_FAR_APART = 1000
+"""Sigmas beyond which it is not told how many: the number would say nothing, and take a power of ten."""
 
 
 def next_contact(
@@ -59,7 +61,8 @@ def next_contact(
         return None
     margin, name, point, normal = best
     touch = touch_in_words(name, point, -normal, base_from_fixture, sigma)
-    disagree = f"the poses disagree by {margin / sigma:.3g} sigma ({margin:.4g} {fixture.units})"
+    apart = f"{margin / sigma:.3g}" if margin < _FAR_APART * sigma else f"more than {_FAR_APART}"
+    disagree = f"the poses disagree by {apart} sigma ({margin:.4g} {fixture.units})"
     return replace(touch, message=f"{touch.message}: {disagree}")
 
 

@@ -19,6 +19,8 @@ from tactfix.values import frozen_value
 
 _MOST_OF_SIGMA: Final = 0.1
 """Share of sigma that rounding may cost."""
+_TOLD_OF_SIGMA: Final = 0.01
+"""Share of sigma up to which rounding is not told: in quadrature it adds 0.005 per cent to sigma."""
 # Chi-square of two degrees of freedom that noise exceeds once in 100 times.
 _MOST_TILT: Final = 9.21
 # What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
@@ -102,7 +104,8 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
     ------
     PoseRefusedError
         The format cannot hold the pose (a tilt in G10), or its rounding exceeds a tenth of sigma anywhere within
-        lever_arm_mm of the fixture's origin, unless forced. Without a covariance rounding is only told.
+        lever_arm_mm of the fixture's origin, unless forced. Rounding of less is told from a hundredth of sigma on, and
+        wherever there is no covariance.
     UsageError
         A unit is needed and not known.
 
@@ -170,7 +173,7 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
         raise PoseRefusedError(
             dialect.name, told, "more than a tenth of sigma; take another dialect, or give " + Setting.FORCE.word
         )
-    return (f"{dialect.name} {told}",)
+    return (f"{dialect.name} {told}",) if ratio > _TOLD_OF_SIGMA else ()
 
 
 def _is_level(dialect: Dialect, pose: Pose, rounding: Rounding) -> bool:

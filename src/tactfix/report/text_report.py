@@ -8,8 +8,8 @@ import numpy as np
 from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.results import LocateResult, Reason
-from tactfix.wording import decimals, fixed
+from tactfix.results import LocateResult, NextContact, Reason
+from tactfix.wording import decimals, fixed, listed
 
 if TYPE_CHECKING:
     from tactfix.fitting.fit import FitResult
@@ -101,7 +101,13 @@ def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
         case "located":
             pass
     if result.next_contact is not None:
-        yield f"next contact: {result.next_contact.message}"
+        yield f"next contact: {result.next_contact.message}{_further(result.next_contact)}"
+
+
+def _further(contact: NextContact) -> str:
+    """The contacts that are to be made after this one, in words."""
+    touches = [touch.message.removeprefix("touch ") for touch in contact.further]
+    return f", and these will do; then {listed(touches)}" if touches else ""
 
 
 def fit_verdict_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
