@@ -16,7 +16,7 @@ small, a displaced tip and a displaced fixture are the same to within a thousand
 
 LEAST_SPREAD = 30.0
 """Least spread of the contacts, in sigma, after a change of their unit. Contacts that are closer together fit any
-pose."""
+pose, and a search takes long; a fixture is thousands of sigma wide."""
 
 
 def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothesis]:

@@ -15,8 +15,8 @@ from tactfix.mistakes import DiagnosisCode
 
 AXIS_LETTERS = "xyz"
 MOST_PERMUTED = 4
-"""Features, or blocks of contacts, of which all permutations are tried (4: 23 of them; 5 would be 119, each with a
-search of its own); of more only two are exchanged."""
+"""Features, or blocks of contacts, of which all permutations are tried: 23 for four; of five there would be 119,
+each with a search of its own. Of more only two are exchanged."""
 UNCHANGED_SHARE = 1e-9
 """Share of the coordinates up to which two surfaces are the same: far above rounding, far below any manufactured
 difference."""

@@ -94,7 +94,7 @@ PLAINLY_OUT = 0.5
 five times 0.1 rad, the worst sigma of rotation that a pose may have (`localization.free_motions`)."""
 ELSEWHERE = 0.01
 """Share of the contacts' spread: two poses of one hypothesis are distinct if a contact lies this far apart on the
-fixture."""
+fixture. Far more than sigma, so that one pose reached twice is not called ambiguous."""
 ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "mirrored")
 """Codes of the mistakes that displace one feature in the fixture file."""
 AMBIGUOUS = " (what is left is ambiguous)"
@@ -107,9 +107,11 @@ MOST_LEFT_OUT = 3
 """Contacts deleted together at most. Of 30 contacts there are 4,060 sets of three and 27,405 of four; four wrong
 contacts were not studied (`tests.validation.diagnosis` has three)."""
 COARSEST_SIGMA = 0.01
-"""Share of the contacts' spread above which no larger sigma is offered: nearly any contacts fit with such a sigma."""
+"""Share of the contacts' spread above which no larger sigma is offered: with noise of a hundredth of the fixture
+nearly any pose fits."""
 MOST_TIMES = 30.0
-"""Largest factor on the sigma of the file that is offered. The study of mistakes has factors of 5 to 15."""
+"""Largest factor on the sigma of the file that is offered: twice the largest of the mistakes that are studied, 15
+(`tests.validation.made_mistakes`); a larger one explains any mistake."""
 
 
 def mistakes_that_explain(

@@ -28,7 +28,7 @@ from tactfix.values import frozen_value
 
 TRIAL_DAMPING = 1e-4
 """Damping of the first step, as a share of the diagonal of the normal matrix: nearly a Gauss-Newton step, since a trial
-starts next to a minimum."""
+starts near a minimum."""
 SINGULAR_DAMPING = 1e-9
 """Least damping, as a share of the diagonal: the normal matrix of a free motion is singular without it. The root of the
 rounding of doubles is 1.5e-8; below that, damping no longer changes a well determined step."""

@@ -28,16 +28,22 @@ from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 
 _SAMPLE = 24
-"""Contacts that the search uses, well spread; the others take part in the refinement."""
+"""Contacts that the search uses, well spread; the others take part in the refinement. The time of a start grows with
+them, and 24 are far more than the five unknowns. Of 417 random problems with 4 to 14 noisy contacts on cylinders and
+spheres 12 change one, by a minimum that noise hardly explains."""
 
 _CYLINDER_START_STEPS = 10
-"""Steps of every start of a redundant set, before most are dropped."""
+"""Steps of every start of a redundant set, before most are dropped: those near a minimum have nearly converged. Of
+the same problems 5 and 20 steps change two, whose sum of squares is nearly flat (free radius, noise of 5 per cent; a
+double root)."""
 
 _CYLINDER_GIVEN_UP = 1e3
-"""A start whose chi-square exceeds this multiple of the limit after those steps is dropped, except the best few."""
+"""A start whose chi-square exceeds this multiple of the limit after those steps is dropped, except the best few:
+residuals of 30 times those that noise may leave. 100 and 10,000 change none of 278 of the same problems."""
 
 _GLANCE = 6
-"""Steps of the zeros of the first minimal subset, after which it is asked whether they are all."""
+"""Steps of the zeros of the first minimal subset, after which it is asked whether they are all: zeros of five of the
+contacts are near the minimum for all, and only weakly determined ones move far."""
 
 _WELL_DETERMINED = 3e-3
 """A cylinder is well determined if one sigma moves it by less than this share of the contacts' extent. Of 6,000 tidy

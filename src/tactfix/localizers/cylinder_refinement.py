@@ -125,7 +125,7 @@ rounding of 1e-15 scatters even a root of order six by its sixth root, 3e-3, onl
 
 _MULTIPLE_ROOT_CONTACTS = 24
 """Contacts above which multiple roots are not looked for: residuals of many well spread contacts do not vanish to
-higher order together."""
+higher order together. As many as the search uses (`cylinder._SAMPLE`)."""
 
 _LARGEST_RADIUS = 1e5
 """Largest radius in units of the contacts' extent. Contacts of extent 1 on a larger cylinder are 1 / (8 * 1e5) =

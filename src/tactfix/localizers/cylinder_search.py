@@ -24,7 +24,7 @@ CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS = 4, 5
 
 _SUBSETS = 2
 """Minimal subsets whose zeros are starts: one of contacts far apart, and one chosen without regard to place, in case
-the first is a special position."""
+the first is a special position. The covering follows in any case."""
 
 _COVERING_DIRECTIONS = 160
 """Directions of the covering: neighbours are 10 degrees apart, half the least angle at which two local minima were
@@ -39,7 +39,8 @@ can miss those of the cylinder fit then. Of 7,972 cylinders that noise explained
 one with this."""
 
 _DEGENERATE_GAP = 1e-4
-"""Gap of `common_zeros` below which the zeros may form a curve, or be multiple."""
+"""Gap of `common_zeros` below which the zeros may form a curve, or be multiple: rounding of 1e-16 is then 1e-12 of a
+zero."""
 
 _OBLIQUE = np.array([0.48, 0.6, 0.64])
 """A unit vector that is orthogonal to no imaginary part except by chance: its product picks one of a complex pair."""

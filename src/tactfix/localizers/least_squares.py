@@ -23,13 +23,14 @@ _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
 """Damping of the normal equations as a share of their diagonal: of the first step; the least that still changes a
 double; and the value at which a problem is given up, with steps of 1e-8 of a Gauss-Newton step."""
 _GAUSS_NEWTON_STEPS = 15
-"""Steps after which second derivatives are added. These take as many evaluations as there are parameters, and most
-problems have converged before."""
+"""Steps after which second derivatives are added. These take as many evaluations as there are parameters, and
+problems with small residuals have converged quadratically before."""
 _JACOBIAN_STEP = 1e-6
 """Change of a parameter, in problems of unit size, for differences of the Jacobians: between the root of rounding,
 1.5e-8, and the size of the problem."""
 _NEARLY_A_ROOT = 1e-8
-"""Sum of squared residuals, in problems of unit size, below which a multiple root may be near: residuals of 1e-4."""
+"""Sum of squared residuals, in problems of unit size, below which a multiple root may be near: residuals of 1e-4, as
+at a distance of 0.05 from a root of order three."""
 
 _UNDAMPED_STEPS = 25
 """Undamped steps near a multiple root at most. A root of order three comes nearer by a third with each: 25 steps reduce

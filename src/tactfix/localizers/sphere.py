@@ -26,7 +26,8 @@ SPHERE_CONTACTS, FREE_SPHERE_CONTACTS = 3, 4
 """Contacts that leave finitely many spheres: three, or four where the radius is found too."""
 
 _SPHERE_START_STEPS = 6
-"""Steps of both starts of a redundant set, before one may be dropped."""
+"""Steps of both starts of a redundant set, before one may be dropped: the linear fit that starts them is near a
+minimum."""
 
 _SPHERE_GIVEN_UP, _SPHERE_RIVAL = 1e3, 4.0
 """A start whose chi-square exceeds the first multiple of the limit after those steps is dropped, unless it is within

@@ -30,8 +30,8 @@ _UNKNOWNS = 3
 """Coordinates of a centre."""
 
 _MOST_TRIPLES = 12
-"""Triples of loci that are intersected, of many contacts and distances. A centre that explains all is near a point of
-every triple."""
+"""Triples of loci that are intersected at most, of many contacts and distances. A centre that explains all is near a
+point of every triple, so that one triple would do if none were degenerate."""
 
 _EXACT_DISTANCE = 1e-3
 """Sigma of an exact distance, as a share of that of a contact: its residual is then a thousandth of theirs, and weights
@@ -42,7 +42,7 @@ _CENTER_SIGHT_STEPS, _CENTER_IN_SIGHT = 8, 1e-3
 
 _ON_AXIS = 3.0
 """Distance from an axis, in sigma, up to which a centre is taken to lie on it: the gradient of such a distance has no
-defined direction."""
+defined direction, and noise of three sigma can put a centre on the axis to either side."""
 
 
 @frozen_value

@@ -28,7 +28,7 @@ from tactfix.values import frozen_value
 FLAT_CANDIDATES = 4
 """Candidates that are kept of a round feature whose contacts are coplanar within noise. A hundred local minima may then
 explain them, and none is near the truth; a joint fit moves any of them to where the other features and relations
-put it."""
+put it. The result is not complete in any case."""
 
 
 @frozen_value

@@ -30,7 +30,8 @@ from tactfix.relations.joint_problem import CONSTRAINT_RANK, JointFit, JointProb
 from tactfix.values import frozen_value
 
 MOST_JOINT_STEPS = 200
-"""Steps of one fit at most."""
+"""Steps of one fit at most: damped steps along a weakly determined motion are short. A fit ends before if it has
+converged or stalled (JOINT_PATIENCE)."""
 MOST_DAMPINGS = 20
 """Dampings tried for one step, each ten times the one before. The last one is 1e6 times the squared norm of J: a
 step of less than 1e-6 of the undamped one, and if that does not lower the merit, the fit has ended."""
@@ -50,10 +51,11 @@ TRUSTED_STEP = 1e-6
 """A step this short (rad, fixture sizes) is taken without a test of the merit: what the linear model neglects is of the
 order of its square, 1e-12, as KEPT."""
 JOINT_GIVEN_UP = 100.0
-"""Multiple of the limit of chi-square beyond which a fit is given up as soon as a step gains less than 1 per cent."""
+"""Multiple of the limit of chi-square beyond which a fit is given up as soon as a step gains less than 1 per cent:
+at that rate it would need 460 steps to come within the limit, more than MOST_JOINT_STEPS."""
 JOINT_PATIENCE = 12
 """Steps after which a fit above JOINT_GIVEN_UP times its limit is given up, and one below it whose rate of gain cannot
-reach the limit."""
+reach the limit: starts near a solution have converged quadratically by then."""
 NEARLY_KEPT = 1e-5
 """Constraint violation (rad, fixture sizes) above which no fit is given up: chi-square still changes while the
 constraints are restored."""

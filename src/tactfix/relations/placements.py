@@ -37,7 +37,8 @@ from tactfix.relations.parallels import parallel_pairs
 from tactfix.values import frozen_value
 
 PLACEMENT_STEPS = 40
-"""Levenberg-Marquardt steps of each placement."""
+"""Levenberg-Marquardt steps of each placement: ten accepted ones bring the damping from 1e-2 to
+LEAST_PLACEMENT_DAMPING, and the ends need only be near solutions, where joint fits start."""
 PLACEMENT_DIFFERENCE = 1e-6
 """Step (rad, fixture sizes) of the forward differences: their second-order error is of this size, their rounding 1e-10.
 Both are far below what a step needs that is repeated."""

@@ -40,14 +40,15 @@ that each is used at least twice with other random places of the rest. With more
 FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
-"""Distinct ends of placements that are fitted, those first that the approaches allow, then the best. With more ends the
-result is not complete."""
+"""Distinct ends of placements that are fitted, those first that the approaches allow, then the best: half as many
+again as the eight solutions of a slab with few contacts on its hole. With more ends the result is not complete."""
 END_LIMIT = 2.0
-"""Times the limit of chi-square up to which the end of a placement may explain the contacts. A placement takes a fixed
-number of steps, and relations count with at least LEAST_RELATION_SIGMA, so that it ends near a solution only."""
+"""Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
+least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
 ONE_END = 10.0
-"""Distance in sigma, over all contacts, up to which two ends are one: ends are not converged, and distinct solutions
-are far more sigma apart."""
+"""Distance in sigma, over all contacts, up to which two ends are one: ends are not converged. Distinct solutions are
+more than `unresolved.BRANCHES`, two sigma, apart; nearer ends lead to one joint fit anyway, or to two that are
+merged."""
 OFTEN_MET = 4
 """Placements that must have led to each solution for all to count as found: a solution that is met 4 times on
 average is missed with probability e^-4, once in 50 times."""
