@@ -11,20 +11,22 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
+from tactfix.frame import FrameError, frames, recipe_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
 from tactfix.noise import chi_square_limit
+from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import Start, Starts, branch_fit, starts_from
-from tactfix.relations.branches import BRANCH_FITS
-from tactfix.relations.broken_relations import broken_candidates
+from tactfix.relations.branches import BRANCH_FITS, least_cost, nearest_branch
 from tactfix.relations.combinations import Combinations, combinations, located_alone
+from tactfix.relations.equations import Equation
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
 from tactfix.relations.realization import bodies, body_number, fixture_scale
 from tactfix.relations.rigid_bodies import Body, body_solutions
 from tactfix.relations.samples import sampled_solutions
-from tactfix.results import Candidate
+from tactfix.results import Candidate, Reason
 
 SHAPE_LIMIT = 10.0
 """Multiple of the limit of chi-square up to which a fit counts as near a shape, which is then searched: fits of weakly
@@ -100,10 +102,10 @@ def _fallen(
     fits: Sequence[JointFit],
     limit: float,
 ) -> Iterator[Candidate]:
-    """Combinations that explain the contacts of each feature but break a relation, where others do not."""
+    """Combinations that explain the contacts of each feature but violate a relation, if others do not."""
     kept = {start.number for start, fit in zip(starts, fits, strict=True) if fit.chi2 <= limit}
     broken = [surfaces for number, surfaces in enumerate(found) if number not in kept] if kept else []
-    return broken_candidates(fixture, problem, broken[:MOST_FALLEN])
+    return _broken_candidates(fixture, problem, broken[:MOST_FALLEN])
 
 
 def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: bool) -> Solutions:
@@ -120,5 +122,36 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
 
 
 def _slack(fixture: Fixture, scale: float) -> float:
-    """How far (length) the relations let the features be from where their values put them, one standard deviation."""
+    """The standard deviation (length) of the shape that the relations leave."""
     return float(np.linalg.norm([r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]))
+
+
+def _broken_candidates(
+    fixture: Fixture, problem: JointProblem, broken: Sequence[Mapping[str, Surface]]
+) -> Iterator[Candidate]:
+    """Combinations that violate relations, as candidates; chi2: with the relations, by the linear model."""
+    for surfaces in broken:
+        values, _ = contact_residuals(surfaces, problem.contacts)
+        try:
+            pose = frames(recipe_of(fixture), surfaces)[0]
+        except FrameError:
+            continue
+        chi2 = float(((values / problem.sigmas) ** 2).sum()) + least_cost(problem, surfaces)
+        rms = float(np.sqrt((values**2).mean()))
+        yield Candidate(pose, surfaces, chi2, rms, (_broken_relation(fixture, problem, surfaces),))
+
+
+def _broken_relation(fixture: Fixture, problem: JointProblem, surfaces: Mapping[str, Surface]) -> Reason:
+    """The relation that is violated most, in words."""
+
+    def missing(equation: Equation) -> float:
+        residual, *_ = equation.linear(surfaces)
+        return float(np.abs(residual).max(initial=0.0)) / equation.unit(problem.scale)
+
+    worst = max(nearest_branch(problem.relations, surfaces), key=missing)
+    relation = worst.relation
+    one, other = relation.between
+    size = missing(worst) * (problem.scale if relation.kind == "distance" else 180 / np.pi)
+    unit = fixture.units if relation.kind == "distance" else "deg"
+    message = f"the {relation.kind} between {one} and {other} would be {size:.4g} {unit} off"
+    return Reason("relation", other, None, message)
