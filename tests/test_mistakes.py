@@ -41,7 +41,9 @@ def test_a_mistake_that_is_made_is_named(mistake):
     assert mistake.cause in {cause.code for cause in first.causes or (first,)}, result.warnings
 
 
-@pytest.mark.parametrize("fault", ["wrong-tip", "wrong-label", "wrong-side", "wrong-place"])
+@pytest.mark.parametrize(
+    "fault", ["wrong-tip", "wrong-label", "wrong-side", "wrong-place", "wrong-unit", "late-trigger"]
+)
 def test_it_is_named_among_many_contacts_too(fault):
     (mistake,) = (one for one in MISTAKES if one.fault == fault)
     contacts = simulate(RICH, seed=1, fault=Fault(fault), orientations=4, count=60, **PROBE).contacts

@@ -1,10 +1,12 @@
 """How long a verdict with a diagnosis takes: every mistake, thirty contacts at most, on every fixture of the study.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_diagnosis
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_diagnosis [CONTACTS]
 
 Processor seconds on one core, and how many singular value decompositions of 200 x 200 (timed in between, in the same
 run) that is; for each mistake the slowest fixture, best of two.
 """
+
+import sys
 
 import numpy as np
 
@@ -17,11 +19,11 @@ MOST_CONTACTS = 30
 ROUNDS = 2
 
 
-def slowest(mistake: str, matrix: np.ndarray) -> tuple[float, float, str, int]:
+def slowest(mistake: str, matrix: np.ndarray, most: int) -> tuple[float, float, str, int]:
     """Seconds, ratio to the decomposition, fixture and contacts of the slowest verdict on this mistake."""
     found = []
     for name, (patches, counts) in FIXTURES.items():
-        each = tuple(MOST_CONTACTS // len(counts) for _ in counts)
+        each = tuple(most // len(counts) for _ in counts)
         case = MISTAKES[mistake](patches, each, np.random.default_rng(len(name)))
         if case is None:
             continue
@@ -35,9 +37,10 @@ def slowest(mistake: str, matrix: np.ndarray) -> tuple[float, float, str, int]:
 def main() -> None:
     matrix = np.random.default_rng(0).normal(size=(200, 200))
     print(heading("Verdicts with a diagnosis") + "\n")
+    most = int(sys.argv[1]) if len(sys.argv) > 1 else MOST_CONTACTS
     rows = []
     for mistake in MISTAKES:
-        seconds, ratio, name, count = slowest(mistake, matrix)
+        seconds, ratio, name, count = slowest(mistake, matrix, most)
         rows.append((mistake, name, count, f"{seconds:.2f}", f"{ratio:.0f}"))
     print(table(("mistake", "slowest on", "contacts", "s", "SVDs of 200 x 200"), rows))
     worst = max(rows, key=lambda row: float(row[3]))

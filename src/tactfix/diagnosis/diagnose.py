@@ -6,7 +6,8 @@ unit, wrong contacts, swapped labels.
 
 1. Contacts are ordered by the fall of chi-square when they are deleted at the best pose (`deletion`).
 2. The corrections are put in stages. If a pose fits and only approaches reject it, approaches come first, else units
-   and tip radii. Single contacts follow, then a few of many contacts together, and swapped labels last.
+   and tip radii. Single contacts follow, then a few of many contacts together, and swapped labels last. Of many
+   contacts only the few are left to the stages, and all other mistakes are tested on PART of them.
 3. A correction that is not feasible (`feasibility`) is dropped: nearly all units and most swaps are.
 4. The others are located again, which takes a tenth of a second or more each. The first stage that leaves a pose ends
    the search.
@@ -144,6 +145,8 @@ def staged_diagnosis(
         against = _against(contacts, best) if best else order
         # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
         stages = [approaches(contacts, against), units]
+    elif trials is None and len(contacts) >= MANY:
+        stages = []  # `_mistakes_of_all` tests them on PART of the contacts
     else:
         stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:
