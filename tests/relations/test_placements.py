@@ -10,6 +10,7 @@ import tactfix
 from tactfix.geometry.charts import dimension, displaced
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.probe import residual_sigmas
+from tactfix.relations import samples
 from tactfix.relations.joint_problem import JointProblem
 from tactfix.relations.placements import settled
 from tactfix.relations.realization import fixture_scale
@@ -82,3 +83,25 @@ def test_with_few_contacts_a_feature_the_pose_is_still_found(kind, seed, tmp_pat
     left = [c.base_from_fixture for c in by_relation.candidates if c.accepted]
     apart = [np.abs(pose[:3, :3] - touched.base_from_fixture[:3, :3]).max() for pose in left]
     assert min(apart) < 0.02
+
+
+def test_a_scan_of_one_feature_is_placed_by_a_part_of_its_contacts_and_fitted_by_all(tmp_path, monkeypatch):
+    """Placements fill a row of numbers for each contact, 128 times."""
+    _, touched, fixture, contacts = touched_part("bar beside ball on plate", tmp_path, seed=1, noise=1.0, most=3)
+    first = contacts.by_feature["plate"]
+    rng, count = np.random.default_rng(5), 3000
+    across = np.diff(touched.points[first], axis=0)
+    scan = touched.points[first[0]] + rng.uniform(-1, 1, (count, 2)) @ across
+    scan += 0.01 * rng.standard_normal((count, 1)) * touched.normals[first[0]]
+    others = np.setdiff1d(np.arange(len(contacts)), first)
+    names = ["plate"] * count + [contacts.features[i] for i in others]
+    points = np.vstack([scan, contacts.points[others]])
+    approaches = np.vstack([np.repeat(contacts.approaches[first[:1]], count, axis=0), contacts.approaches[others]])
+    many = tactfix.contacts_from_arrays(names, points, approaches=approaches, sigma=0.01, tip_radius=0.0)
+    seen, settle = [], samples.settled
+    monkeypatch.setattr(samples, "settled", lambda *given: seen.append(len(given[1].contacts)) or settle(*given))
+    result = tactfix.locate(fixture, many)
+    assert seen == [samples.PLACED_CONTACTS + len(others)]
+    left = [c.base_from_fixture for c in result.candidates if c.accepted]
+    assert min(np.abs(pose[:3, :3] - touched.base_from_fixture[:3, :3]).max() for pose in left) < 0.02
+    assert len(result.contacts) == len(many)

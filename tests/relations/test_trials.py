@@ -10,6 +10,7 @@ import tactfix
 from tactfix.relations import branch_fits
 from tactfix.relations.features_alone import thickness
 from tactfix.relations.trials import MOST_TRIAL_FITS, Trials
+from tests.relations.touched_parts import few_contacts_on
 from tests.validation.relation_geometry import KINDS, Angle
 from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
 
@@ -119,3 +120,14 @@ def test_thickness_is_the_rms_distance_from_the_best_plane():
     corners = np.array([[1, 1, 0.2], [1, -1, -0.2], [-1, 1, -0.2], [-1, -1, 0.2]])
     assert thickness(corners) == pytest.approx(0.2)
     assert thickness(corners[:3]) == 0.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_one_bad_contact_is_named_where_a_feature_cannot_be_located_alone(seed, tmp_path):
+    """Three contacts on each feature: only all together tell which one is off."""
+    fixture, contacts, touched = few_contacts_on("bar beside ball on plate", seed, tmp_path, angle=(60.0, 0.02))
+    points = contacts.points.copy()
+    points[2] += 1.5 * touched.normals[2]
+    result = tactfix.locate(fixture, replace(contacts, points=points))
+    assert result.status == "inconsistent"
+    assert any(contacts.rows[2] in cause.rows for cause in result.diagnosis)

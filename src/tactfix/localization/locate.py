@@ -251,7 +251,8 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
     from tactfix.relations.realization import few_shapes
     from tactfix.relations.trials import Trials
 
-    trials = None if few_shapes(fixture) else Trials(fixture, contacts)
+    best = next(iter(solutions.found), None)
+    trials = None if few_shapes(fixture) else Trials(fixture, contacts, best.surfaces if best else None)
 
     def solve_again(corrected: Contacts, with_misses: bool = True) -> Solutions:
         if trials is not None:
@@ -275,7 +276,6 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
         return " (what is left is weak)" if is_underdetermined(solution, kept) else ""
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
-    best = next(iter(solutions.found), None)
     found = diagnosed(
         fixture,
         contacts,

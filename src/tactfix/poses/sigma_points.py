@@ -68,12 +68,14 @@ def curved_spread(
     steps: Floats,
     bend: Callable[[Floats], Floats],
     solve: SigmaPointSolver,
+    nearer: float = SIGMA_POINT_DISTANCE,
 ) -> Spread:
     """The spread of a pose (4, 4) on which no motion is free.
 
     centre (3,): of the contacts. linear (6, u): motions of one sigma along each principal axis; steps (u, u'): the same
     as steps of the unknowns, a column each. bend: the distance (m,) in sigma of the residuals after steps (u, m) from
-    linear ones. solve: the poses at the sigma points, with an infinite chi-square where there is none.
+    linear ones. solve: the poses at the sigma points, with an infinite chi-square where there is none. nearer: the
+    distance in sigma at which sigma points are tried if some at SIGMA_POINT_DISTANCE miss their residuals.
     """
     both = SIGMA_POINT_DISTANCE * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
@@ -85,16 +87,19 @@ def curved_spread(
     is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
     if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:
         return Spread(linear, nothing_free, trusted=True)
-    poses, missing = solve(both)
+    distance, (poses, missing) = SIGMA_POINT_DISTANCE, solve(both)
+    if missing.max() > MOST_MISSING and nearer < distance:
+        distance, (poses, missing) = nearer, solve(nearer / distance * both)
     if not np.isfinite(missing).all():
         return Spread(linear, nothing_free, trusted=False)
-    share = 1 / np.sqrt(2 * SIGMA_POINT_DISTANCE**2)
+    share = 1 / np.sqrt(2 * distance**2)
     factor = share * motions_between(base_from_fixture, poses)
     # The test for a fold is made at the contacts, so that the distance of the origin does not matter.
     middle = base_from_fixture[:3, :3].T @ arm
     here = share * motions_between(_at(base_from_fixture[None], middle)[0], _at(poses, middle))
     linear_here = np.concatenate([linear[:3], linear[3:] + np.cross(linear[:3].T, arm).T])
-    trusted = bool(missing.max() <= MOST_MISSING) and _inflation(linear_here, here) <= FOLDED
+    most_missing = MOST_MISSING * (distance / SIGMA_POINT_DISTANCE) ** 2
+    trusted = bool(missing.max() <= most_missing) and _inflation(linear_here, here) <= FOLDED
     return Spread(factor, nothing_free, trusted)
 
 

@@ -7,7 +7,7 @@ the frame to first order; the others move it in second order at most.
 2. This linear spread is used if a motion of the frame is free, or if the residuals are nearly linear within it.
 3. Otherwise the right singular vectors of that product are the displacements that move the frame.
 4. A joint fit gives the sigma point of each of them (`poses.sigma_points`): its targets are the residuals that the
-   linear model has after that step.
+   linear model has after that step. If one misses them, a fold is near: all are then computed nearer by.
 """
 
 from dataclasses import replace
@@ -25,6 +25,11 @@ from tactfix.values import frozen_value
 JOINT_SIGMA_POINT_STEPS = 20
 """Steps of the fit of one sigma point. If that is not enough, the point is too far off for a covariance to be true, and
 the remaining points are not computed."""
+NEARER_POINTS = 1.0
+"""Distance in sigma of the sigma points if some at SIGMA_POINT_DISTANCE miss their residuals. The second moment is
+exact to second order at any distance, and a fold within one sigma still makes the covariance untrusted. Contacts on
+a small cap of a ball have a fold at two sigma, with which the frame hardly moves: `tests/validation`.
+"""
 FRAME_AT_REST = 1e-9
 """A free displacement leaves the frame at rest if it moves it by less than this share of the largest derivative of the
 frame: the rounding of the derivatives is 1e-16 / `joint_solutions.FRAME_STEP` = 1e-9."""
@@ -53,7 +58,9 @@ class JointSpread:
         # Only directions that move the frame: a fold of another feature does not concern it.
         along = np.linalg.svd(linear, full_matrices=False)[2].T  # step 3
         solver = self._solver(base_from_fixture, self.fit.jacobian @ factor)  # step 4
-        return curved_spread(base_from_fixture, centre, linear @ along, factor @ along, self._bend, solver)
+        return curved_spread(
+            base_from_fixture, centre, linear @ along, factor @ along, self._bend, solver, NEARER_POINTS
+        )
 
     def _most_bend(self, factor: Floats, origin: Floats) -> float:
         contacts = self.problem.contacts

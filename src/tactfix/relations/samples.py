@@ -1,11 +1,13 @@
 """Solutions from many random placements, for features that can be located neither alone nor as one rigid body.
 
 1. A feature that is located alone starts at one of its candidates, every other feature at random.
-2. Damped least squares follow all placements side by side (`placements`); indistinct ends are merged.
+2. Damped least squares follow all placements side by side (`placements`), on a part of the contacts if there are many;
+   indistinct ends are merged.
 3. Joint fits start at the ends, those first that the approaches allow.
 4. If contacts and relations leave no motion free, the fits are the solutions. They are complete if every end was met
    OFTEN_MET times.
-5. Otherwise they are samples of a continuum.
+5. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
+   nearest miss.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,6 +36,9 @@ from tactfix.relations.unresolved import seen_difference
 SAMPLE_STARTS = 128
 """Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
 starts met two."""
+PLACED_CONTACTS = 200
+"""Contacts of each feature that placements see: ends are starts of fits, which see all contacts. More would say no more
+of where a minimum lies, and a placement fills a row of numbers for each."""
 START_COMBINATIONS = 64
 """Combinations of the candidates of features located alone at which placements start in turn: half of SAMPLE_STARTS, so
 that each is used at least twice with other random places of the rest. With more the result is not complete."""
@@ -62,7 +67,8 @@ def sampled_solutions(
     alone: the candidates of the features that their own contacts locate.
     """
     starts = _starts(fixture, problem, alone)  # step 1
-    ends = _distinct_ends(problem, *settled(fixture, problem, starts))  # step 2
+    few = _thinned(problem)
+    ends = _distinct_ends(few, *settled(fixture, few, starts))  # step 2
     ends.sort(key=lambda end: _comes_out(problem.contacts, end[0]))
     fits: list[JointFit] = []
     for surfaces, _ in ends[:FITTED_ENDS]:  # step 3
@@ -75,7 +81,20 @@ def sampled_solutions(
         complete = are_started and len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
         return replace(joint_solutions(fixture, problem, isolated), complete=complete)
     best = sorted(fits, key=lambda fit: fit.chi2)[:FREE_SAMPLES]  # step 5
+    if best and all(_is_miss(fit) for fit in best):
+        return replace(joint_solutions(fixture, problem, best[:1]), complete=False)
     return joint_solutions(fixture, problem, best, continuum=True)
+
+
+def _thinned(problem: JointProblem) -> JointProblem:
+    """The problem with at most PLACED_CONTACTS on each feature, drawn at random: rows of a scan may lie in a line."""
+    rng, kept = Random(20261129), list[int]()
+    for index in problem.contacts.by_feature.values():
+        kept += index[rng.sample(range(len(index)), min(PLACED_CONTACTS, len(index)))].tolist()
+    if len(kept) == len(problem.contacts):
+        return problem
+    kept.sort()
+    return replace(problem, contacts=problem.contacts.subset(kept), sigmas=problem.sigmas[kept])
 
 
 def _starts(
@@ -138,3 +157,8 @@ def _is_isolated(fit: JointFit) -> bool:
     if fit.missing >= RELATIONS_HOLD or fit.dof < 0 or fit.chi2 > chi_square_limit(fit.dof):
         return False
     return not len(fit.spread()[1])
+
+
+def _is_miss(fit: JointFit) -> bool:
+    """Whether a fit does not explain the contacts, and no motion is free that might."""
+    return fit.dof >= 0 and fit.chi2 > chi_square_limit(fit.dof) and not len(fit.spread()[1])

@@ -6,10 +6,11 @@ A diagnosis tries a hundred corrections, and nearly all of them are wrong. The c
 2. Each feature is located alone. If no surface explains its contacts, no fixture does. The result is kept for other
    corrections that have the same contacts on the feature.
 3. The linear model gives a least chi-square (`branches`), and an order in which corrections are fitted.
-4. A few joint fits (`branch_fits`) decide. Their covariance is that of the linear model.
+4. A few joint fits (`branch_fits`) decide. Their covariance is that of the linear model. If a feature cannot be located
+   alone, they start at the nearest miss, with corrections that come nearer to it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError, TipDoesNotFitError
 from tactfix.fixture import Fixture
 from tactfix.geometry.charts import dimension
-from tactfix.geometry.surfaces import offset_radius
+from tactfix.geometry.surfaces import Surface, offset_radius
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
@@ -40,11 +41,13 @@ TRIAL_FIT_STEPS = 20
 MOST_TRIAL_FITS = 40
 """Fits of all corrections together: they bound the time of a diagnosis, 2 s with 30 contacts
 (`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
+MOST_FITS_FROM_MISS = 10
+"""The same if fits start at the nearest miss: far from a minimum each takes 50 ms where relations are exact."""
 
 
 @frozen_value
 class PreparedCorrection:
-    """A correction with the starts of its fits, best first; no starts if a feature cannot be located."""
+    """A correction with the starts of its fits, best first; none if it is ruled out."""
 
     contacts: Contacts
     problem: JointProblem
@@ -54,8 +57,10 @@ class PreparedCorrection:
 class Trials:
     """Tests of corrections of the contacts of one fixture; is_cut: whether MOST_TRIAL_FITS left one without a fit."""
 
-    def __init__(self, fixture: Fixture, contacts: Contacts) -> None:
+    def __init__(self, fixture: Fixture, contacts: Contacts, miss: Mapping[str, Surface] | None = None) -> None:
+        """miss: the surfaces that come nearest to the contacts, where fits start if a feature cannot be located."""
         self.fixture, self.contacts, self.scale = fixture, contacts, fixture_scale(fixture)
+        self._miss, self._most_fits = miss, MOST_TRIAL_FITS
         self.is_cut = False
         self._fits = 0
         self._prepared: dict[int, PreparedCorrection] = {}
@@ -104,7 +109,7 @@ class Trials:
         prepared = self._prepared.get(id(contacts)) or self._prepare(contacts, with_misses)
         fits = []
         for start in prepared.starts:
-            if self._fits >= MOST_TRIAL_FITS:
+            if self._fits >= self._most_fits:
                 self.is_cut = True
                 break
             self._fits += 1
@@ -121,9 +126,23 @@ class Trials:
                 located[name] = sorted(_approached(found, contacts.on(name)), key=lambda candidate: candidate.chi2)
         combinations = combinations_of(self.fixture, contacts, located, COMBINATIONS_PER_CORRECTION)
         if combinations is None:
-            return PreparedCorrection(contacts, problem, ())
-        starts = starts_from(problem, combinations.surfaces, with_misses)
+            self._most_fits = MOST_FITS_FROM_MISS
+            surfaces: Sequence[Mapping[str, Surface]] = self._nearer_miss(contacts)
+        else:
+            surfaces = combinations.surfaces
+        starts = starts_from(problem, surfaces, with_misses)
         return PreparedCorrection(contacts, problem, starts.followed[:MOST_FOLLOWED])
+
+    def _nearer_miss(self, contacts: Contacts) -> list[Mapping[str, Surface]]:
+        """The nearest miss, if corrected contacts come nearer to it; nothing if they do not, or if there is none."""
+        if self._miss is None or self._gap(self._miss, contacts) >= self._gap(self._miss, self.contacts):
+            return []
+        return [self._miss]
+
+    def _gap(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> float:
+        """The chi-square of contacts on surfaces as they stand."""
+        values, _ = contact_residuals(surfaces, contacts)
+        return float(((values / residual_sigmas(self.fixture, contacts)) ** 2).sum())
 
     def _is_explained(self, part: Contacts) -> bool:
         """Whether some surface explains the contacts on one feature; true if infinitely many may."""
