@@ -19,10 +19,10 @@ from tactfix.diagnosis.deletion import falls_without, span_of
 from tactfix.diagnosis.feasibility import least_chi_square
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
+from tactfix.diagnosis.trial_rows import HypothesisRows
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.rigid import homogeneous, inverse
-from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.pose_fit import PoseFit
@@ -125,7 +125,7 @@ class TrialSearch:
 
     def _trials(self, hypotheses: Sequence[Hypothesis]) -> tuple[SurfaceTable, Trials, Ints]:
         """Trials of the hypotheses from their promising poses, and the number (T,) of the hypothesis of each trial."""
-        rows = _Rows(self.problem, self.frame, hypotheses)
+        rows = HypothesisRows(self.problem, self.frame, hypotheses)
         promising = np.array([self._promising_poses(hypothesis) for hypothesis in hypotheses])
         of, pose = np.nonzero(promising)
         trials = Trials(
@@ -228,55 +228,3 @@ def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
         and np.abs(trials.offsets[number] - trials.offsets[k]).max() < ONE_POSE
         for k in others
     )
-
-
-class _Rows:
-    """The arrays of the trials, a row for each hypothesis, lengths in the unit of the frame."""
-
-    def __init__(self, problem: Problem, frame: SearchFrame, hypotheses: Sequence[Hypothesis]) -> None:
-        single = problem.single
-        self.problem, self.frame, self.of = problem, frame, single.of
-        self.points = (single.contacts.points - frame.base_origin) / frame.length
-        self.names = list(single.surfaces)
-        self.base = np.array([self.names.index(name) for name in single.contacts.features])
-        count, width = len(self.base), max([1, *(h.directions(problem).shape[1] for h in hypotheses)])
-        shape = len(hypotheses), count
-        self.weights = np.tile(frame.length / single.sigmas, (len(hypotheses), 1))
-        self.surfaces = np.tile(self.base, (len(hypotheses), 1))
-        self.tips = np.full(len(hypotheses), problem.contacts.tip_radius / frame.length)
-        self.columns, self.shifts = np.zeros((*shape, width)), np.zeros((*shape, 3, width))
-        flanges = problem.contacts.flange_rotations if {h.free for h in hypotheses} == {"tip_offset"} else None
-        self.flanges = None if flanges is None else flanges[single.of]
-        changed: list[SidedSurface] = []
-        for row, hypothesis in enumerate(hypotheses):
-            self._fill(row, hypothesis, changed)
-        table = [*single.surfaces.values(), *changed]
-        self.table = SurfaceTable.of(table, frame.fixture_origin, frame.length)
-
-    def _fill(self, row: int, hypothesis: Hypothesis, changed: list[SidedSurface]) -> None:
-        self.weights[row, np.isin(self.of, hypothesis.deleted)] = 0.0
-        if hypothesis.tip is not None:
-            self.tips[row] = hypothesis.tip / self.frame.length
-        if hypothesis.labels is not None:
-            for i in hypothesis.index:
-                self.surfaces[row, self.of == i] = self.names.index(hypothesis.labels[i])
-        for name, surface in hypothesis.surfaces.items():
-            self.surfaces[row, self._on(name)] = len(self.names) + len(changed)
-            changed.append(_sided(surface))
-        if hypothesis.free == "tip":
-            self.columns[row, :, 0] = 1.0
-        elif hypothesis.free == "radius":
-            surface = self.problem.surfaces[hypothesis.features[0]]
-            assert isinstance(surface, Sphere | Cylinder)
-            self.columns[row, self._on(hypothesis.features[0]), 0] = 1.0 if surface.side == "outer" else -1.0
-        elif hypothesis.free == "place":
-            directions = hypothesis.directions(self.problem)
-            self.shifts[row, self._on(hypothesis.features[0]), :, : directions.shape[1]] = directions
-
-    def _on(self, feature: str) -> Bools:
-        return np.asarray(np.array(self.problem.contacts.features)[self.of] == feature)
-
-
-def _sided(surface: object) -> SidedSurface:
-    assert isinstance(surface, SidedSurface)
-    return surface
