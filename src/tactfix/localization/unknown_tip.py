@@ -62,7 +62,8 @@ def locate_with_tip(
     result = _result(fixture, contacts, solutions, reasons, left, status)
     if known is not None and known.is_known:  # step 3
         result = _beside_prior(result, fixture, contacts, unknown)
-    result = replace(result, unknowns=_names(unknown), tip=_tip(contacts, left or solutions.found, solutions, unknown))
+    tip = _tip(contacts, left or solutions.found, solutions, unknown, fixture.probe.tip_within)
+    result = replace(result, unknowns=_names(unknown), tip=tip)
     # Step 4.
     if status == "underdetermined":
         weakest = max(left or solutions.found, key=lambda s: len(s.weak))
@@ -180,7 +181,11 @@ def _names(unknown: frozenset[Unknown]) -> tuple[str, ...]:
 
 
 def _tip(
-    contacts: Contacts, left: Sequence[TipSolution], solutions: TipSolutions, unknown: frozenset[Unknown]
+    contacts: Contacts,
+    left: Sequence[TipSolution],
+    solutions: TipSolutions,
+    unknown: frozenset[Unknown],
+    within: float | None,
 ) -> TipEstimate | None:
     """The tip if the contacts determine it; the pose need not be determined."""
     best = left[0]
@@ -191,14 +196,17 @@ def _tip(
         return None
     offset = best.contacts.tip_offset if "tip" in unknown else contacts.tip_offset
     covariance = best.factor[6:] @ best.factor[6:].T
-    return TipEstimate(offset, best.contacts.tip_radius, covariance, _in_words(best, offset, solutions, unknown))
+    words = _in_words(best, offset, solutions, unknown, is_bounded=within is not None)
+    return TipEstimate(offset, best.contacts.tip_radius, covariance, words)
 
 
 def _worst_sigma(solution: TipSolution) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(solution.factor[6:] @ solution.factor[6:].T)[-1]))
 
 
-def _in_words(best: TipSolution, offset: Floats | None, solutions: TipSolutions, unknown: frozenset[Unknown]) -> str:
+def _in_words(
+    best: TipSolution, offset: Floats | None, solutions: TipSolutions, unknown: frozenset[Unknown], *, is_bounded: bool
+) -> str:
     parts = []
     if "tip" in unknown and offset is not None:
         sigma = largest_sigma(best.factor[6:9] @ best.factor[6:9].T)
@@ -211,6 +219,6 @@ def _in_words(best: TipSolution, offset: Floats | None, solutions: TipSolutions,
         sigma = float(np.linalg.norm(best.factor[-1]))
         parts.append(f"the tip's radius is {best.contacts.tip_radius:.6g}, sigma {sigma:.2g}")
     if not solutions.complete:
-        bound = "; say probe.tip_within to bound it" if "tip" in unknown else ""
+        bound = "; say probe.tip_within to bound it" if "tip" in unknown and not is_bounded else ""
         parts.append(f"that no other pose with another tip explains the contacts is not certain{bound}")
     return "; ".join(parts)

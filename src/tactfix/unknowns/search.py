@@ -11,7 +11,8 @@
    solutions.
 
 This is complete unless two poses, each with its tip, are one pose within the noise of w. Without a bound of the tip the
-result is not marked as complete.
+result is not marked as complete; nor with fewer equations than unknowns, whose solutions are samples of a continuum:
+one covering of the rotations finds these.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -84,7 +85,7 @@ def tip_solutions(
             limit = chi_square_limit(dof)
             off = assumed if "tip" in unknown else 0.0
             # Steps 2 to 4.
-            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, assumed), off, placement)
+            starts = _starts(equations, surfaces, contacts, np.hypot(sigmas, assumed), off, placement, dof >= 0)
             trials, cost = descend(equations, starts)
             ok = (cost <= limit) & (trials.radii >= 0)
             misses.append((float(cost.min()), surfaces, equations, trials.subset(np.argsort(cost)[:1])))
@@ -92,7 +93,7 @@ def tip_solutions(
         if found:
             solutions = [_solution(*each, contacts) for each in found]
             solutions.sort(key=lambda s: s.solution.chi2)
-            return TipSolutions(tuple(solutions), dof, limit, complete)
+            return TipSolutions(tuple(solutions), dof, limit, complete and dof >= 0)
     _, surfaces, equations, nearest = min(misses, key=lambda miss: miss[0])
     return TipSolutions((_solution(equations, surfaces, nearest, contacts),), dof, limit, complete=within is not None)
 
@@ -116,10 +117,15 @@ def _starts(
     sigmas: Floats,
     off: float,
     placement: Placement | None,
+    thorough: bool,
 ) -> Trials:
-    """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2."""
+    """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2.
+
+    Without thorough the poses are those that one covering of the rotations finds.
+    """
     single = one_equation_each(surfaces, contacts, sigmas)
-    fits = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement).found[:TIP_START_POSES]
+    search = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement, thorough=thorough)
+    fits = search.found[:TIP_START_POSES]
     tips = 0.5 * off * (TIP_STARTS if off else TIP_STARTS[:1])
     near = [] if placement is None else [placement.near]
     poses = np.array([fit.base_from_fixture for fit in fits] + near)
