@@ -102,7 +102,7 @@ MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""
 MOST_TESTED = 40
 """Number of explanations, in order of plausibility, that are tested against approaches, touch boxes and paths. Each
-test takes about as long as the report of a pose."""
+test takes about as long as the report of a pose, and MOST_ENTRIES are reported."""
 MOST_LEFT_OUT = 3
 """Contacts deleted together at most. Of 30 contacts there are 4,060 sets of three and 27,405 of four; four wrong
 contacts were not studied (`tests.validation.diagnosis` has three)."""

@@ -30,7 +30,8 @@ from tactfix.poses.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.poses.search_frame import SearchFrame
 
 ROBUST_POSES = 8
-"""Robust poses that trials start from, beside the known ones."""
+"""Robust poses that trials start from, beside the known ones. The true pose need not be the best of them: wrong
+contacts, and the symmetry of a fixture, make others as good."""
 FEW_STARTS = 120
 """Start rotations of a search for a hypothesis that concerns all contacts. With 120 all 31 such hypotheses that explain
 contacts of `tests.validation.diagnosis` were found, as with more. With few contacts on four features there are dozens
@@ -41,7 +42,8 @@ HYPOTHESES_FITTED = 80
 """Hypotheses that are fitted to convergence: the most plausible after TRIAL_STEPS, by chi-square and penalty. 40
 give the same diagnoses of 27 contact sets, a quarter of the draws 0 of `tests.validation.diagnosis`."""
 POSES_FOLLOWED = 6
-"""Poses from which each of these hypotheses is fitted to convergence, at most."""
+"""Poses from which each of these hypotheses is fitted to convergence, at most: nearly as many as ROBUST_POSES, those
+that have met as one."""
 CHI2_WINDOW = 10.0
 """Largest difference of chi-square between the best pose of a hypothesis and others that are kept for the tests by
 approach and touch box: as `ranking.INDISTINCT`, beyond which another pose is not plausible."""
@@ -52,7 +54,9 @@ LEAST_AGREEING = 0.5
 """Share of the other contacts that must have residuals within BOUND sigma at a pose, for a mistake in a few contacts
 to be fitted from there: if fewer than half agree, others than these are wrong."""
 SETS_TRIED = 12
-"""Sets of contacts that are deleted together, for each pose, in decreasing order of the fall of chi-square."""
+"""Sets of contacts that are deleted together, for each pose, in decreasing order of the fall of chi-square. 4 and 36
+name the same contacts first in all 12 sets with two or three wrong ones of draw 0 of `tests.validation.diagnosis`;
+36 add less plausible entries to two of them."""
 
 
 class TrialSearch:

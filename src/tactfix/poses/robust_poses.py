@@ -19,7 +19,8 @@ from tactfix.poses.starts import covering
 from tactfix.values import frozen_value
 
 ROBUST_STARTS = 600
-"""Start rotations of robust fits."""
+"""Start rotations of robust fits: as many as the search takes for cylinders with four or five contacts more than six
+(`all_poses.STARTS`)."""
 ROBUST_STEPS = 30
 """Reweighted steps of each start. With SHRINKS the scale falls to a millionth in 27 of them, from the size of the
 fixture to sigma."""
