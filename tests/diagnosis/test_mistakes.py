@@ -168,6 +168,24 @@ def test_a_probe_that_triggers_late_reports_points_inside_the_material(inside, i
         assert "does the probe trigger late?" in causes[0].message
 
 
+def test_a_tip_in_mm_beside_contacts_in_metres_is_doubted():
+    """A tip radius of 3 and a sigma of 0.05, read in metres: 3000 mm and 50 mm."""
+    _, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2))
+    warnings = locate(placed(FIXTURES["plate, pin, ball"][0]), replace(contacts, tip_radius=3000.0)).warnings
+    assert any("the tip radius, 3000 mm, is larger than the extent of the contacts" in one for one in warnings)
+
+
+def test_a_wrong_unit_is_told_with_what_to_do():
+    _, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2))
+    lengths = {name: getattr(contacts, name) * 1000 for name in ("points", "sigmas", "tip_radius")}
+    patches = placed(FIXTURES["plate, pin, ball"][0])
+    first = locate(patches, replace(contacts, **lengths)).diagnosis[0]
+    assert (first.code, first.value) == ("unit", 1e-3)
+    assert first.message.endswith("If so, give that unit for the contacts")
+    first = locate(patches, replace(contacts, points=contacts.points * 25.4)).diagnosis[0]
+    assert first.message.endswith("If so, write them in the unit of the other lengths")
+
+
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
     """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))

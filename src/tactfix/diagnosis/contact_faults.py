@@ -227,16 +227,13 @@ def tip_radii(fixture: Fixture, contacts: Contacts, solve: Solve) -> Stage:
         return
     if corrected is not None and is_possible_tip(contacts, corrected.tip_radius):
         value = corrected.tip_radius
-        shown = f"{abs(value):.4g} {fixture.units}"
-        message = f"with {tip_words(value, shown, given)} the contacts are consistent{late_question(value)}"
+        words = tip_words(value, f"{abs(value):.4g} {fixture.units}", given)
+        message = f"with {words} the contacts are consistent{late_question(value)}"
         yield Correction("tip_radius", message, corrected, value=value)
 
 
 def is_possible_tip(contacts: Contacts, radius: float) -> bool:
-    """Whether an effective tip radius is possible: below 0 for points of the surface only, and by no more than LATEST.
-
-    A probe that triggers late reports points that are inside the material.
-    """
+    """Whether an effective tip radius is possible: below 0, by LATEST at most, for points of the surface only."""
     return radius >= 0 or (contacts.tip_radius == 0 and -radius <= LATEST * contacts.spread)
 
 
@@ -273,16 +270,22 @@ def _with_estimated_tip(contacts: Contacts, solve: Solve) -> Contacts | None:
     return contacts
 
 
+def unit_question(factor: float, *, all_lengths: bool = False) -> str:
+    """What is asked where a factor makes the coordinates, or all lengths, consistent, and what to do about it."""
+    remedy = "give that unit for the contacts" if all_lengths else "write them in the unit of the other lengths"
+    return f"are they {UNITS_MEANT[factor]}? If so, {remedy}"
+
+
 def coordinates(contacts: Contacts) -> Stage:
     """The coordinates alone in another unit than that of the file."""
-    for factor, meant in UNITS_MEANT.items():
-        message = f"multiplied by {factor:.10g} the coordinates are consistent: are they {meant}?"
+    for factor in UNITS_MEANT:
+        message = f"multiplied by {factor:.10g} the coordinates are consistent: {unit_question(factor)}"
         yield Correction("unit", message, replace(contacts, points=contacts.points * factor), value=factor)
 
 
 def whole_files(contacts: Contacts) -> Stage:
     """All lengths in another unit than that of the file."""
-    for factor, meant in UNITS_MEANT.items():
+    for factor in UNITS_MEANT:
         scaled = replace(
             contacts,
             points=contacts.points * factor,
@@ -290,5 +293,6 @@ def whole_files(contacts: Contacts) -> Stage:
             tip_radius=contacts.tip_radius * factor,
             tip_offset=None if contacts.tip_offset is None else contacts.tip_offset * factor,
         )
-        message = f"multiplied by {factor:.10g} all lengths of the contacts are consistent: are they {meant}?"
+        question = unit_question(factor, all_lengths=True)
+        message = f"multiplied by {factor:.10g} all lengths of the contacts are consistent: {question}"
         yield Correction("unit", message, scaled, value=factor)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_faults import UNITS_MEANT, late_question, tip_words
+from tactfix.diagnosis.contact_faults import late_question, tip_words, unit_question
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
@@ -98,9 +98,10 @@ def _approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
 
 
 def _unit(hypothesis: Hypothesis) -> ValueAndMessage:
-    what = "all lengths of the contacts" if hypothesis.note == "whole" else "the coordinates"
-    factor = hypothesis.points
-    return factor, f"multiplied by {factor:.10g} {what} are consistent: are they {UNITS_MEANT[factor]}?"
+    factor, all_lengths = hypothesis.points, hypothesis.note == "whole"
+    what = "all lengths of the contacts" if all_lengths else "the coordinates"
+    question = unit_question(factor, all_lengths=all_lengths)
+    return factor, f"multiplied by {factor:.10g} {what} are consistent: {question}"
 
 
 def _tip(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:

@@ -284,5 +284,16 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
         lambda: staged_diagnosis(fixture, contacts, best, fits, solve_again, explained, trials),
     )
     nothing = f"{NOTHING_EXPLAINS} {CUT}" if trials and trials.is_cut else NOTHING_EXPLAINS
-    messages = tuple(cause.message for cause in found) or (nothing,)
+    messages = tuple(cause.message for cause in found) or (nothing, *_doubt_of_tip(fixture, contacts))
     return replace(result, warnings=(*result.warnings, *messages), diagnosis=found)
+
+
+def _doubt_of_tip(fixture: Fixture, contacts: Contacts) -> tuple[str, ...]:
+    """A tip that is larger than all that was touched: 3 (mm) read in the metres of a log."""
+    extent = float(np.linalg.norm(np.ptp(contacts.points, axis=0)))
+    if contacts.tip_radius <= extent:
+        return ()
+    return (
+        f"the tip radius, {contacts.tip_radius:.4g} {fixture.units}, is larger than the extent of the contacts, "
+        f"{extent:.4g} {fixture.units}: are it and sigma given in the unit of the contacts?",
+    )
