@@ -83,7 +83,9 @@ def test_what_would_call_home_is_stopped_by_the_page_itself(page):
     assert any("Content Security Policy" in error for error in page.errors)
 
 
-@pytest.mark.parametrize(("ending", "magic"), [(".pdf", b"%PDF-"), (".png", b"\x89PNG")])
+@pytest.mark.parametrize(
+    ("ending", "magic"), [(".pdf", b"%PDF-"), pytest.param(".png", b"\x89PNG", marks=pytest.mark.slow)]
+)
 def test_a_report_is_printed(ending, magic, contacts_file, tmp_path):
     out = tmp_path / f"report{ending}"
     assert run(["report", str(PLATE_FILE), str(contacts_file), "--output", str(out)]) == 0
