@@ -67,8 +67,8 @@ def undetermined(matrix: Floats, prior: Floats, tip: Bools, moves: Floats, varia
     ranges, the base's motions taken away. tip (f,): the tip's parameters, whose motions are taken away too.
     """
     rows = moves.reshape(-1, len(prior))
-    base = np.linalg.qr(rows[:, tip])[0]
-    rows = np.where(tip, 0.0, rows - base @ (base.T @ rows))
+    of_tip = np.linalg.qr(rows[:, tip])[0]
+    rows = np.where(tip, 0.0, rows - of_tip @ (of_tip.T @ rows))
     before = float(((rows * prior) ** 2).sum())
     after = float(np.einsum("ij,jk,ik->", rows, covariance(matrix, prior, prior, variance), rows))
     return float(np.sqrt(after / before)) if before > 0 else 0.0

@@ -173,8 +173,8 @@ def _judged(
 
 def _case(fixture: Fixture, touched: Touched, tip_radius: float, worst_sigma: float, locator: Locator) -> Case:
     sigma = float(np.sqrt((touched.sigmas**2).mean()))
-    ratio = min(_LOOSEST, max(_PLACES_EXCHANGED, ERROR_SIGMAS * sigma / (size_of(touched.surfaces.values()) or np.inf)))
     size = size_of(touched.surfaces.values())
+    ratio = min(_LOOSEST, max(_PLACES_EXCHANGED, ERROR_SIGMAS * sigma / (size or np.inf)))
     near = settled(symmetries(touched.surfaces, fixture.touch, ratio), fixture.placement, size)
     exchanges = tuple(s for s in near if s.confusable)
     wrong = tuple(misplaced(touched.surfaces, ERROR_SIGMAS * sigma))

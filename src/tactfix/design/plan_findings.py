@@ -201,7 +201,7 @@ def study_findings(study: LayoutStudy, is_symmetric: bool) -> Iterator[Finding]:
         return
     first, last = study.shares[0], study.shares[-1]
     open_ = ", ".join(f"{round(100 * (s.ambiguous + s.underdetermined))} % with {s.contacts}" for s in study.shares)
-    told = f"of {first.layouts} random layouts {open_} contacts leave more than one pose"
+    told = f"of {first.layouts} random layouts {open_} contacts leave more than one pose, or a motion free"
     if last.ambiguous + last.underdetermined <= _STRAGGLERS:
         yield Finding("uniqueness", "ok", told)
     else:

@@ -19,7 +19,7 @@ from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.rigid import homogeneous, inverse, rotation_from_vector, transform_points
 from tactfix.geometry.surfaces import moved, outward_normals, residuals
 from tactfix.localization.locate import locate
-from tactfix.results import Candidate
+from tactfix.results import Candidate, LocateResult
 from tactfix.values import frozen_value
 
 _AS_BAD_AS_SIGMA = 1e-3
@@ -52,14 +52,13 @@ def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = Fals
     Raises UsageError where no pose explains them.
     """
     result = locate(fixture, existing, explain=False)  # step 1
-    accepted = sorted((c for c in result.candidates if c.accepted), key=lambda candidate: candidate.chi2)
+    accepted = _accepted(result)
     if not accepted and tip_unknown and existing.flange_rotations is not None:
-        with_tip = locate(fixture, existing, unknown=["tip"])
-        for candidate in with_tip.candidates:
-            if candidate.accepted:
-                # What too few orientations leave free moves fixture and tip together, which is little.
-                pose = candidate.base_from_fixture
-                return Made(existing.moved(inverse(pose)), pose)
+        with_tip = _accepted(locate(fixture, existing, unknown=["tip"]))
+        if with_tip:
+            # What too few orientations leave free moves fixture and tip together, which is little.
+            pose = with_tip[0].base_from_fixture
+            return Made(existing.moved(inverse(pose)), pose)
     if not accepted:
         raise UsageError(
             f"the contacts already made do not give a pose to plan from ({result.status}); locate says why"
@@ -77,6 +76,11 @@ def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = Fals
             if best[0] < len(existing):  # step 4
                 return Made(existing.moved(inverse(best[1])), None)
     return Made(existing.moved(inverse(best[1])), None)
+
+
+def _accepted(result: LocateResult) -> list[Candidate]:
+    """The poses that are left, the one with the least chi-square first."""
+    return sorted((c for c in result.candidates if c.accepted), key=lambda candidate: candidate.chi2)
 
 
 def _possible(fixture: Fixture, contacts: Contacts, candidate: Candidate, turn: Floats) -> tuple[float, Floats]:

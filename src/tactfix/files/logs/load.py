@@ -109,7 +109,7 @@ def read_log(
     contacts, repeated = last_of_each_place(log.contacts, units) if wanted.repeats == "last" else (log.contacts, ())
     dropped = (*log.notes, *repeated)
     _check_tip_offset(format_name, units, contacts, wanted.tip_offset)
-    _check_features(name, contacts, dropped, wanted, fixture, problems)
+    _check_features(contacts, dropped, wanted, fixture, problems)
     header = ContactOptions(units=log.units, tip_radius=_tip_radius(contacts, problems))
     if said.units is None and log.units is None:
         problems.append(
@@ -195,7 +195,6 @@ def _missing(settings: Settings) -> list[Problem]:
 
 
 def _check_features(
-    name: str,
     contacts: Sequence[LogContact],
     notes: Sequence[str],
     wanted: LogOptions,
