@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactfix.errors import UsageError
-from tactfix.fixture import Placement
+from tactfix.placement import Placement
 from tests.support.problems import PLATE, placed, pose_of
 
 NEAR = pose_of(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), (1200, -350, 400))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tactfix.fixture import Feature, Fixture, Probe
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Probe
 from tactfix.probe import implied_probe_sigma, residual_sigmas
 from tests.support.touched_fixtures import problem
 

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     from tactfix.batching.row import BatchRow
     from tactfix.calibration.cell import Touches
     from tactfix.calibration.result import Calibration
-    from tactfix.contacts import Contacts, contacts_from_arrays
-    from tactfix.design.design_check import DesignReport, Wishes, design_check
+    from tactfix.contact_arrays import contacts_from_arrays
+    from tactfix.contacts import Contacts
+    from tactfix.design.design_check import design_check
+    from tactfix.design.design_report import DesignReport, Wishes
     from tactfix.errors import (
         DegenerateContactsError,
         FileError,
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
         TipDoesNotFitError,
         UsageError,
     )
+    from tactfix.feature import Feature
     from tactfix.files.cell_file import CellFile, load_cell
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
@@ -50,11 +53,13 @@ if TYPE_CHECKING:
     from tactfix.files.robot_file import write_robot
     from tactfix.fitting.fit import fit
     from tactfix.fitting.result import FitResult
-    from tactfix.fixture import Feature, Fixture, Placement, Probe
+    from tactfix.fixture import Fixture, Probe
     from tactfix.localization.locate import locate
+    from tactfix.locate_result import LocatedResult, LocateResult, NotLocatedResult
     from tactfix.monitoring.check import CheckResult, check
     from tactfix.monitoring.drift import CheckRecord
     from tactfix.monitoring.guide import GuideStep, guide
+    from tactfix.placement import Placement
     from tactfix.planning.plan import plan
     from tactfix.planning.result import Plan
     from tactfix.pose_formats.comparison import Limits, Movement, compare
@@ -63,7 +68,6 @@ if TYPE_CHECKING:
     from tactfix.qualification.qualify import qualify
     from tactfix.qualification.result import QualifyResult
     from tactfix.records import batch, calibrate, html_report, load_touches
-    from tactfix.results import LocatedResult, LocateResult, NotLocatedResult
     from tactfix.simulation.faults import Fault
     from tactfix.simulation.simulate import Simulation, simulate
     from tactfix.stacks.five_contact_cylinders import CylinderStack, cylinders_through_five
@@ -150,19 +154,19 @@ _HOMES = {
     "ContactOptions": "tactfix.files.contact_options",
     "Contacts": "tactfix.contacts",
     "CylinderStack": "tactfix.stacks.five_contact_cylinders",
-    "DesignReport": "tactfix.design.design_check",
+    "DesignReport": "tactfix.design.design_report",
     "Fault": "tactfix.simulation.faults",
     "FileError": "tactfix.errors",
     "FitResult": "tactfix.fitting.result",
-    "Feature": "tactfix.fixture",
-    "Placement": "tactfix.fixture",
+    "Feature": "tactfix.feature",
+    "Placement": "tactfix.placement",
     "Probe": "tactfix.fixture",
     "Fixture": "tactfix.fixture",
     "GuideStep": "tactfix.monitoring.guide",
     "Limits": "tactfix.pose_formats.comparison",
-    "LocateResult": "tactfix.results",
-    "LocatedResult": "tactfix.results",
-    "NotLocatedResult": "tactfix.results",
+    "LocateResult": "tactfix.locate_result",
+    "LocatedResult": "tactfix.locate_result",
+    "NotLocatedResult": "tactfix.locate_result",
     "Movement": "tactfix.pose_formats.comparison",
     "Plan": "tactfix.planning.result",
     "Pose": "tactfix.pose_formats.pose",
@@ -179,12 +183,12 @@ _HOMES = {
     "TipDoesNotFitError": "tactfix.errors",
     "TactfixError": "tactfix.errors",
     "UsageError": "tactfix.errors",
-    "Wishes": "tactfix.design.design_check",
+    "Wishes": "tactfix.design.design_report",
     "batch": "tactfix.records",
     "html_report": "tactfix.records",
     "check": "tactfix.monitoring.check",
     "compare": "tactfix.pose_formats.comparison",
-    "contacts_from_arrays": "tactfix.contacts",
+    "contacts_from_arrays": "tactfix.contact_arrays",
     "cylinders_through_five": "tactfix.stacks.five_contact_cylinders",
     "design_check": "tactfix.design.design_check",
     "fit": "tactfix.fitting.fit",

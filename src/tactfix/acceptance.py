@@ -4,7 +4,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import skew
-from tactfix.results import LocateResult
+from tactfix.locate_result import LocateResult
 
 
 def point_covariance(base_from_fixture: Floats, covariance: Floats, points_fixture: Floats) -> Floats:

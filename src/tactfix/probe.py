@@ -6,7 +6,8 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
-from tactfix.fixture import Feature, Fixture
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.settings import Setting
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH

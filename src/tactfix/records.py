@@ -20,9 +20,9 @@ from tactfix.files.log_options import log_options
 from tactfix.files.reading import Source, read_bytes
 from tactfix.files.touch_file import load_touches as read_touches
 from tactfix.fixture import Fixture
+from tactfix.locate_result import LocateResult
 from tactfix.report.html_page import InputFile, Judgement, Record, locate_page
 from tactfix.report.text_report import sentence
-from tactfix.results import LocateResult
 
 
 def batch(

@@ -65,15 +65,18 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def test_users_see_the_types(said: dict[str, str]) -> None:
-    assert 'Revealed type is "tactfix.results.LocatedResult | tactfix.results.NotLocatedResult"' in said["wrong"]
+    assert (
+        'Revealed type is "tactfix.locate_result.LocatedResult | tactfix.locate_result.NotLocatedResult"'
+        in said["wrong"]
+    )
     assert 'Argument "contacts" to "plan" has incompatible type "str"' in said["wrong"]
     assert said["wrong"].count(": error: ") == 1
 
 
 def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(said: dict[str, str]) -> None:
     assert re.findall(r'Revealed type is "([\w.]+)"', said["asking"]) == [
-        "tactfix.results.LocatedResult",
-        "tactfix.results.NotLocatedResult",
+        "tactfix.locate_result.LocatedResult",
+        "tactfix.locate_result.NotLocatedResult",
     ]
     assert ": error: " not in said["asking"]
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix import load_contacts, load_fixture, locate
-from tactfix.fixture import Placement
+from tactfix.placement import Placement
 from tests.benchmarks.clock import ROOT, best_of_each, heading, table
 from tests.support.flange_touches import PLATE, fixture_of
 from tests.unknowns.test_unknown_tip import plate_problem

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.calibration.calibrate import calibrate
 from tactfix.calibration.cell import Cell, Place, Touches
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
+from tactfix.placement import Placement
 from tests.support.arms import PLACES, SEATS, arm_cell, fixture, random_errors, touched_seats
 
 

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from tactfix.calibration.cell import Cell, Place
 from tactfix.calibration.touch_plan import TouchPlan, plan_touches
 from tactfix.errors import UsageError
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
+from tactfix.placement import Placement
 from tests.support.arms import PLACES, SEATS, arm_cell, fixture, tips
 
 SIGMA = 0.05

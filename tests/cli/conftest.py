@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tactfix.results import LocateResult, Status
+from tactfix.locate_result import LocateResult
+from tactfix.results import Status
 from tests.support.answers import LOCATING, answer
 from tests.support.file_texts import PAPER, contact_text, written
 

@@ -12,7 +12,8 @@ from tactfix.acceptance import point_covariance
 from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
-from tactfix.results import LocateResult, Status
+from tactfix.locate_result import LocateResult
+from tactfix.results import Status
 from tests.support.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
 
 Answers = Callable[[Status], None]

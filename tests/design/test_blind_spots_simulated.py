@@ -11,7 +11,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate

@@ -15,7 +15,7 @@ import pytest
 
 from tactfix.design.contact_counts import contact_counts, minimal_sets
 from tactfix.design.symmetries import symmetries
-from tactfix.fixture import Feature
+from tactfix.feature import Feature
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, moved
 from tactfix.localization.motion_words import free_motions

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.errors import UsageError
 from tactfix.explanations import explanation, explanations
 from tactfix.files.fixture_file import load_fixture

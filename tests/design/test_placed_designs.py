@@ -11,11 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.cli.app import run
 from tactfix.design.contact_counts import minimal_sets
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.files.fixture_file import load_fixture
-from tactfix.fixture import Placement, Probe
+from tactfix.fixture import Probe
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
+from tactfix.placement import Placement
 from tactfix.poses.pose_fit import refine
 from tactfix.simulation.simulate import simulate
 from tests.support.placed_cells import ball_and_bar, cube_corner, placed, plate_with_all, surfaces_of

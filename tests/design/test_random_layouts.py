@@ -6,7 +6,8 @@ from statistics import median
 import numpy as np
 import pytest
 
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.design.plan_findings import study_findings
 from tactfix.design.random_layouts import LayoutStudy, Study, UniqueShare, study_layouts
 from tactfix.errors import UsageError

@@ -10,7 +10,8 @@ import pytest
 
 from tactfix.errors import FileError
 from tactfix.files.fixture_file import load_fixture
-from tactfix.fixture import Placement, Probe
+from tactfix.fixture import Probe
+from tactfix.placement import Placement
 from tests.support.file_texts import PLACED, written
 
 KUKA = '{kuka: "{X 1200,Y -350,Z 400,A -90,B 0,C 0}"}'

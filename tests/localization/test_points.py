@@ -9,9 +9,11 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from tactfix import Contacts, LocateResult, contacts_from_arrays, locate
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.errors import DegenerateContactsError, UsageError
-from tactfix.fixture import AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation
+from tactfix.feature import Feature
+from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule, Probe, Relation
 from tactfix.geometry.surfaces import Plane, Point, Sphere, Surface
 from tactfix.localizers.point import localize_point
 from tactfix.planning.information import Criterion

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
-from tactfix.fixture import Placement
 from tactfix.localization.locate import locate
+from tactfix.placement import Placement
 from tests.support.shared_data import shared_data
 
 

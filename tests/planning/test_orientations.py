@@ -8,8 +8,8 @@ import pytest
 
 from tactfix.cli.app import run
 from tactfix.errors import UsageError
-from tactfix.fixture import Placement
 from tactfix.localization.locate import locate
+from tactfix.placement import Placement
 from tactfix.planning.plan import plan
 from tactfix.simulation.simulate import simulate
 from tests.support.placed_cells import plate_with_all

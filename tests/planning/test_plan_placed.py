@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.cli.app import run
 from tactfix.errors import UsageError
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import unit
 from tactfix.localization.locate import locate
+from tactfix.placement import Placement
 from tactfix.planning.information import CRITERIA, Objective, known_of, rows_of
 from tactfix.planning.plan import plan
 from tactfix.simulation.simulate import simulate

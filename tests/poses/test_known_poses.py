@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from tactfix.fixture import Placement
 from tactfix.localization.locate import locate
+from tactfix.placement import Placement
 from tactfix.poses.equations import evaluate
 from tactfix.poses.pose_domain import MeasuredPose, PoseDomain
 from tactfix.poses.search_frame import SearchFrame

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactfix import load_fixture
-from tactfix.contacts import contacts_from_arrays
+from tactfix.contact_arrays import contacts_from_arrays
 from tactfix.poses.rigid import rigid_solutions
 from tactfix.poses.solution import Solution, in_order
 from tests.support.project import ROOT

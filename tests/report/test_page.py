@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tactfix.cli.app import run
-from tactfix.design.design_check import Wishes
+from tactfix.design.design_report import Wishes
 from tactfix.errors import MissingExtraError
 from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture

@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactfix.cli.app import run
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.errors import UsageError
 from tactfix.files.contact_source import load_contacts
 from tactfix.localization.locate import locate

@@ -5,16 +5,8 @@ from importlib import import_module
 import numpy as np
 
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
-from tactfix.results import (
-    Candidate,
-    ContactResidual,
-    Diagnosis,
-    FreeMotion,
-    LocateResult,
-    NextContact,
-    Reason,
-    Status,
-)
+from tactfix.locate_result import LocateResult
+from tactfix.results import Candidate, ContactResidual, Diagnosis, FreeMotion, NextContact, Reason, Status
 
 LOCATING = import_module("tactfix.localization.locate")
 """Where locate is at home; tactfix.locate itself is the function."""

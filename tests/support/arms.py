@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tactfix.calibration.cell import Cell, Place, Prior, Touches
-from tactfix.fixture import Feature, Fixture, Probe
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Plane, Point, Surface
 from tactfix.kinematics.chain import Joint

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tactfix import Contacts, contacts_from_arrays
-from tactfix.fixture import Feature, Fixture, Probe
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere
 
 PLATE = {

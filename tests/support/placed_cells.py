@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tactfix.fixture import Feature, Fixture, Probe, TouchBox
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Probe, TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 OPEN = (-np.inf, np.inf)

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.design_check import Wishes, design_check
+from tactfix.design.design_check import design_check
+from tactfix.design.design_report import Wishes
 from tactfix.files.fixture_file import load_fixture
 
 # Without the study of random layouts.

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import AxisRule, Feature, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
+from tactfix.feature import Feature
+from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 
 INF = float("inf")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2 as chi_square
 
 from tactfix import locate
-from tactfix.fixture import Placement
+from tactfix.placement import Placement
 from tests.support.flange_touches import PLATE, fixture_of
 from tests.unknowns.test_unknown_tip import plate_problem, residuals_of
 

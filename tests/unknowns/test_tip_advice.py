@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactfix import locate
-from tactfix.contacts import contacts_from_arrays
+from tactfix.contact_arrays import contacts_from_arrays
 from tests.support.flange_touches import PLATE, RADIUS, SIGMA, fixture_of, orientations, plate_touches, touched
 from tests.unknowns.test_unknown_tip import plate_problem
 

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tactfix import load_contacts, load_fixture, locate
-from tactfix.fixture import Placement
 from tactfix.geometry.surfaces import Plane
+from tactfix.placement import Placement
 from tests.localization.test_real_part import drawn
 from tests.support.shared_data import shared_data
 

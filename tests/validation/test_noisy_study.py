@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tactfix.results import Candidate, LocateResult, Reason
+from tactfix.locate_result import LocateResult
+from tactfix.results import Candidate, Reason
 from tests.validation import noisy_poses
 from tests.validation.noisy_poses import Judge, Tally, examine
 from tests.validation.pose_oracle import all_real_poses

@@ -6,7 +6,8 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.results import LocateResult, Status
+from tactfix.locate_result import LocateResult
+from tactfix.results import Status
 from tactfix.values import frozen_value
 
 RowStatus: TypeAlias = Literal[Status, "error"]

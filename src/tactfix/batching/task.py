@@ -13,7 +13,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import FileError, TactfixError
 from tactfix.fixture import Fixture
 from tactfix.localization.locate import locate
-from tactfix.results import LocateResult
+from tactfix.locate_result import LocateResult
 from tactfix.settings import joined
 from tactfix.values import frozen_value
 

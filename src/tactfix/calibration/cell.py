@@ -6,9 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.kinematics.chain import Chain, Parameter
+from tactfix.placement import Placement
 from tactfix.values import ReadOnly, frozen_value
 
 TIP_RADIUS: Final = Parameter("tip_radius", "tip", False, "the effective radius of the tip")

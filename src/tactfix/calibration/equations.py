@@ -14,12 +14,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.calibration.cell import Cell, Touches
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.charts import equations
 from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.kinematics.chain import TipMotion
+from tactfix.placement import Placement
 from tactfix.poses.placement_terms import onto_placement, terms_at
 from tactfix.probe import with_feature_sigmas
 from tactfix.values import frozen_value

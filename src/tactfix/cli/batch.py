@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from tactfix.batching.task import BatchTask
     from tactfix.batching.workers import Spread
     from tactfix.files.batch_journal import BatchJournal
+    from tactfix.locate_result import LocateResult
     from tactfix.report.batch_summary import BatchCount
     from tactfix.report.batch_table import Writer
-    from tactfix.results import LocateResult
 
 
 def command(

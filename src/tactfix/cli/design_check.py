@@ -32,7 +32,7 @@ from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.design.design_check import DesignReport
+    from tactfix.design.design_report import DesignReport
     from tactfix.files.contact_options import ContactOptions
     from tactfix.fixture import Fixture
 
@@ -107,7 +107,8 @@ def command(
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
     from tactfix.cli.placement import placed
-    from tactfix.design.design_check import Wishes, design_check
+    from tactfix.design.design_check import design_check
+    from tactfix.design.design_report import Wishes
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
     from tactfix.explanations import explanation
     from tactfix.files.contact_options import ContactOptions

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from tactfix.contacts import Contacts
     from tactfix.fixture import Fixture
     from tactfix.geometry.arrays import Floats
-    from tactfix.results import LocateResult
+    from tactfix.locate_result import LocateResult
 
 
 def _explained(code: str | None) -> None:

@@ -6,7 +6,8 @@ from typing import cast
 
 from tactfix.decimal_text import numbers_of
 from tactfix.errors import UsageError
-from tactfix.fixture import DIRECTIONS, Direction, Fixture, Placement
+from tactfix.fixture import Fixture
+from tactfix.placement import DIRECTIONS, Direction, Placement
 from tactfix.wording import did_you_mean
 
 

@@ -7,8 +7,8 @@ from tactfix.cli.output import note
 from tactfix.cli.streams import program_for_people
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
+from tactfix.locate_result import LocateResult
 from tactfix.report.text_report import matrix_text, rounded_matrix_text
-from tactfix.results import LocateResult
 
 # The endings of the two formats that need no dialect, so that the common cases do not import all of them.
 _PLAIN_SUFFIXES = {"": "matrix", ".txt": "matrix", ".json": "json"}

@@ -187,7 +187,8 @@ def _input(role: str, path: str) -> "InputFile":
 
 def _design(record: "Record", sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:
     """The page of a design check, and its exit status."""
-    from tactfix.design.design_check import Wishes, design_check
+    from tactfix.design.design_check import design_check
+    from tactfix.design.design_report import Wishes
     from tactfix.report.browser_print import in_form
     from tactfix.report.html_design import design_page
 

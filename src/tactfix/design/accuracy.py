@@ -18,12 +18,12 @@ import numpy as np
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
 from tactfix.design.layout import Source
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.free_motions import tidied
 from tactfix.localization.motion_words import twist_in_words
+from tactfix.placement import Placement
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity

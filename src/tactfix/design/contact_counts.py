@@ -18,10 +18,12 @@ from types import MappingProxyType
 from typing import Final, TypeAlias
 
 from tactfix.design.known_place import left_free, unknowns
-from tactfix.fixture import Feature, Placement, Relation
+from tactfix.feature import Feature
+from tactfix.fixture import Relation
 from tactfix.geometry.motions import common_motions, twists
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import FeatureType, Point, Surface
+from tactfix.placement import Placement
 from tactfix.values import frozen_value
 
 # Fewest contacts that leave finitely many surfaces of their own, with the size known and with it unknown.

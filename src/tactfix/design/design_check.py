@@ -7,19 +7,15 @@ well spread ones: how sure the pose is, how far the nearest wrong pose lies, and
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.accuracy import Certainty
-from tactfix.design.blind_spot import BlindSpot
 from tactfix.design.contact_check import ContactCheck, check_contacts
-from tactfix.design.contact_counts import ContactCounts, separate_counts
-from tactfix.design.cylinder_layouts import CylinderLayout
-from tactfix.design.findings import Finding, Severity, count_findings, symmetry_findings, touch_findings, worst
+from tactfix.design.contact_counts import separate_counts
+from tactfix.design.design_report import DesignReport, Wishes
+from tactfix.design.findings import Finding, count_findings, symmetry_findings, touch_findings
 from tactfix.design.geometry_check import GeometryCheck, check_geometry
-from tactfix.design.margins import Margins
 from tactfix.design.nominal_contacts import Locator
 from tactfix.design.plan_findings import not_studied, study_findings
 from tactfix.design.pose_counts import PoseCount, kind_of_set, pose_count
@@ -30,11 +26,9 @@ from tactfix.design.random_layouts import (
     QUICK_LAYOUT_CONTACTS,
     LayoutStudy,
     MapFunction,
-    RealPoses,
     Study,
     study_layouts,
 )
-from tactfix.design.symmetries import Symmetry
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.nearest import same_surface
@@ -42,119 +36,6 @@ from tactfix.geometry.scale import SPECIAL_POSITION, tolerance_for
 from tactfix.geometry.surfaces import Surface
 from tactfix.localization.locate import locate
 from tactfix.relations.realization import realize
-from tactfix.results import FreeMotion, JsonResult
-from tactfix.values import frozen_value
-
-
-@frozen_value(eq=True)
-class Wishes:
-    """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
-
-    Parameters
-    ----------
-    at : tuple of tuples of three floats
-        Points (3,) of the fixture frame whose sigma is told.
-    sigma : float, optional
-        Of the probe where no contacts are given; it beats the fixture's.
-    tip_radius : float, optional
-        The same.
-    max_sigma : float, optional
-        An error where an extreme point is known worse.
-    layouts : int
-        Random layouts in the study of uniqueness, 0 for no study.
-    seed : int
-        Of that study.
-
-    Examples
-    --------
-    >>> tactfix.Wishes(layouts=0).at
-    ()
-    """
-
-    at: tuple[tuple[float, float, float], ...] = ()
-    sigma: float | None = None
-    tip_radius: float | None = None
-    max_sigma: float | None = None
-    layouts: int = DEFAULT_LAYOUTS
-    seed: int = 0
-
-
-@frozen_value
-class DesignReport(JsonResult):
-    """What design-check found, in the fixture frame and units; the names are those of the JSON.
-
-    Attributes
-    ----------
-    fixture : Fixture
-        What was checked.
-    is_rigid : bool
-        Whether the file makes the features one rigid body.
-    free_motions : tuple of FreeMotion
-        A basis of the motions that all features leave free.
-    symmetries : tuple of Symmetry
-        The finite group that maps the surfaces onto themselves, without the identity.
-    counts : ContactCounts
-        The fewest contacts, alone and together.
-    pose_counts : tuple of PoseCount or None
-        The complex poses of each of counts.minimal_sets, None where it is no set of six contacts.
-    certainty : Certainty or None
-        What the contacts promise; None, as margins, where a motion stays free or nothing says sigma.
-    margins : Margins or None
-        What lies near the right pose.
-    blind_spots : tuple of BlindSpot
-        Errors that the contacts cannot see.
-    layouts : tuple of CylinderLayout
-        How the contacts lie on each cylinder.
-    study : LayoutStudy
-        Of random layouts, empty where none was made.
-    findings : tuple of Finding
-        Each check with its status, its message and a hint.
-
-    Examples
-    --------
-    >>> cube = tactfix.load_fixture("fixtures/three-planes.yaml")
-    >>> tactfix.design_check(cube, wishes=tactfix.Wishes(layouts=0)).is_rigid
-    True
-    """
-
-    fixture: Fixture
-    is_rigid: bool
-    free_motions: tuple[FreeMotion, ...]
-    symmetries: tuple[Symmetry, ...]
-    counts: ContactCounts
-    pose_counts: tuple[PoseCount | None, ...]
-    certainty: Certainty | None
-    margins: Margins | None
-    blind_spots: tuple[BlindSpot, ...]
-    layouts: tuple[CylinderLayout, ...]
-    study: LayoutStudy
-    findings: tuple[Finding, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON of `tactfix design-check --json` as dictionaries, lists and numbers."""
-        from tactfix.report.design_json import design_json
-
-        return design_json(self)
-
-    def _repr_html_(self) -> str:
-        """The findings and the fixture for a notebook."""
-        from tactfix.report.html_design import design_html
-
-        return design_html(self)
-
-    def __repr__(self) -> str:
-        counts = [sum(finding.status == status for finding in self.findings) for status in ("error", "warning")]
-        return f"<DesignReport {self.fixture.name!r}: {self.status}, {counts[0]} errors, {counts[1]} warnings>"
-
-    @property
-    def status(self) -> Severity:
-        """The severity of the gravest finding."""
-        return worst(self.findings)
-
-    @property
-    def real_poses(self) -> tuple[RealPoses | None, ...]:
-        """What the study saw of each of counts.minimal_sets, of all sets of its kind; None where it saw none."""
-        return tuple(None if c is None else self.study.real_poses.get(c.kind) for c in self.pose_counts)
 
 
 def design_check(

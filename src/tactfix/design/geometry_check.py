@@ -18,7 +18,7 @@ from tactfix.design.findings import (
 from tactfix.design.known_place import left_free, settled
 from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import same_surface
 from tactfix.geometry.rigid import rotation_angle
@@ -26,6 +26,7 @@ from tactfix.geometry.scale import SPECIAL_POSITION, Tolerance, middle_of, toler
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import tidied
 from tactfix.localization.motion_words import free_motions, twist_in_words
+from tactfix.placement import Placement
 from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from tactfix.design.symmetries import Symmetry
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
+from tactfix.placement import Placement
 from tactfix.poses.placement_terms import search_limits
 from tactfix.poses.prior import deviation
 

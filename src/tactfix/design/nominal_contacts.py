@@ -6,11 +6,11 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Point, Surface, outward_normals
-from tactfix.results import LocateResult
+from tactfix.locate_result import LocateResult
+from tactfix.placement import Placement
 from tactfix.values import frozen_value
 
 ERROR_SIGMAS: Final = 10.0

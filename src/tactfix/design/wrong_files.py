@@ -14,11 +14,12 @@ from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis
 from tactfix.diagnosis.trial_search import searched_anew
-from tactfix.fixture import Placement, TouchBox
+from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.localization.elimination import assess
 from tactfix.mistakes import BlindSpotCode
+from tactfix.placement import Placement
 from tactfix.poses.rigid import solution_at
 from tactfix.wording import listed
 

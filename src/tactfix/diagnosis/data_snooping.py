@@ -20,9 +20,9 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.diagnosis.deletion import LEAST_REDUNDANCY, CaseDeletion, span_of
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints, cross
 from tactfix.noise import normal_limit
+from tactfix.placement import Placement
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import SMALLEST_RATIO, contact_residuals, sensitivity, with_known
 from tactfix.poses.solution import Solution

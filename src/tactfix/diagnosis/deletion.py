@@ -18,9 +18,9 @@ from functools import cached_property
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import chi_square_limit
+from tactfix.placement import Placement
 from tactfix.poses.pose_fit import SMALLEST_RATIO, sensitivity, with_known
 from tactfix.poses.solution import Solution
 from tactfix.values import frozen_value

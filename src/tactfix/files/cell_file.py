@@ -12,7 +12,7 @@ from tactfix.calibration.independence import asked_for
 from tactfix.errors import FileError
 from tactfix.files.fixture_file import load_fixture, placed
 from tactfix.files.reading import decode, read_bytes
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.fixture_format.cell import read_cell
 from tactfix.fixture_format.placement import check_placement, read_placement
 from tactfix.fixture_format.problems import Finding
@@ -23,6 +23,7 @@ from tactfix.kinematics.chain import Chain, Joint
 from tactfix.kinematics.denavit_hartenberg import Convention, Row, chain_of_rows
 from tactfix.kinematics.urdf import UrdfRobot, urdf_robot
 from tactfix.kinematics.urdf_syntax import UrdfError
+from tactfix.placement import Placement
 from tactfix.relations.realization import realize
 from tactfix.units import factor
 from tactfix.values import frozen_value

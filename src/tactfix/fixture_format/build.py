@@ -7,21 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.fixture import (
-    Axis,
-    AxisRule,
-    Feature,
-    Fixture,
-    FrameRecipe,
-    OriginRule,
-    Placement,
-    Probe,
-    Relation,
-    TouchBox,
-)
+from tactfix.feature import Feature
+from tactfix.fixture import Axis, AxisRule, Fixture, FrameRecipe, OriginRule, Probe, Relation, TouchBox
 from tactfix.fixture_format.entries import Entries, Entry
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.placement import Placement
 
 AXIS_KEYS: Final[tuple[Axis, ...]] = ("x", "y", "z")
 

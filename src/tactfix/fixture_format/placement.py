@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
 from tactfix.errors import FileError, UsageError
-from tactfix.fixture import Placement
 from tactfix.fixture_format.entries import Entry
 from tactfix.fixture_format.problems import Finding, Path
 from tactfix.geometry.arrays import Floats
+from tactfix.placement import Placement
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError, rigid_matrix
 from tactfix.settings import LOCATE_JSON

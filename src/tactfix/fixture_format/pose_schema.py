@@ -5,8 +5,8 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
-from tactfix.fixture import Direction as FreeDirection
 from tactfix.fixture_format.entry_schema import Length, Name, Strict
+from tactfix.placement import Direction as FreeDirection
 
 
 class CenterOf(Strict):

@@ -7,12 +7,13 @@
 
 from typing import TYPE_CHECKING, Any
 
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.fixture_format.build import build_fixture
 from tactfix.fixture_format.entries import Entries, entries_of
 from tactfix.fixture_format.json_schema import is_well_formed
 from tactfix.fixture_format.problems import Finding
 from tactfix.fixture_format.rules import check_entries
+from tactfix.placement import Placement
 
 if TYPE_CHECKING:
     from tactfix.fixture_format.placement import PoseFiles

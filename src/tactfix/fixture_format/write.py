@@ -5,9 +5,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tactfix.fixture import DIRECTIONS, AxisRule, Feature, Fixture, FrameRecipe, Placement, Relation, TouchBox
+from tactfix.feature import Feature
+from tactfix.fixture import AxisRule, Fixture, FrameRecipe, Relation, TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere
+from tactfix.placement import DIRECTIONS, Placement
 
 Document: TypeAlias = dict[str, Any]
 

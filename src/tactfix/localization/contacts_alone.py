@@ -16,9 +16,10 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Direction, Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.outcome import Outcome, outcome_from, outcome_of, status_of
+from tactfix.placement import Direction, Placement
 from tactfix.poses.prior import Contradiction, component, contradiction, deviation
 from tactfix.poses.solution import Solution
 from tactfix.results import Candidate, Reason, Status, WithoutPrior

@@ -22,10 +22,11 @@ from tactfix.localization.fit_test import residual_warnings
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.free_motions import free_motions, is_underdetermined
 from tactfix.localization.outcome import assessment_of, outcome_from, outcome_of, solve
+from tactfix.locate_result import LocatedResult, LocateResult, NotLocatedResult
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, Diagnosis, LocatedResult, LocateResult, NotLocatedResult, Status, Touched
+from tactfix.results import Candidate, Diagnosis, Status, Touched
 
 COINCIDENT_SIGMAS = 100.0
 """Extent of the contacts, in sigma, below which underdetermined contacts get a warning about their unit: fixtures are

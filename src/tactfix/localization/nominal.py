@@ -15,7 +15,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import Surface, moved
 from tactfix.localization.locate import locate
-from tactfix.results import LocateResult
+from tactfix.locate_result import LocateResult
 
 
 def standing(fixture: Fixture) -> Floats | None:

@@ -22,12 +22,13 @@ from tactfix.localization.elimination import assess
 from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.motion_words import vector
 from tactfix.localization.tip_advice import distinguishing_contact, suspects, tip_motions, turned_contact
+from tactfix.locate_result import LocateResult
 from tactfix.noise import SURE
 from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import largest_sigma
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import realize
-from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, Reason, Status, TipEstimate, WithoutPrior
+from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, Reason, Status, TipEstimate, WithoutPrior
 from tactfix.unknowns.search import TipSolutions, tip_solutions
 from tactfix.unknowns.solution import TipSolution
 

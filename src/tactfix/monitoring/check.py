@@ -23,10 +23,11 @@ from tactfix.geometry.arrays import Frozen
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import moved
 from tactfix.localization.locate import locate
+from tactfix.locate_result import LocateResult
 from tactfix.monitoring.drift import CHANCE, CheckRecord, Drift, drift_of
 from tactfix.pose_formats.comparison import Limits, Movement, compare, exceeded
 from tactfix.pose_formats.pose import Pose
-from tactfix.results import JsonResult, LocateResult
+from tactfix.results import JsonResult
 from tactfix.units import factor
 from tactfix.values import frozen_value
 

@@ -7,7 +7,8 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.locate import locate
-from tactfix.results import JsonResult, LocateResult
+from tactfix.locate_result import LocateResult
+from tactfix.results import JsonResult
 from tactfix.values import frozen_value
 
 MOST_MOTIONS: Final = 2

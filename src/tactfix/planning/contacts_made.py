@@ -19,7 +19,8 @@ from tactfix.geometry.arrays import TINY, Floats
 from tactfix.geometry.rigid import homogeneous, inverse, rotation_from_vector, transform_points
 from tactfix.geometry.surfaces import moved, outward_normals, residuals
 from tactfix.localization.locate import locate
-from tactfix.results import Candidate, LocateResult
+from tactfix.locate_result import LocateResult
+from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
 _AS_BAD_AS_SIGMA = 1e-3

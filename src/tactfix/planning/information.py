@@ -11,9 +11,9 @@ from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Frozen
 from tactfix.geometry.rigid import skew
+from tactfix.placement import Placement
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.values import frozen_value
 

@@ -17,8 +17,9 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.surfaces import Point, outward_normals
 from tactfix.localization.nominal import locate_nominal
+from tactfix.locate_result import LocateResult
 from tactfix.noise import chi_square_limit
-from tactfix.results import Candidate, LocateResult
+from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
 # A second pose nearer than this, in the root of its chi-square, is a rival.

@@ -21,10 +21,10 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
+from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.feature_rotations import TURNS, rotations_in
 from tactfix.poses.pose_fit import PoseFit, fit_at

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, transform_points
 from tactfix.noise import chi_square_limit
+from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations
 from tactfix.poses.pose_domain import MeasuredPose, PoseDomain
 

@@ -13,10 +13,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Bools, Floats, cross
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import SidedSurface, Surface, moved, rescaled, residuals_and_normals
+from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import onto_placement, terms_at, with_placement
 from tactfix.values import frozen_value

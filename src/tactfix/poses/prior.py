@@ -11,9 +11,9 @@ from typing import Protocol
 
 import numpy as np
 
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints
 from tactfix.noise import SURE, chi_square_limit
+from tactfix.placement import Placement
 from tactfix.poses.pose_domain import turn_vectors
 from tactfix.values import frozen_value
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, moved
+from tactfix.placement import Placement
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.descent import descend, stepped
 from tactfix.poses.equations import PoseEquations, evaluate

@@ -7,12 +7,12 @@ from itertools import combinations
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, rescaled
+from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import with_placement
 from tactfix.poses.zeros import Zeros

@@ -16,7 +16,8 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import NotQualifiedError, UsageError
-from tactfix.fixture import Feature, Fixture
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, Ints, lengths, unit
 from tactfix.geometry.surfaces import Side, Sphere
 from tactfix.localizers.sphere import localize_sphere

@@ -7,7 +7,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Feature, Fixture, Relation
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Relation
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import other_point
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius

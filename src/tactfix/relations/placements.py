@@ -27,7 +27,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Feature, Fixture, Relation
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Relation
 from tactfix.geometry.arrays import TINY, Bools, Floats, basis_across, cross, lengths, unit
 from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, other_point
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface

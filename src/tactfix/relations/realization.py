@@ -21,7 +21,8 @@ from random import Random
 
 import numpy as np
 
-from tactfix.fixture import Feature, Fixture
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import TINY, unit
 from tactfix.geometry.charts import dimension, displaced, rigid_displacements

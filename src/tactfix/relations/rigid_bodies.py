@@ -17,10 +17,11 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.frame import frames, recipe_of
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Surface
+from tactfix.placement import Placement
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.rigid import rigid_solutions
 from tactfix.poses.robust_poses import robust_poses

@@ -19,7 +19,8 @@ from random import Random
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Feature, Fixture
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Sphere, Surface
 from tactfix.noise import chi_square_limit

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from tactfix.design.accuracy import Certainty, Influence, PointSigma
-from tactfix.design.design_check import DesignReport
+from tactfix.design.design_report import DesignReport
 from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import RealPoses
 from tactfix.geometry.arrays import Floats

@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree
 
-from tactfix.design.design_check import DesignReport
+from tactfix.design.design_report import DesignReport
 
 
 def design_junit(report: DesignReport) -> str:

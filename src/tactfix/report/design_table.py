@@ -12,7 +12,7 @@ from rich.text import Text
 
 from tactfix.design.accuracy import Certainty, Influence
 from tactfix.design.contact_counts import ContactCounts
-from tactfix.design.design_check import DesignReport
+from tactfix.design.design_report import DesignReport
 from tactfix.design.findings import Severity
 from tactfix.design.margins import Margins
 from tactfix.design.random_layouts import LayoutStudy, RealPoses

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.design.design_check import DesignReport
+from tactfix.design.design_report import DesignReport
 from tactfix.relations.realization import realize
 from tactfix.report.design_table import design_summary
 from tactfix.report.html_page import Record, render

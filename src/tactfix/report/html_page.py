@@ -15,9 +15,9 @@ from tactfix.contacts import Contacts
 from tactfix.errors import MissingExtraError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.locate_result import LocateResult
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, accused_rows, feature_colors, locate_figure, pose_colors
 from tactfix.report.text_report import matrix_text, reason_text, residual_text, sentence, verdict_lines
-from tactfix.results import LocateResult
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
 from tactfix.wording import borne

@@ -14,8 +14,9 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
+from tactfix.locate_result import LocateResult
 from tactfix.report.html_shapes import ellipsoid_grid, patch
-from tactfix.results import Candidate, ContactResidual, LocateResult
+from tactfix.results import Candidate, ContactResidual
 
 Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]

@@ -11,6 +11,7 @@ from tactfix.fitting.result import FitCandidate, FitResult
 from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, SidedSurface, Sphere, Surface
+from tactfix.locate_result import LocateResult
 from tactfix.qualification.result import DirectionMean, Drift, QualifyResult, Step
 from tactfix.report.json_report import FIT_SCHEMA, Json
 from tactfix.report.qualify_report import QUALIFY_SCHEMA
@@ -20,7 +21,6 @@ from tactfix.results import (
     ContactResidual,
     Diagnosis,
     FreeMotion,
-    LocateResult,
     NextContact,
     Reason,
     TipEstimate,

@@ -12,7 +12,8 @@ from tactfix.acceptance import point_covariance, sigma_at
 from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, LocateResult, NextContact, Reason, TipEstimate
+from tactfix.locate_result import LocateResult
+from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, NextContact, Reason, TipEstimate
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:

@@ -29,11 +29,11 @@ _COMMAND_TYPES: Final = {
     "plan": "json_types_of_tools:PlanJson",
     "simulate": "json_types_of_tools:SimulateJson",
     "qualify": "json_types_of_tools:QualifyJson",
-    "calibrate": "json_types_of_tools:CalibrateJson",
+    "calibrate": "json_types_of_calibration:CalibrateJson",
     "batch": "json_types_of_tools:BatchJson",
 }
 """The type of the JSON of each command that prints any, by module and name."""
-_MORE: Final = {"calibrate-plan": "json_types_of_tools:CalibratePlanJson"}
+_MORE: Final = {"calibrate-plan": "json_types_of_calibration:CalibratePlanJson"}
 """Of commands with an option that makes another thing of them."""
 
 JSON_COMMANDS: Final = tuple(_COMMAND_TYPES)

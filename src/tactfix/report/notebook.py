@@ -18,10 +18,10 @@ from rich.terminal_theme import TerminalTheme
 
 from tactfix.contacts import Contacts
 from tactfix.errors import MissingExtraError
+from tactfix.locate_result import LocateResult
 from tactfix.report.html_page import finite, templates_and_plotly
 from tactfix.report.html_scene import locate_figure
 from tactfix.report.summary import summary
-from tactfix.results import LocateResult
 
 _TEXT_WIDTH: Final = 100
 """Characters of a line: what the cell of a notebook shows on a laptop."""

@@ -10,10 +10,10 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.motion_words import vector
+from tactfix.locate_result import LocateResult
 from tactfix.planning.result import Plan
 from tactfix.pose_formats import DIALECTS
 from tactfix.report.text_report import decimal
-from tactfix.results import LocateResult
 from tactfix.simulation.simulate import CONE_DEG, Simulation
 from tactfix.wording import spreadsheet_cell
 

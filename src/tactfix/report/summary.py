@@ -13,8 +13,9 @@ from rich.text import Text
 
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
+from tactfix.locate_result import LocateResult
 from tactfix.report.text_report import reason_text, residual_text, sentence, verdict_lines
-from tactfix.results import Candidate, ContactResidual, LocateResult, Status
+from tactfix.results import Candidate, ContactResidual, Status
 from tactfix.wording import decimals, fixed
 
 _CONTACTS_LISTED: Final = 20

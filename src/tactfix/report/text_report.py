@@ -8,7 +8,8 @@ import numpy as np
 from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
-from tactfix.results import LocateResult, NextContact, Reason
+from tactfix.locate_result import LocateResult
+from tactfix.results import NextContact, Reason
 from tactfix.wording import decimals, fixed, listed
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ quaternions whose axis has the free components alone, translations over the ball
 
 import numpy as np
 
-from tactfix.fixture import Fixture, Placement
+from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, rotation_from_vector
+from tactfix.placement import Placement
 from tactfix.units import factor
 
 TABLE_STEPS = 512

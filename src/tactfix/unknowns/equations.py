@@ -22,10 +22,10 @@ from typing import Final
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
 from tactfix.geometry.rigid import orthonormalized, rotation_from_vector, skew
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.placement import Placement
 from tactfix.poses.pose_domain import inverse_left_jacobian, turn_vectors
 from tactfix.values import frozen_value
 

@@ -20,10 +20,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
-from tactfix.fixture import Placement
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.surfaces import Surface, moved
 from tactfix.noise import chi_square_limit
+from tactfix.placement import Placement
 from tactfix.poses.all_poses import all_poses
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals

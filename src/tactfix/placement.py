@@ -1,0 +1,111 @@
+"""What is known of where a fixture stands before it is touched: limits, a measured pose, directions held."""
+
+from typing import Annotated, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from tactfix.errors import UsageError
+from tactfix.geometry.arrays import Bools, Floats, Frozen, frozen
+from tactfix.values import frozen_value
+
+Direction: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
+"""A translation along a base axis, or a rotation about one."""
+
+
+DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
+
+
+SINGULAR_CORRELATION = 1e-12
+"""Smallest eigenvalue of a correlation matrix below which the covariance holds a direction."""
+
+
+def _frozen_if_array(sigma: tuple[float, float] | Floats) -> tuple[float, float] | Floats:
+    return frozen(sigma) if isinstance(sigma, np.ndarray) else sigma
+
+
+@frozen_value
+class Placement:
+    """What is known of where the fixture stands before it is touched.
+
+    Parameters
+    ----------
+    near : (4, 4) array
+        base_from_fixture, in the fixture's units.
+    within : tuple of two floats, optional
+        Limits of the translation of the fixture's origin (length) and of the rotation (rad) from near.
+    sigma : tuple of two floats or (6, 6) array, optional
+        near is a measurement with these standard deviations of each component, translation (length) and rotation (rad),
+        or with this covariance in the order of a pose's: rotation (rad), translation, base axes.
+    free : frozenset of {"x", "y", "z", "rx", "ry", "rz"}, optional
+        Only these may differ from near, rotations about base axes through the fixture's origin at near, then
+        translations; None: all.
+
+    Raises
+    ------
+    UsageError
+        What cannot be meant: no rigid motion, within and sigma together, no direction.
+
+    Examples
+    --------
+    >>> tactfix.Placement(np.eye(4), within=(20.0, 0.1)).within
+    (20.0, 0.1)
+    """
+
+    near: Frozen
+    within: tuple[float, float] | None = None
+    sigma: Annotated[tuple[float, float] | Floats, _frozen_if_array] | None = None
+    free: frozenset[Direction] | None = None
+
+    def __post_init__(self) -> None:
+        if self.within is not None and self.sigma is not None:
+            raise UsageError("the pose known beforehand has limits or a sigma, not both")
+        if self.within is not None and not min(self.within) >= 0:
+            raise UsageError("the limits of the pose known beforehand must not be negative")
+        if self.free is not None and not self.free:
+            raise UsageError(f"nothing may differ from the pose known beforehand; name one of {', '.join(DIRECTIONS)}")
+        covariance = self.covariance
+        if covariance is not None and not _is_positive_definite(covariance):
+            what = "the sigma of the pose known beforehand must be above zero in every direction"
+            raise UsageError(f"{what}; where one is held, name the others as free")
+
+    @property
+    def is_in_fit(self) -> bool:
+        """Whether it takes part in the fit, as a measurement or by directions that are held; limits only eliminate."""
+        return self.sigma is not None or self.free is not None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it says anything of poses; near alone does not."""
+        return self.within is not None or self.is_in_fit
+
+    @property
+    def covariance(self) -> Floats | None:
+        """The covariance (6, 6) of near where it is a measurement: rx ry rz (rad), tx ty tz (length)."""
+        if self.sigma is None or isinstance(self.sigma, np.ndarray):
+            return self.sigma
+        translation, rotation = self.sigma
+        return np.diag([rotation**2] * 3 + [translation**2] * 3)
+
+    @property
+    def dof(self) -> int:
+        """How many equations a measurement gives, less the unknowns of the pose."""
+        return (6 if self.sigma is not None else 0) - int(self.turns.sum() + self.shifts.sum())
+
+    @property
+    def turns(self) -> Bools:
+        """The base axes (3,) about which the fixture may be turned from near."""
+        return np.array([self.free is None or f"r{axis}" in self.free for axis in "xyz"])
+
+    @property
+    def shifts(self) -> Bools:
+        """The base axes (3,) along which the fixture may be shifted from near."""
+        return np.array([self.free is None or axis in self.free for axis in "xyz"])
+
+
+def _is_positive_definite(covariance: Floats) -> bool:
+    """Whether it is a finite covariance (6, 6) of full rank, whatever the unit of length."""
+    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+        return False
+    sigmas = np.sqrt(np.abs(np.diag(covariance)))
+    scaled = covariance / np.outer(sigmas, sigmas) if sigmas.all() else np.zeros((6, 6))
+    return bool(np.allclose(scaled, scaled.T) and np.linalg.eigvalsh(scaled)[0] > SINGULAR_CORRELATION)
