@@ -13,7 +13,7 @@ import typer
 
 import tactfix
 from tactfix import settings
-from tactfix.cli.commands import COMMANDS, command_of
+from tactfix.cli.application import COMMANDS, command_of
 from tactfix.settings import Setting, Wording, joined, on_command_line
 from tests.support.project import ROOT
 

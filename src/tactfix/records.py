@@ -5,18 +5,17 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
+from tactfix.batching.batch import here, spread_over
 from tactfix.batching.processes import LocalProcesses
 from tactfix.batching.row import BatchRow
 from tactfix.batching.task import BatchTask
-from tactfix.batching.workers import here, spread_over
 from tactfix.calibration.calibrate import calibrate as calibrated
 from tactfix.calibration.cell import Touches
 from tactfix.calibration.result import Calibration
 from tactfix.contacts import Contacts
 from tactfix.files.cell_file import CellFile
-from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.contact_sets import SetReader, find_sets
-from tactfix.files.log_options import log_options
 from tactfix.files.reading import Source, read_bytes
 from tactfix.files.touch_file import load_touches as read_touches
 from tactfix.fixture import Fixture

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tactfix.cli.commands import COMMANDS
+from tactfix.cli.application import COMMANDS
 from tactfix.fixture_format.json_schema import conforms
 from tactfix.report.json_schema import JSON_COMMANDS
 from tests.support.command_line import tactfix

@@ -103,7 +103,7 @@ def keys_of(block: str) -> set[str]:
 
 
 def test_every_command_and_dialect_is_told() -> None:
-    from tactfix.cli.commands import COMMANDS
+    from tactfix.cli.application import COMMANDS
     from tactfix.files.logs import LOG_FORMATS
     from tactfix.pose_formats import DIALECTS
 
@@ -115,7 +115,7 @@ def test_every_command_and_dialect_is_told() -> None:
 
 
 def test_every_option_that_the_pages_name_exists() -> None:
-    from tactfix.cli.commands import COMMANDS
+    from tactfix.cli.application import COMMANDS
 
     helps = "".join(tactfix(command, "--help").stdout for command in COMMANDS)
     known = set(re.findall(r"--[a-z][a-z-]+", helps)) | {"--version", "--install-completion"}

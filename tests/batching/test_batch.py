@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from tactfix import load_contacts, load_fixture, locate
-from tactfix.batching.batch import run_batch
-from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.batch import here, run_batch, spread_over
 from tactfix.batching.processes import LocalProcesses
 from tactfix.batching.row import row_json, row_of_json
-from tactfix.batching.task import BatchTask, locate_set
-from tactfix.batching.workers import here, spread_over
+from tactfix.batching.task import BatchTask, ContactSet, locate_set
 from tactfix.files.batch_journal import BatchJournal
 from tests.support.contact_sets import PLAIN, blank, buggy, contact_file, contact_sets, deadly, pose, slow, write_cell
 

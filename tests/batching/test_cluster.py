@@ -12,10 +12,9 @@ from pathlib import Path
 import pytest
 
 from tactfix import load_fixture, locate, plan
-from tactfix.batching.batch import run_batch
+from tactfix.batching.batch import run_batch, spread_over
 from tactfix.batching.cluster import ClusterError, DaskCluster
 from tactfix.batching.task import BatchTask, locate_set
-from tactfix.batching.workers import spread_over
 from tactfix.cli import main
 from tactfix.design.random_layouts import Study, study_layouts
 from tactfix.files.batch_journal import BatchJournal

@@ -16,7 +16,7 @@ import pytest
 
 from tactfix.batching.cluster import DaskCluster
 from tactfix.errors import MissingExtraError
-from tactfix.report.batch_table import WRITERS, find_writer
+from tactfix.report.batch_report import WRITERS, find_writer
 from tests.support.command_line import Ran, tactfix
 from tests.support.contact_sets import contact_file, pose, rows, write_cell
 

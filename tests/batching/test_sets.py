@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactfix import Fixture, load_contacts, load_fixture
-from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.task import ContactSet
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError
 from tactfix.files.contact_sets import find_sets

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from clock import IMPORT_NUMPY, best_processes, heading, table
 
-from tactfix.cli.commands import COMMANDS
+from tactfix.cli.application import COMMANDS
 
 TACTFIX = str(Path(sys.executable).with_name("tactfix"))
 WITHOUT_QUICK_VALUES = (

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tactfix.cli import main
-from tactfix.cli.commands import COMMANDS, module_of
+from tactfix.cli.application import COMMANDS, module_of
 from tactfix.errors import DegenerateContactsError, FileError, MissingExtraError, Problem, UsageError
 from tactfix.version import VERSION
 from tests.support.answers import LOCATING

@@ -9,7 +9,7 @@ import pytest
 
 from tactfix.errors import FileError, Problem
 from tactfix.fixture import Fixture
-from tactfix.fixture_format.problems import Finding
+from tactfix.fixture_format.entries import Finding
 from tactfix.fixture_format.read import read_fixture
 from tactfix.pose_formats.pose import Pose
 from tactfix.yaml_tree import read_tree

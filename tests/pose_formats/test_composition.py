@@ -6,9 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.cli.app import run
 from tactfix.errors import PoseRefusedError, UsageError
-from tactfix.pose_formats.composition import inverse, on
 from tactfix.pose_formats.convert import write_pose
-from tactfix.pose_formats.pose import Pose
+from tactfix.pose_formats.pose import Pose, composed, inverted
 
 RNG = np.random.default_rng(7)
 
@@ -48,16 +47,16 @@ def assert_like(covariance, errors):
 
 def test_an_inverse_is_one_and_its_covariance_is_that_of_sampled_inverses():
     pose = some_pose()
-    back = inverse(pose)
+    back = inverted(pose)
     np.testing.assert_allclose(back.base_from_fixture @ pose.base_from_fixture, np.eye(4), atol=1e-10)
-    np.testing.assert_allclose(inverse(back).covariance, pose.covariance, atol=1e-12)
+    np.testing.assert_allclose(inverted(back).covariance, pose.covariance, atol=1e-12)
     found = [errors_of(np.linalg.inv(disturbed(pose, e)), back.base_from_fixture) for e in sampled(pose)]
     assert_like(back.covariance, np.array(found))
 
 
 def test_a_pose_upon_another_and_the_covariance_of_both():
     outer, inner = some_pose(), some_pose()
-    both = on(outer, inner)
+    both = composed(outer, inner)
     np.testing.assert_allclose(both.base_from_fixture, outer.base_from_fixture @ inner.base_from_fixture, atol=1e-10)
     pairs = zip(sampled(outer), sampled(inner), strict=True)
     found = [errors_of(disturbed(outer, a) @ disturbed(inner, b), both.base_from_fixture) for a, b in pairs]
@@ -67,9 +66,9 @@ def test_a_pose_upon_another_and_the_covariance_of_both():
 def test_units_are_reconciled_or_asked_for():
     outer, inner = some_pose("m"), some_pose("mm")
     expected = outer.in_units("mm").base_from_fixture @ inner.base_from_fixture
-    np.testing.assert_allclose(on(outer, inner).base_from_fixture, expected)
+    np.testing.assert_allclose(composed(outer, inner).base_from_fixture, expected)
     with pytest.raises(UsageError, match="give units"):
-        on(Pose(np.eye(4), None), inner)
+        composed(Pose(np.eye(4), None), inner)
 
 
 def test_convert_composes_a_new_offset_from_an_old_one(tmp_path, capsys):

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.cli.app import run
 from tactfix.placement import DIRECTIONS, Placement
-from tactfix.simulation.placed_poses import placed_pose
+from tactfix.simulation.poses import placed_pose
 from tactfix.simulation.simulate import simulate
 from tests.support.placed_cells import plate_with_all
 from tests.support.project import ROOT

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.task import ContactSet
 from tactfix.contacts import Contacts
 from tactfix.files.contact_options import ContactOptions
 from tactfix.files.contact_sets import SetReader

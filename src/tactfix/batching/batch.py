@@ -1,13 +1,122 @@
-"""Many contact sets of one fixture: a row for each, in order, kept in a journal so that a batch can go on later."""
+"""Many contact sets of one fixture: spread over workers, a row for each, in order.
 
+Rows are kept in a journal, so that a batch can go on later. A set whose worker dies gets exactly one row too.
+"""
+
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Protocol
 
-from tactfix.batching.contact_set import ContactSet
-from tactfix.batching.row import BatchRow
-from tactfix.batching.task import BatchTask, Numbered, locate_set
-from tactfix.batching.workers import Spread
+from tactfix.batching.row import BatchRow, row_of_failure
+from tactfix.batching.task import BatchTask, ChunkDone, ContactSet, Numbered, NumberedRow, locate_chunk, locate_set
+
+# Sets are sent together until a chunk takes this long (s): sending then costs little, and little is lost or late.
+_CHUNK_TIME = 0.2
+_MOST_TOGETHER = 256
+"""Sets in one chunk at most, so that little is lost where a process dies."""
+# Chunks under way or waiting for each worker, so that none is idle.
+_CHUNKS_AHEAD = 2
+
+
+class Workers(Protocol):
+    """Who locates sets: processes of this machine, or of a cluster."""
+
+    @property
+    def deaths(self) -> tuple[type[BaseException], ...]:
+        """What a chunk raises whose worker died."""
+
+    def open(self) -> AbstractContextManager[tuple[Executor, int]]:
+        """An executor, fresh where the last one broke, and how many chunks it works on at the same time."""
+
+
+def here(task: BatchTask, numbered: Iterator[Numbered]) -> Iterator[NumberedRow]:
+    """The rows of all sets, one after the other, in this process."""
+    for one in numbered:
+        yield from locate_chunk(task, (one,)).rows
+
+
+def spread_over(workers: Workers, task: BatchTask, numbered: Iterator[Numbered]) -> Iterator[NumberedRow]:
+    """The row of each set, as they are done. numbered is read only as far as workers can follow.
+
+    Where a worker dies, the sets that it may have worked on are located again, one at a time; the set at which a worker
+    dies alone gets a row that says so.
+    """
+    supply = _Supply(numbered)
+    while not supply.is_empty:
+        orphans: list[Numbered] = []
+        yield from _until_a_death(workers, task, supply, orphans)
+        yield from _one_at_a_time(workers, task, deque(orphans))
+
+
+@dataclass(slots=True)
+class _Supply:
+    """Sets in chunks of a size that follows from how long the last ones took."""
+
+    numbered: Iterator[Numbered]
+    size: int = 1
+    is_empty: bool = False
+
+    def next_chunk(self) -> tuple[Numbered, ...]:
+        """The next few sets; none or fewer than usual at the end."""
+        chunk = tuple(islice(self.numbered, self.size))
+        self.is_empty = len(chunk) < self.size
+        return chunk
+
+    def learn(self, done: ChunkDone) -> None:
+        """Send as many together as take _CHUNK_TIME, growing no faster than twofold."""
+        fitting = int(_CHUNK_TIME * len(done.rows) / max(done.seconds, 1e-9))
+        self.size = max(1, min(fitting, 2 * self.size, _MOST_TOGETHER))
+
+
+def _until_a_death(
+    workers: Workers, task: BatchTask, supply: _Supply, orphans: list[Numbered]
+) -> Iterator[NumberedRow]:
+    """Rows until all is done, or until a worker dies and all that was sent out has come back, or is among orphans."""
+    under_way: dict[Future[ChunkDone], tuple[Numbered, ...]] = {}
+    with workers.open() as (executor, width):
+        while True:
+            while not orphans and not supply.is_empty and len(under_way) < _CHUNKS_AHEAD * width:
+                chunk = supply.next_chunk()
+                try:
+                    under_way[executor.submit(locate_chunk, task, chunk)] = chunk
+                except workers.deaths:
+                    orphans.extend(chunk)
+            if not under_way:
+                return
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                chunk = under_way.pop(future)
+                try:
+                    done = future.result()
+                except workers.deaths:
+                    orphans.extend(chunk)
+                else:
+                    supply.learn(done)
+                    yield from done.rows
+
+
+def _one_at_a_time(workers: Workers, task: BatchTask, orphans: deque[Numbered]) -> Iterator[NumberedRow]:
+    while orphans:
+        with workers.open() as (executor, _):
+            alive = True
+            while orphans and alive:
+                number, contact_set = orphans.popleft()
+                try:
+                    yield from executor.submit(locate_chunk, task, ((number, contact_set),)).result().rows
+                except workers.deaths:
+                    alive = False
+                    what = (
+                        "the process that located this set died, alone with it: it may need more memory than there is"
+                    )
+                    yield number, row_of_failure(contact_set.name, what, task.fixture.units)
+
+
+Spread = Callable[[BatchTask, Iterator[Numbered]], Iterator[NumberedRow]]
+"""Locates numbered sets, in any order: here, or by workers."""
+
 
 ProgressCallback = Callable[[int], None]
 """Told how many sets are done, each time one is."""

@@ -1,13 +1,13 @@
 """What is to be done with each set of a batch, and doing it: no set, whatever is in it, stops the others."""
 
 from collections.abc import Callable, Sequence
+from hashlib import sha256
 from time import perf_counter
 from typing import TypeAlias
 
 import numpy as np
 
 from tactfix.acceptance import exceeded_gates
-from tactfix.batching.contact_set import ContactSet
 from tactfix.batching.row import BatchRow, row_of_failure, row_of_result
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, TactfixError
@@ -16,6 +16,26 @@ from tactfix.localization.locate import locate
 from tactfix.locate_result import LocateResult
 from tactfix.settings import joined
 from tactfix.values import frozen_value
+
+
+@frozen_value(eq=True)
+class ContactSet:
+    """The contacts of one set as the bytes of a file, so that the worker needs neither the file nor its disk.
+
+    name: what results call it. unreadable: why there is no content, None where there is. lines: the line of the table
+    that each line of content comes from, None where content is a file of its own, empty where there are no lines.
+    """
+
+    name: str
+    content: bytes = b""
+    unreadable: str | None = None
+    lines: tuple[int, ...] | None = None
+
+    def key(self, task_digest: str) -> str:
+        """A checksum of all that its row depends on: the task's digest, the name and the contacts."""
+        parts = (task_digest.encode(), self.name.encode(), self.content)
+        return sha256(b"".join(len(part).to_bytes(8, "big") + part for part in parts)).hexdigest()
+
 
 Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]
 """Makes the contacts of a set, and notes on what was left out; raises TactfixError where it cannot."""

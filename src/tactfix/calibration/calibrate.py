@@ -3,7 +3,7 @@
 1. The robot is fitted to the touches at all places but those held out (`robot_fit`).
 2. Covariance, what the touches identify, and what they leave unknown follow from the equations there (`accuracy`).
 3. The result tells parameters, tip, places, residuals, outliers, and what the tip is off by over the joint ranges.
-4. A status says whether this robot may be written (`verdict`).
+4. A status says whether this robot may be written (`status`).
 5. Each place held out is located with the robots before and after.
 """
 
@@ -26,7 +26,7 @@ from tactfix.calibration.result import (
     Workspace,
 )
 from tactfix.calibration.robot_fit import RobotFit, fitted
-from tactfix.calibration.verdict import status_of, warnings_of
+from tactfix.calibration.status import status_of, warnings_of
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import skew

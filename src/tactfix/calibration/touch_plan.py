@@ -14,7 +14,7 @@ and a touch more, with rows a (k, m), would take G S^-1 G^T away from it, where 
    each is the one after which the worst place of the tip over the joint ranges is known best, or after which the
    determinant of the covariance of the robot's parameters is smallest. Places take turns, for each will be left out.
 5. Sigmas by the prior, after the touches planned, and with those added say what they tell, and what they leave of the
-   robot's errors over the joint ranges foretells whether a calibration from them would be refused (`verdict`).
+   robot's errors over the joint ranges foretells whether a calibration from them would be refused (`status`).
 
 V. V. Fedorov: Theory of optimal experiments, 1972.
 """

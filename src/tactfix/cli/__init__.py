@@ -1,7 +1,7 @@
 """The command line: arguments -> one call -> one report -> exit status. Each command has a module of its name here.
 
 A new command is a module `tactfix/cli/NAME.py` with a function `command`, and a line in
-`COMMANDS` of `tactfix.cli.commands`.
+`COMMANDS` of `tactfix.cli.application`.
 """
 
 TYPE_CHECKING = False  # not imported from typing, which takes longer than all of this

@@ -1,17 +1,61 @@
-"""One command line run, and what becomes of errors."""
+"""One command line run, and what becomes of errors, Ctrl-C and termination.
+
+Both signals end what is under way alike, so that temporary files and workers go with it.
+"""
 
 import errno
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from io import StringIO
+from types import FrameType
 from typing import Any, Final
 
 from tactfix.cli.application import run_application
 from tactfix.cli.exits import Exit, exit_of_error
-from tactfix.cli.stop_signals import StopSignals
 from tactfix.cli.streams import discard, refusal, say, settle
 from tactfix.errors import TactfixError
+
+_SIGNAL_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+
+
+class StopSignals:
+    """While entered, both signals raise KeyboardInterrupt once; received is the one that came, None before.
+
+    Whoever imports compiled code may turn the interrupt into an error of its own: received still tells.
+    """
+
+    def __init__(self) -> None:
+        self.received: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> "StopSignals":
+        if threading.current_thread() is threading.main_thread():
+            for number in _SIGNAL_WORDS:
+                # What somebody else has set, and a signal that is to be ignored (nohup), stays.
+                if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                    self._before[number] = signal.signal(number, self._stop)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _stop(self, number: int, _: FrameType | None) -> None:
+        self.received = number
+        raise KeyboardInterrupt
+
+    @property
+    def word(self) -> str:
+        """What became of the command."""
+        return _SIGNAL_WORDS.get(self.received, "interrupted")  # type: ignore[call-overload, no-any-return]
+
+    @property
+    def status(self) -> int:
+        """The exit status by the custom of shells: 130 or 143."""
+        return 128 + (self.received or signal.SIGINT)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:

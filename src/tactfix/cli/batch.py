@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import (
     Approach,
@@ -30,6 +29,7 @@ from tactfix.cli.options import (
     Units,
     Within,
     WorkOffset,
+    vector,
 )
 from tactfix.cli.output import emit, note, tell
 from tactfix.cli.progress import progress_bar
@@ -38,13 +38,12 @@ from tactfix.settings import on_command_line
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
+    from tactfix.batching.batch import Spread
     from tactfix.batching.row import BatchRow
     from tactfix.batching.task import BatchTask
-    from tactfix.batching.workers import Spread
     from tactfix.files.batch_journal import BatchJournal
     from tactfix.locate_result import LocateResult
-    from tactfix.report.batch_summary import BatchCount
-    from tactfix.report.batch_table import Writer
+    from tactfix.report.batch_report import BatchCount, Writer
 
 
 def command(
@@ -105,13 +104,11 @@ def command(
     """
     from tactfix.batching.batch import run_batch
     from tactfix.batching.task import BatchTask
-    from tactfix.cli.placement import placed
-    from tactfix.files.contact_options import ContactOptions
+    from tactfix.cli.inputs import placed
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.contact_sets import SetReader, find_sets
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.files.log_options import log_options
-    from tactfix.report.batch_summary import BatchCount, batch_json, batch_lines
-    from tactfix.report.batch_table import find_writer, write_jsonl
+    from tactfix.report.batch_report import BatchCount, batch_json, batch_lines, find_writer, write_jsonl
 
     if as_json and output is None:
         raise UsageError("--json prints what became of the sets; give their rows an --output")
@@ -153,9 +150,9 @@ def in_one_line(result: "LocateResult") -> str:
 
 def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
     """Who does the work: a cluster, processes of this machine, or this process alone where one is enough."""
+    from tactfix.batching.batch import here, spread_over
     from tactfix.batching.cluster import DaskCluster
     from tactfix.batching.processes import LocalProcesses, cores
-    from tactfix.batching.workers import here, spread_over
 
     if scheduler is not None:
         if jobs is not None:

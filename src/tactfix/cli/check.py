@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     Approach,
@@ -23,6 +22,7 @@ from tactfix.cli.options import (
     TipRadius,
     Units,
     WorkOffset,
+    vector,
 )
 from tactfix.cli.output import emit, emit_lines, tell
 
@@ -74,11 +74,10 @@ def command(
     """
     import numpy as np
 
-    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.inputs import read_contacts
     from tactfix.files.check_history import append_history, read_history
-    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.files.log_options import log_options
     from tactfix.files.pose_file import load_pose
     from tactfix.monitoring.check import check
     from tactfix.pose_formats.comparison import Limits
@@ -103,8 +102,8 @@ def command(
 
 def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     """JSON where it is asked for; the verdict; why there is none on standard error."""
-    from tactfix.report.check_report import check_json, check_lines
     from tactfix.report.json_report import text_of
+    from tactfix.report.monitoring_report import check_json, check_lines
 
     if as_json or (output is not None and output.suffix.lower() == ".json"):
         emit(text_of(check_json(found)), output)

@@ -69,14 +69,14 @@ def command(
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     from tactfix.files.pose_file import load_pose
-    from tactfix.pose_formats import composition
     from tactfix.pose_formats.convert import find_dialect, write_pose
+    from tactfix.pose_formats.pose import composed, inverted
 
     name = find_dialect(_wanted(to, None if output is None else output.suffix.lower())).name
     given = load_pose(pose, units=units, dialect=from_)
-    given = composition.inverse(given) if inverse else given
+    given = inverted(given) if inverse else given
     if on is not None:
-        given = composition.on(load_pose(on, default_units=units), given)
+        given = composed(load_pose(on, default_units=units), given)
     written = write_pose(name, given, force=force, lever_arm_mm=lever_arm)
     emit(written.text, output)
     tell(written.notes, quiet=quiet)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from tactfix.cli import completion
-from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import (
     AsJson,
@@ -24,10 +23,10 @@ from tactfix.cli.options import (
     TipOffset,
     Units,
     Within,
+    vector,
 )
 from tactfix.cli.output import emit
-from tactfix.cli.progress import progress_bar
-from tactfix.cli.workers import mapping
+from tactfix.cli.progress import mapping, progress_bar
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -106,7 +105,7 @@ def command(
 
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
-    from tactfix.cli.placement import placed
+    from tactfix.cli.inputs import placed
     from tactfix.design.design_check import design_check
     from tactfix.design.design_report import Wishes
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
@@ -114,7 +113,7 @@ def command(
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.writing import write_whole
-    from tactfix.report.design_junit import design_junit
+    from tactfix.report.design_json import design_junit
 
     if explain is not None:
         emit(explanation("design", explain), output)
@@ -154,8 +153,8 @@ def _contacts(
     *,
     quiet: bool,
 ) -> "Contacts | None":
-    from tactfix.cli.contacts_input import read_contacts
-    from tactfix.files.log_options import log_options
+    from tactfix.cli.inputs import read_contacts
+    from tactfix.files.contact_options import log_options
 
     if path is None:
         return None

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
     Approach,
@@ -23,14 +22,14 @@ from tactfix.cli.options import (
     TipRadius,
     Units,
     WorkOffset,
+    vector,
 )
 from tactfix.cli.output import emit, emit_lines, tell
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.files.contact_options import ContactOptions
-    from tactfix.files.log_options import FeatureRun, LogOptions
+    from tactfix.files.contact_options import ContactOptions, FeatureRun, LogOptions
     from tactfix.fixture import Fixture
 
 
@@ -67,11 +66,10 @@ def command(
     """
     import numpy as np
 
-    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.files.log_options import log_options
     from tactfix.monitoring.guide import guide
-    from tactfix.report.guide_report import guide_json_line, guide_line
+    from tactfix.report.monitoring_report import guide_json_line, guide_line
 
     if follow and contacts == "-":
         raise UsageError("standard input is followed to its end in any case; leave --follow out")
@@ -106,9 +104,9 @@ def _touches(
     follow: bool,
 ) -> "Iterator[Contacts]":
     """The touches so far, each time that there is one more."""
-    from tactfix.cli.contacts_input import read_contacts
+    from tactfix.cli.inputs import read_contacts
     from tactfix.errors import FileError
-    from tactfix.files.growing import contacts_in, growing_text
+    from tactfix.files.contact_source import contacts_in, growing_text
 
     count = 0
     repeats_units = (options.units or "mm") if wanted.repeats == "last" else None

@@ -4,7 +4,6 @@ from typing import Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.options import (
     Approach,
     Features,
@@ -15,6 +14,7 @@ from tactfix.cli.options import (
     TipOffset,
     TipRadius,
     WorkOffset,
+    vector,
 )
 from tactfix.cli.output import emit, tell
 from tactfix.errors import UsageError
@@ -45,8 +45,7 @@ def command(
     What the log cannot say, options must: --features bar:5,ball:4 (in order), --units. Tip radius and sigma may be left
     to whoever reads the contact file. What was dropped or passed over is told on standard error.
     """
-    from tactfix.files.contact_options import ContactOptions
-    from tactfix.files.log_options import log_options
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.logs.export import contact_csv
     from tactfix.files.logs.load import read_log
 

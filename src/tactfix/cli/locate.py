@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import unknowns, vector
 from tactfix.cli.completion import pose_formats, verdict_codes
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
@@ -33,6 +32,8 @@ from tactfix.cli.options import (
     Verbose,
     Within,
     WorkOffset,
+    unknowns,
+    vector,
 )
 from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, tell, wants_summary
 from tactfix.cli.streams import standard_error
@@ -120,12 +121,10 @@ def command(
     import numpy as np
 
     from tactfix.acceptance import shown_sigma
-    from tactfix.cli.contacts_input import read_contacts
-    from tactfix.cli.placement import placed
+    from tactfix.cli.inputs import placed, read_contacts
     from tactfix.cli.pose_output import chosen_format, render_pose
-    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
     from tactfix.report.text_report import verdict_lines
 

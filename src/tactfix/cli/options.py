@@ -1,11 +1,20 @@
-"""Arguments and options that several commands share, said the same way everywhere."""
+"""Arguments and options that several commands share, said the same way everywhere, and their texts as values.
+
+Text that can be no value is a usage error that names its option.
+"""
 
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
 from tactfix.cli import completion
+from tactfix.decimal_text import numbers_of
+from tactfix.errors import UsageError
+
+if TYPE_CHECKING:
+    from tactfix.contacts import Unknown as UnknownOfTip
+
 
 FixturePath: TypeAlias = Annotated[
     Path, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
@@ -118,3 +127,24 @@ Free: TypeAlias = Annotated[
         autocompletion=completion.free_directions,
     ),
 ]
+
+
+UNKNOWN_CHOICES: Final[dict[str, "UnknownOfTip"]] = {"tip": "tip", "tip-radius": "tip-radius"}
+
+
+def vector(text: str, option: str) -> tuple[float, float, float]:
+    """'x,y,z' as three numbers, none beyond 1e30."""
+    numbers = numbers_of(text)
+    x, y, z = numbers if len(numbers) == 3 else (None, None, None)
+    if x is None or y is None or z is None:
+        raise UsageError(f"{option} {text!r} is not three numbers; write x,y,z such as 10,0,-2.5")
+    return x, y, z
+
+
+def unknowns(text: str | None) -> "frozenset[UnknownOfTip]":
+    """'tip', 'tip-radius' or both, divided by a comma; nothing where None."""
+    names = [] if text is None else [part.strip() for part in text.split(",")]
+    for name in names:
+        if name not in UNKNOWN_CHOICES:
+            raise UsageError(f"--unknown {name!r}: write tip, tip-radius, or tip,tip-radius")
+    return frozenset(UNKNOWN_CHOICES[name] for name in names)

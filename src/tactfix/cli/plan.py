@@ -18,8 +18,7 @@ from tactfix.cli.options import (
     Within,
 )
 from tactfix.cli.output import emit, tell, wants_summary
-from tactfix.cli.progress import progress_bar
-from tactfix.cli.workers import mapping
+from tactfix.cli.progress import mapping, progress_bar
 from tactfix.errors import UsageError
 
 MOST_STARTS = 10_000
@@ -88,7 +87,7 @@ def command(
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
-    from tactfix.cli.placement import placed
+    from tactfix.cli.inputs import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture

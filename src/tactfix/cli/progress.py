@@ -1,8 +1,9 @@
-"""A progress bar on standard error, where that is a terminal."""
+"""A long study on the command line: a progress bar on standard error, and who does the work."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from tactfix.cli.streams import standard_error
 
@@ -21,3 +22,15 @@ def progress_bar(what: str, *, quiet: bool) -> Iterator[ProgressCallback]:
     with Progress(console=Console(file=standard_error()), transient=True) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share, doing: bar.update(task, completed=share, description=f"{what}: {doing}")
+
+
+@contextmanager
+def mapping(scheduler: str | None) -> Iterator[Callable[..., Iterator[Any]]]:
+    """What is like map: the workers of the Dask cluster at this address, or this process where there is none."""
+    if scheduler is None:
+        yield map
+        return
+    from tactfix.batching.cluster import DaskCluster
+
+    with DaskCluster(scheduler).mapping() as over:
+        yield over

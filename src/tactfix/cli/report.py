@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.arguments import vector
 from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.options import (
@@ -29,6 +28,7 @@ from tactfix.cli.options import (
     Units,
     Within,
     WorkOffset,
+    vector,
 )
 from tactfix.cli.output import emit, tell, wants_summary
 from tactfix.cli.streams import standard_error
@@ -89,12 +89,10 @@ def command(
     import numpy as np
 
     from tactfix.acceptance import exceeded_gates
-    from tactfix.cli.contacts_input import read_contacts
-    from tactfix.cli.placement import placed
+    from tactfix.cli.inputs import placed, read_contacts
     from tactfix.cli.pose_output import render_pose
-    from tactfix.files.contact_options import ContactOptions
+    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.files.log_options import log_options
     from tactfix.localization.locate import locate
     from tactfix.pose_formats.convert import find_dialect
     from tactfix.report.browser_print import in_form

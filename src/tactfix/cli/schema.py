@@ -30,7 +30,7 @@ def command(
     With --of it is the schema of the JSON of a command (calibrate-plan: of calibrate --plan), or of cell files.
     """
     if of == "cell":
-        from tactfix.fixture_format.cell_schema import cell_schema
+        from tactfix.fixture_format.cell import cell_schema
 
         emit(cell_schema(), output)
         return 0

@@ -71,7 +71,7 @@ def command(
     wrong-tip (length; 20 sigma; takes --orientations). What the fixture file has wrong: wrong-radius (length; 20
     sigma), diameters, wrong-side, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
     """
-    from tactfix.cli.placement import placed
+    from tactfix.cli.inputs import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture

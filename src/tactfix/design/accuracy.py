@@ -17,7 +17,7 @@ import numpy as np
 
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
-from tactfix.design.layout import Source
+from tactfix.design.nominal_contacts import Source
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.geometry.scale import Tolerance
 from tactfix.geometry.surfaces import Surface

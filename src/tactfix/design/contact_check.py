@@ -26,9 +26,8 @@ from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.known_place import settled
-from tactfix.design.layout import Source, lies_on, nominal, spread_contacts
 from tactfix.design.margins import Margins, margins
-from tactfix.design.nominal_contacts import ERROR_SIGMAS, Locator, Touched
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, Locator, Source, Touched, lies_on, nominal, spread_contacts
 from tactfix.design.plan_findings import (
     blind_spot_findings,
     certainty_findings,

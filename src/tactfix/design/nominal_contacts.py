@@ -1,16 +1,23 @@
-"""Nominal contacts on a fixture that stands at the origin: what margins and blind spots are judged by."""
+"""The contacts that a design is judged by, without noise, on a fixture that stands at the origin.
+
+They are a plan, contacts already made, or well spread ones on every feature.
+"""
 
 from collections.abc import Callable, Mapping
-from typing import Final, TypeAlias
+from dataclasses import replace
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
+from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import transform_points
-from tactfix.geometry.surfaces import Point, Surface, outward_normals
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, outward_normals, standoff
 from tactfix.locate_result import LocateResult
+from tactfix.noise import SURE, chi_square_limit
 from tactfix.placement import Placement
+from tactfix.poses.pose_fit import contact_residuals
 from tactfix.values import frozen_value
 
 ERROR_SIGMAS: Final = 10.0
@@ -80,3 +87,78 @@ def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
     """How far the worst of the corners (k, 3) is from where it should be (units)."""
     off = float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
     return off if off > _FIT_ROUNDING * float(np.abs(corners).max()) else 0.0
+
+
+Source: TypeAlias = Literal["plan", "contacts", "spread"]
+
+# What each feature needs alone whatever its size, and one more to check it by.
+_CHECKED_ALONE: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
+_CHECKED_ON_A_BALL: Final = 5
+"""The same for a sphere."""
+# Touches of each feature, about, of which the spread ones are those farthest from each other.
+_LAYOUT_POOL: Final = 200
+
+
+def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, ...]]:
+    """Well spread nominal contacts in the fixture frame, approached square, and the features that cannot be touched.
+
+    On each feature the touches that lie farthest from each other, four on a plane, five on a sphere, six on a cylinder.
+    """
+    names: list[str] = []
+    points: list[Floats] = []
+    normals: list[Floats] = []
+    unreachable: list[str] = []
+    for name, surface in access.surfaces.items():
+        choice, outward = access.spread(name, _LAYOUT_POOL)
+        pick = _farthest(choice, _CHECKED_ALONE.get(type(surface), _CHECKED_ON_A_BALL))
+        if not len(pick):
+            unreachable.append(name)
+        names += [name] * len(pick)
+        normals.append(outward[pick].reshape(-1, 3))
+        points.append(choice[pick].reshape(-1, 3) + standoff(surface, access.tip_radius) * normals[-1])
+    outward_normals = np.concatenate(normals)
+    on_points = np.array([isinstance(access.surfaces[name], Point) for name in names], dtype=bool)
+    contacts = Contacts(
+        features=tuple(names),
+        points=np.concatenate(points),
+        approaches=np.where(on_points[:, None], np.nan, -outward_normals),
+        sigmas=np.full(len(names), sigma),
+        tip_radius=access.tip_radius,
+        rows=tuple(range(1, len(names) + 1)),
+        ids=(None,) * len(names),
+    )
+    return contacts, tuple(unreachable)
+
+
+def _farthest(points: Floats, count: int) -> list[int]:
+    """Indices of at most count of the points (n, 3), each as far as can be from those before it.
+
+    Distances are compared to nine digits, so that points as far as each other are taken in order in every unit.
+    """
+    if not len(points):
+        return []
+    arms = points - points.mean(axis=0)
+    scaled = arms / (np.abs(arms).max() or 1.0)
+    gaps = (scaled**2).sum(axis=1)
+    chosen: list[int] = []
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(np.argmax(np.round(gaps, 9))))
+        nearer = ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1)
+        gaps = nearer if len(chosen) == 1 else np.minimum(gaps, nearer)
+    return chosen
+
+
+def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> bool:
+    """Whether the contacts, as they stand, lie on the surfaces within noise: then they are in the surfaces' frame.
+
+    sigmas (n,) of the residuals. A plan is written with few digits, so each contact may also be SURE sigma off.
+    """
+    values, _ = contact_residuals(surfaces, contacts)
+    scaled = values / sigmas
+    return bool((scaled**2).sum() <= chi_square_limit(len(contacts)) or np.abs(scaled).max() <= SURE)
+
+
+def nominal(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Contacts:
+    """The contacts without their noise: each moved along the normal to where its tip just touches."""
+    values, normals = contact_residuals(surfaces, contacts)
+    return replace(contacts, points=contacts.points - values[:, None] * normals)

@@ -9,9 +9,8 @@ from tactfix.design.accuracy import Certainty
 from tactfix.design.blind_spot import BlindSpot
 from tactfix.design.cylinder_layouts import CylinderLayout
 from tactfix.design.findings import Finding, Severity
-from tactfix.design.layout import Source
 from tactfix.design.margins import Margins, Rival
-from tactfix.design.nominal_contacts import Touched
+from tactfix.design.nominal_contacts import Source, Touched
 from tactfix.design.random_layouts import LayoutStudy
 from tactfix.design.symmetries import Symmetry
 from tactfix.geometry.rigid import rotation_angle

@@ -14,8 +14,8 @@ from tactfix.files.fixture_file import load_fixture, placed
 from tactfix.files.reading import decode, read_bytes
 from tactfix.fixture import Fixture
 from tactfix.fixture_format.cell import read_cell
+from tactfix.fixture_format.entries import Finding
 from tactfix.fixture_format.placement import check_placement, read_placement
-from tactfix.fixture_format.problems import Finding
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous
 from tactfix.geometry.surfaces import rescaled
@@ -31,7 +31,7 @@ from tactfix.wording import did_you_mean
 from tactfix.yaml_tree import read_tree
 
 if TYPE_CHECKING:
-    from tactfix.fixture_format.cell_schema import CellDocument
+    from tactfix.fixture_format.cell import CellDocument
     from tactfix.pose_formats.pose import Pose
 
 

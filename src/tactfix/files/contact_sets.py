@@ -7,12 +7,11 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
-from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.task import ContactSet
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import read_contact_file
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.log_options import LogOptions
+from tactfix.files.contact_options import ContactOptions, LogOptions
 from tactfix.files.reading import decode, read_bytes, read_source
 from tactfix.files.table_file import csv_table, is_table, parquet_table
 from tactfix.fixture import Fixture

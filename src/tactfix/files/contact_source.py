@@ -1,14 +1,17 @@
-"""Contacts from whatever holds them: a contact file, or the log of a machine."""
+"""Contacts from whatever holds them: a contact file or the log of a machine, whole or still being written."""
 
+import sys
+import time
 import warnings
+from collections.abc import Iterator
+from typing import Final
 
 from tactfix.contacts import Contacts
-from tactfix.errors import UsageError
+from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import read_contact_file
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.log_options import log_options
+from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.logs.load import load_log
-from tactfix.files.reading import Source
+from tactfix.files.reading import Source, read_bytes
 from tactfix.fixture import Fixture
 from tactfix.settings import FOR_LOGS
 
@@ -80,3 +83,63 @@ def load_contacts(
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return read.contacts
+
+
+PAUSE: Final = 0.2
+"""Seconds between two looks at a file: nobody who touches by hand notices it."""
+
+
+def growing_text(path: str, *, follow: bool) -> Iterator[bytes]:
+    """What stands in a file, or has come in on standard input ("-"), after each of its lines.
+
+    A file is read to its end; with follow, it is waited for more, for ever. A line counts when its end is there;
+    where nothing more can come the last line counts without. Raises FileError where a file has become shorter.
+    """
+    if path == "-":
+        yield from _accumulated(iter(sys.stdin.buffer.readline, b""))
+        return
+    if follow:
+        yield from _accumulated(_followed(path))
+        return
+    yield from _accumulated(iter(read_bytes(path).splitlines(keepends=True)))
+
+
+def _accumulated(lines: Iterator[bytes]) -> Iterator[bytes]:
+    text = b""
+    for line in lines:
+        text += line
+        yield text
+
+
+def _followed(path: str) -> Iterator[bytes]:
+    seen = 0
+    while True:
+        content = read_bytes(path)
+        if len(content) < seen:
+            what = "the file has become shorter while it was followed"
+            raise FileError(path, [Problem(what, "append touches to it, or begin anew")])
+        whole = content[seen : content.rfind(b"\n") + 1]
+        seen += len(whole)
+        yield from whole.splitlines(keepends=True)
+        time.sleep(PAUSE)
+
+
+def contacts_in(text: bytes, format_name: str, repeats_units: str | None = None) -> tuple[int, int]:
+    """How many touches a text has so far, and of how many contacts: rows of a contact file, which need not be right.
+
+    repeats_units: unit of a machine log of which the last of consecutive touches of one place is the contact; None
+    where every touch is one.
+    """
+    if format_name == "csv":
+        lines = [line for line in text.splitlines() if line.strip() and not line.startswith(b"#")]
+        rows = max(len(lines) - 1, 0)
+        return rows, rows
+    from tactfix.files.logs.load import find_format
+    from tactfix.files.logs.log import last_of_each_place
+    from tactfix.files.reading import read_log_text
+
+    log = find_format(format_name).read(read_log_text(text)[1], [])
+    touches = len(log.contacts)
+    if repeats_units is None:
+        return touches, touches
+    return touches, len(last_of_each_place(log.contacts, log.units or repeats_units)[0])

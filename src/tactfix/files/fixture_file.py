@@ -9,7 +9,7 @@ import numpy as np
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.reading import decode, read_bytes
 from tactfix.fixture import Fixture
-from tactfix.fixture_format.problems import Finding
+from tactfix.fixture_format.entries import Finding
 from tactfix.fixture_format.read import read_fixture
 from tactfix.fixture_format.write import fixture_document
 from tactfix.yaml_tree import Tree, read_tree, yaml_text

@@ -1,4 +1,8 @@
-"""Bytes of a file as text, with every way in which that can fail named."""
+"""Bytes of a file as text, with every way in which that can fail named.
+
+Machines write what they like: in a log a byte that is no UTF-8 stands as U+FFFD. Where it stands in a line that tells
+a contact the reader of the format refuses the line; in a remark or on a noisy serial line it does no harm.
+"""
 
 import sys
 from pathlib import Path
@@ -79,3 +83,16 @@ def decode(name: str, content: bytes) -> str:
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         what = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
         raise FileError(name, [Problem(what, "save the file as UTF-8", line=line, column=column)]) from None
+
+
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+def read_log_text(source: Source) -> tuple[str, str]:
+    """The name of a source for messages, and its text."""
+    name, content = source_bytes(source)
+    if isinstance(content, str):
+        return name, composed(content.removeprefix("\ufeff"))
+    if content.startswith(_UTF_16):
+        return name, composed(content.decode("utf-16", errors="replace"))
+    return name, composed(content.decode("utf-8-sig", errors="replace"))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from tactfix.batching.contact_set import ContactSet
+from tactfix.batching.task import ContactSet
 from tactfix.errors import FileError, MissingExtraError, Problem
 from tactfix.files.contact_header import read_header, split_header
 from tactfix.files.contact_settings import SETTING_KEYS, key_of

@@ -6,9 +6,22 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 from tactfix.fixture_format.json_schema import is_entry, is_section
-from tactfix.fixture_format.problems import Finding, Path
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
+
+Path: TypeAlias = tuple[str | int, ...]
+"""Keys and indices from the root of the file to a value."""
+
+
+@frozen_value(eq=True)
+class Finding:
+    """What is wrong and what to do instead; at_key: it is the key itself that is wrong, not its value."""
+
+    path: Path
+    what: str
+    remedy: str
+    at_key: bool = False
+
 
 Entry: TypeAlias = Mapping[str, Any]
 """A feature, relation, box, probe, frame or placement that keeps to its model in `tactfix.fixture_format.schema`."""

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from tactfix.fixture_format.build import axes_of
-from tactfix.fixture_format.entries import Entries, Entry
+from tactfix.fixture_format.entries import Entries, Entry, Finding, Path
 from tactfix.fixture_format.feature_rules import PLACE_KEYS
-from tactfix.fixture_format.problems import Finding, Path
 
 _FEET: Final = {("center", "cylinder"), ("center", "plane"), ("cylinder", "cylinder")}
 _MEETINGS: Final = {("plane", "plane", "plane"), ("cylinder", "plane")}

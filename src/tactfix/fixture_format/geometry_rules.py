@@ -9,9 +9,8 @@ import numpy as np
 
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.fixture_format.build import AXIS_KEYS
-from tactfix.fixture_format.entries import Entries
-from tactfix.fixture_format.problems import Finding
-from tactfix.fixture_format.relation_rules import CONTRADICTION_SIGMAS
+from tactfix.fixture_format.entries import Entries, Finding
+from tactfix.fixture_format.feature_rules import CONTRADICTION_SIGMAS
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between

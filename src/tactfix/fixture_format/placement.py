@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
 from tactfix.errors import FileError, UsageError
-from tactfix.fixture_format.entries import Entry
-from tactfix.fixture_format.problems import Finding, Path
+from tactfix.fixture_format.entries import Entry, Finding, Path
 from tactfix.geometry.arrays import Floats
 from tactfix.placement import Placement
 from tactfix.pose_formats import DIALECTS

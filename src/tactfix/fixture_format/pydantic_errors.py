@@ -4,6 +4,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
+from tactfix.fixture_format.entries import Finding, Path
 from tactfix.fixture_format.entry_schema import (
     AngleModel,
     CylinderModel,
@@ -14,9 +15,10 @@ from tactfix.fixture_format.entry_schema import (
     SphereModel,
     TouchModel,
 )
-from tactfix.fixture_format.pose_schema import (
+from tactfix.fixture_format.schema import (
     Along,
     CenterOf,
+    FixtureDocument,
     FootOf,
     FrameModel,
     FromTo,
@@ -27,8 +29,6 @@ from tactfix.fixture_format.pose_schema import (
     PoseFile,
     WithinModel,
 )
-from tactfix.fixture_format.problems import Finding, Path
-from tactfix.fixture_format.schema import FixtureDocument
 from tactfix.units import which_unit
 from tactfix.wording import did_you_mean
 

@@ -1,21 +1,157 @@
 """Format 1 of fixture files: these models are its one description, the JSON Schema made of them its one other form."""
 
 import json
-from typing import Final
+from collections.abc import Iterable
+from typing import Annotated, Any, Final, TypeAlias
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from tactfix.fixture_format.entry_schema import (
     AngleModel,
     DistanceModel,
     FeatureModel,
+    Length,
     Name,
     ProbeModel,
     Strict,
     TouchModel,
 )
-from tactfix.fixture_format.pose_schema import FrameModel, PlacementModel
+from tactfix.placement import Direction as FreeDirection
 from tactfix.units import Unit
+
+
+class CenterOf(Strict):
+    """The centre of a sphere, or a point."""
+
+    center_of: Name = Field(description="A sphere or point: the origin is its centre.")
+
+
+class FootOf(Strict):
+    """The point of one feature that is nearest to another."""
+
+    foot_of: Name = Field(description="The feature above: a sphere or point; a cylinder where 'on' is a cylinder too.")
+    on: Name = Field(description="The cylinder or plane on whose axis or face the origin lies, nearest to 'foot_of'.")
+
+
+class MeetOf(Strict):
+    """The point where features meet."""
+
+    meet_of: Annotated[list[Name], Field(min_length=2, max_length=3)] = Field(
+        description="Three planes, or a cylinder and a plane: the origin is where they (or the axis) meet."
+    )
+
+
+class Along(Strict):
+    """The direction of an axis or an outward normal."""
+
+    along: Name = Field(description="A cylinder (its axis, of open sign) or a plane (its outward normal).")
+
+
+class FromTo(Strict):
+    """The direction from one feature to another."""
+
+    from_: Name = Field(alias="from", description="Where the axis comes from.")
+    to: Name = Field(description="Where the axis points to.")
+
+
+class Opposite(Strict):
+    """The reverse of a direction."""
+
+    opposite: "Direction" = Field(description="The direction that this one is the reverse of: along, or from and to.")
+
+
+def _first_known(keys: Iterable[str]) -> Any:
+    """A discriminator: which of keys a mapping has."""
+
+    def tag(value: Any) -> str | None:
+        names = value if isinstance(value, dict) else getattr(type(value), "model_fields", ())
+        return next((key for key in keys if key in names or f"{key}_" in names), None)
+
+    return Discriminator(tag)
+
+
+Origin: TypeAlias = Annotated[
+    Annotated[CenterOf, Tag("center_of")] | Annotated[FootOf, Tag("foot_of")] | Annotated[MeetOf, Tag("meet_of")],
+    _first_known(("center_of", "foot_of", "meet_of")),
+]
+Direction: TypeAlias = Annotated[
+    Annotated[Along, Tag("along")] | Annotated[FromTo, Tag("from")], _first_known(("along", "from"))
+]
+AxisModel: TypeAlias = Annotated[
+    Annotated[Along, Tag("along")] | Annotated[FromTo, Tag("from")] | Annotated[Opposite, Tag("opposite")],
+    _first_known(("along", "from", "opposite")),
+]
+
+
+class FrameModel(Strict):
+    """An origin and two of x, y, z: the first one written holds exactly, the second is made square to it."""
+
+    origin: Origin = Field(description="Where the origin is: center_of, foot_of and on, or meet_of.")
+    x: AxisModel | None = Field(default=None, description="Direction of x: along, from and to, or opposite of one.")
+    y: AxisModel | None = Field(default=None, description="Direction of y: along, from and to, or opposite of one.")
+    z: AxisModel | None = Field(default=None, description="Direction of z: along, from and to, or opposite of one.")
+
+
+Turn: TypeAlias = Annotated[float, Field(gt=0, le=180)]
+"""An angle above zero, in degrees."""
+Row: TypeAlias = Annotated[list[float], Field(min_length=4, max_length=4)]
+Matrix: TypeAlias = Annotated[list[Row], Field(min_length=4, max_length=4)]
+
+
+def _text_or_matrix(value: Any) -> str | None:
+    return "text" if isinstance(value, str) else "matrix" if isinstance(value, list) else None
+
+
+PoseText: TypeAlias = Annotated[
+    Annotated[str, Tag("text")] | Annotated[Matrix, Tag("matrix")], Discriminator(_text_or_matrix)
+]
+"""A pose as text in some format, or as four rows of four numbers."""
+
+
+class PoseFile(Strict):
+    """A file with a pose."""
+
+    file: Name = Field(description="A pose file in any format that tactfix reads, relative to this file's folder.")
+
+
+class WithinModel(Strict):
+    """Limits of how far the fixture may stand from near."""
+
+    translation: Length = Field(description="Of the fixture's origin, at most.")
+    rotation: Turn = Field(description="Of the angle, at most, in degrees.")
+
+
+class PlacementSigma(Strict):
+    """How well near was measured."""
+
+    translation: Length = Field(description="One standard deviation of each coordinate of the fixture's origin.")
+    rotation: Turn = Field(description="One standard deviation of each component of the rotation, in degrees.")
+
+
+def _file_or_sigma(value: Any) -> str | None:
+    return None if not isinstance(value, dict) else "file" if "file" in value else "sigma"
+
+
+MeasuredSigma: TypeAlias = Annotated[
+    Annotated[PoseFile, Tag("file")] | Annotated[PlacementSigma, Tag("sigma")],
+    Discriminator(_file_or_sigma),
+]
+
+
+class PlacementModel(Strict):
+    """What is known beforehand of where the fixture stands."""
+
+    near: Annotated[dict[Name, PoseText], Field(min_length=1, max_length=1)] = Field(
+        description="A pose by the name of its format, {kuka: '{X 1200, ...}'}; or {matrix: [[...], ...]}, {file: ...}."
+    )
+    within: WithinModel | None = Field(default=None, description="Limits; a pose beyond them falls.")
+    sigma: MeasuredSigma | None = Field(
+        default=None, description="near is a measurement with this sigma, or with the covariance of a file."
+    )
+    free: Annotated[list[FreeDirection], Field(min_length=1, max_length=6)] | None = Field(
+        default=None, description="These alone may differ from near: along and about the axes of base."
+    )
+
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 

@@ -21,13 +21,13 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.rigid import inverse
 from tactfix.planning.exchange import WORTH_A_STEP
-from tactfix.planning.nominal import joined_contacts
+from tactfix.planning.pool import joined_contacts
 from tactfix.planning.result import Plan
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import contact_residuals, sensitivity
 from tactfix.probe import residual_sigmas
-from tactfix.simulation.orientations import in_turn, tool_orientations
+from tactfix.simulation.poses import in_turn, tool_orientations
 from tactfix.simulation.simulate import nominal_surfaces
 
 USUAL_CONTACTS: Final = 12

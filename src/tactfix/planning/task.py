@@ -23,8 +23,7 @@ from tactfix.localization.nominal import standing
 from tactfix.planning.contacts_made import Made, contacts_made
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
-from tactfix.planning.nominal import joined_contacts, nominal_contacts, touches_made
-from tactfix.planning.pool import Touches, pool_of
+from tactfix.planning.pool import Touches, joined_contacts, nominal_contacts, pool_of, touches_made
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.poses.pose_fit import covariance_at

@@ -13,14 +13,14 @@ from tactfix.pose_formats.controller_text import (
     heidenhain_units,
     read_abb,
     read_fanuc,
+    read_g10,
     read_kuka,
     read_siemens,
+    read_tilted_plane,
     read_ur,
     read_wobjdata,
 )
-from tactfix.pose_formats.dialect import Dialect, NumberReader, Numbers, numeric
-from tactfix.pose_formats.number_syntax import NumberSyntax
-from tactfix.pose_formats.offsets import read_g10, read_tilted_plane
+from tactfix.pose_formats.dialect import Dialect, NumberReader, Numbers, NumberSyntax, numeric
 from tactfix.pose_formats.orientation import EulerAngles, Orientation, Quaternion, RotationVector, TurnAboutZ
 from tactfix.pose_formats.ros_text import read_static, read_urdf
 

@@ -1,12 +1,46 @@
-"""One pose in the literal of a robot's controller, read whole: KUKA, ABB, FANUC, Universal Robots.
+"""One pose in a text, wherever it stands: found by how it begins, then read whole.
 
-Each reader passes one literal of a Lexer and gives its numbers; readers of pose files and of logs share them.
+The literals of KUKA, ABB, FANUC and Universal Robots: each reader passes one of them and gives its numbers; readers of
+pose files and of logs share them.
 """
 
 import re
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
 
-from tactfix.lexer import Lexer
+from tactfix.lexer import Lexer, TextError
+from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
+
+Found = TypeVar("Found")
+
+_BLANKED: Final = re.compile(r"[^\r\n]")
+
+
+def without_comments(text: str, comment: re.Pattern[str]) -> str:
+    """The text with blanks for its comments: each character that is left keeps its line and column."""
+    return comment.sub(lambda found: _BLANKED.sub(" ", found.group()), text)
+
+
+def the_one(text: str, begins: re.Pattern[str], read: Callable[[Lexer], Found], example: str) -> Found:
+    """What read gives at the one place that begins finds; PoseSyntaxError for none, two, or a damaged one."""
+    lexer = Lexer(text)
+    found: list[Found] = []
+    while (beginning := begins.search(text, lexer.position)) is not None:
+        lexer.position = beginning.start()
+        try:
+            found.append(read(lexer))
+        except TextError as error:
+            raise PoseSyntaxError([error.problem]) from error
+    return single(found, example)
+
+
+def single(found: Sequence[Found], example: str) -> Found:
+    """What was found where it is one; PoseSyntaxError for none or several."""
+    if len(found) != 1:
+        what = f"holds {len(found)} poses of this form" if found else "holds no pose of this form"
+        raise syntax_error(what, f"write one, like {example}")
+    return found[0]
+
 
 KUKA_LABELS: Final = ("X", "Y", "Z", "A", "B", "C")
 KUKA_AXES: Final = ("E1", "E2", "E3", "E4", "E5", "E6")

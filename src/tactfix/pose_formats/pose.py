@@ -1,4 +1,8 @@
-"""A pose as it goes into a file and comes out of one, and the errors of that trip."""
+"""A pose as it goes into a file and comes out of one, the errors of that trip, and poses inverted and composed.
+
+Covariances are of (d_rot, d_t) with R_true = exp([d_rot]) R and t_true = t + d_t, base axes. Inverses and products
+carry them to first order in the errors; those of two poses are taken as independent.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from tactfix.errors import Problem, TactfixError, UsageError
 from tactfix.geometry.arrays import Floats, frozen
-from tactfix.geometry.rigid import homogeneous, orthonormalized
-from tactfix.settings import joined
+from tactfix.geometry.rigid import homogeneous, orthonormalized, skew
+from tactfix.settings import Setting, joined
 from tactfix.units import MOST_LENGTH, UNITS, factor, which_unit
 from tactfix.values import frozen_value
 from tactfix.wording import decimals, fixed
@@ -150,3 +154,42 @@ def rigid_matrix(values: ArrayLike, place: str = "the matrix") -> Floats:
     if np.linalg.det(rotation) < 0:
         raise syntax_error(f"{place} mirrors (det R = -1)", "both frames must be right-handed")
     return matrix if skew <= LEAST_SKEW else homogeneous(orthonormalized(rotation), matrix[:3, 3])
+
+
+def inverted(pose: Pose) -> Pose:
+    """fixture_from_base: x_fixture = R^T x_base - R^T t.
+
+    exp(-[d_rot]) on the left of R^T is exp(-[R^T d_rot]) R^T, and -R^T exp(-[d_rot]) (t + d_t) is off by
+    R^T (d_rot x t - d_t).
+    """
+    back = pose.rotation.T
+    jacobian = np.block([[-back, np.zeros((3, 3))], [-back @ skew(pose.translation), -back]])
+    return Pose(
+        homogeneous(back, -back @ pose.translation), pose.units, _carried(jacobian, pose.covariance), pose.fixture
+    )
+
+
+def composed(outer: Pose, inner: Pose) -> Pose:
+    """outer @ inner: the pose in the frame in which outer is given; units of inner, or of outer where it has none.
+
+    d_rot = d_outer + R_outer d_inner, and d_t = d_t_outer + d_outer x (R_outer t_inner) + R_outer d_t_inner.
+    Raises UsageError where the unit of only one of them is known.
+    """
+    if (outer.units is None) != (inner.units is None):
+        raise UsageError("one of the two poses does not say its unit; give " + Setting.UNITS.word)
+    placed = outer if inner.units is None else outer.in_units(inner.units)
+    arm = placed.rotation @ inner.translation
+    by_inner = np.block([[placed.rotation, np.zeros((3, 3))], [np.zeros((3, 3)), placed.rotation]])
+    by_outer = np.block([[np.eye(3), np.zeros((3, 3))], [-skew(arm), np.eye(3)]])
+    parts = [_carried(by_inner, inner.covariance), _carried(by_outer, placed.covariance)]
+    known = [part for part in parts if part is not None]
+    return Pose(
+        homogeneous(placed.rotation @ inner.rotation, arm + placed.translation),
+        inner.units,
+        np.sum(known, axis=0) if known else None,
+        inner.fixture,
+    )
+
+
+def _carried(jacobian: Floats, covariance: Floats | None) -> Floats | None:
+    return None if covariance is None else np.asarray(jacobian @ covariance @ jacobian.T)

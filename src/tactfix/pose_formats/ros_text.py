@@ -10,7 +10,7 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer, TextError
-from tactfix.pose_formats.one_pose import the_one, without_comments
+from tactfix.pose_formats.literals import the_one, without_comments
 from tactfix.pose_formats.orientation import EulerAngles, Quaternion
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 

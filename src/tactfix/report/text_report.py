@@ -13,7 +13,7 @@ from tactfix.results import NextContact, Reason
 from tactfix.wording import decimals, fixed, listed
 
 if TYPE_CHECKING:
-    from tactfix.fitting.fit import FitResult
+    from tactfix.fitting.result import FitCandidate, FitResult
 
 _MOST_REASONS = 3
 """Reasons that are told of one candidate."""
@@ -97,8 +97,7 @@ def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
             yield f"ambiguous: {left} poses explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no pose explains the contacts{_best(result)}"
-            for candidate in result.candidates[:_MOST_REASONS]:
-                yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
+            yield from _reason_lines(result.candidates)
         case "located":
             pass
     if result.next_contact is not None:
@@ -109,6 +108,12 @@ def _further(contact: NextContact) -> str:
     """The contacts that are to be made after this one, in words."""
     touches = [touch.message.removeprefix("touch ") for touch in contact.further]
     return f", and these will do; then {listed(touches)}" if touches else ""
+
+
+def _reason_lines(candidates: "Sequence[Candidate | FitCandidate]") -> Iterator[str]:
+    """Why the first candidates fell, a reason a line."""
+    for candidate in candidates[:_MOST_REASONS]:
+        yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
 
 
 def fit_verdict_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
@@ -124,8 +129,7 @@ def fit_verdict_lines(result: "FitResult", listed: str = "", size: str = "") -> 
             yield f"ambiguous: {len(left)} {result.kind}s explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no {result.kind}{size} explains the contacts"
-            for candidate in result.candidates[:_MOST_REASONS]:
-                yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
+            yield from _reason_lines(result.candidates)
         case "located":
             pass
 

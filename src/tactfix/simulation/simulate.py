@@ -24,8 +24,7 @@ from tactfix.relations.realization import realize
 from tactfix.results import JsonResult
 from tactfix.simulation.faults import CONTACT_FAULTS, Fault, check_fault, growth, mistaken, scatter, touching_radius
 from tactfix.simulation.fixture_faults import Touches, really
-from tactfix.simulation.orientations import in_turn, tool_orientations
-from tactfix.simulation.placed_poses import drawn_pose
+from tactfix.simulation.poses import drawn_pose, in_turn, tool_orientations
 from tactfix.values import frozen_value
 
 # Half angle of the cone around the inward normal in which a random touch comes.

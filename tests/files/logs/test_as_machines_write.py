@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from tactfix.errors import FileError
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.log_options import log_options
+from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.logs.load import read_log
 from tests.support.machine_logs import FANUC, FANUC_HEAD, GOOD, KUKA, P, Q
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from tactfix.errors import FileError, UsageError
-from tactfix.files.contact_options import ContactOptions
-from tactfix.files.log_options import log_options
+from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.load import read_log
 from tests.support.machine_logs import GOOD

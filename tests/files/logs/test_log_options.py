@@ -6,10 +6,9 @@ import pytest
 
 from tactfix.cli.app import run
 from tactfix.errors import UsageError
-from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
-from tactfix.files.log_options import log_options
 from tactfix.files.logs.export import contact_csv
 from tactfix.files.logs.load import load_log, read_log
 

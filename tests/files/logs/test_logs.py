@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from tactfix.errors import FileError, UsageError
-from tactfix.files.contact_options import ContactOptions
+from tactfix.files.contact_options import ContactOptions, LogOptions, parse_features
 from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
-from tactfix.files.log_options import LogOptions, parse_features
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.export import contact_csv
 from tactfix.files.logs.load import load_log, read_log

@@ -13,10 +13,9 @@ from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.columns import is_header
+from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
 from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading, vector
-from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer, text_lines
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import ABB_EXAMPLE, abb_pose

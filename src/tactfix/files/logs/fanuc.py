@@ -12,9 +12,8 @@ from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.columns import is_header
+from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading
-from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import FANUC_EXAMPLE, fanuc_item, fanuc_pose

@@ -13,10 +13,9 @@ from functools import partial
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.columns import is_header, separator_of
+from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact, separator_of
 from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, try_reading
-from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import KUKA_AXES, KUKA_EXAMPLE, KUKA_LABELS, kuka_items, kuka_position

@@ -8,13 +8,10 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import ContactFile
-from tactfix.files.contact_options import ContactOptions, Settings, settle
-from tactfix.files.log_options import EVERY, LogOptions
+from tactfix.files.contact_options import EVERY, ContactOptions, LogOptions, Settings, settle
 from tactfix.files.logs import LOG_FORMATS
-from tactfix.files.logs.log import LogContact, LogFormat, Vector, vector
-from tactfix.files.logs.source import read_log_text
-from tactfix.files.logs.touches import in_base, last_of_each_place, with_approaches
-from tactfix.files.reading import Source
+from tactfix.files.logs.log import LogContact, LogFormat, Vector, in_base, last_of_each_place, vector, with_approaches
+from tactfix.files.reading import Source, read_log_text
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
 from tactfix.settings import Setting

@@ -1,14 +1,22 @@
-"""What any machine log says, as far as it says it, and what readers of logs share."""
+"""What any machine log says, as far as it says it; what readers of logs share, and what options make of its touches.
+
+Repetitions are left out, approaches given, the work offset undone.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, TypeAlias
 
+import numpy as np
+
 from tactfix.errors import Problem
+from tactfix.files.contact_options import EVERY
 from tactfix.formats import LogName
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer, TextError, text_lines
+from tactfix.pose_formats.pose import Pose
+from tactfix.units import factor
 from tactfix.values import frozen_value
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -135,3 +143,48 @@ def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:
         return ()
     shown = ", ".join(map(str, found[:5])) + (", ..." if len(found) > 5 else "")
     return (f"{len(found)} {what} passed over (line {shown})",)
+
+
+ONE_PLACE_MM: Final = 1.0
+"""Consecutive touches nearer than this are of one place: a fast touch overruns by less, other places are farther."""
+
+
+def last_of_each_place(contacts: Sequence[LogContact], units: str) -> tuple[tuple[LogContact, ...], tuple[str, ...]]:
+    """Of consecutive touches of one place the last one; and a note for each that is left out."""
+    near = ONE_PLACE_MM * factor("mm", units)
+    kept: list[LogContact] = []
+    notes = []
+    for contact in contacts:
+        if kept and np.linalg.norm(np.subtract(contact.point, kept[-1].point)) < near:
+            notes.append(f"line {kept[-1].line}: the same place is touched again in line {contact.line}; dropped")
+            kept.pop()
+        kept.append(contact)
+    return tuple(kept), tuple(notes)
+
+
+def with_approaches(
+    contacts: Sequence[LogContact], features: Sequence[str], approaches: Sequence[tuple[str, Vector]]
+) -> tuple[LogContact, ...]:
+    """The contacts, those without an approach with the one of their feature."""
+    by_feature = dict(approaches)
+    said = [by_feature.get(feature, by_feature.get(EVERY)) for feature in features]
+    return tuple(
+        contact if contact.approach is not None else replace(contact, approach=approach)
+        for contact, approach in zip(contacts, said, strict=True)
+    )
+
+
+def in_base(contacts: Sequence[LogContact], base_from_reported: Pose) -> tuple[LogContact, ...]:
+    """The contacts in the frame in which the work offset is written; all lengths in its units."""
+    turn, shift = base_from_reported.rotation, base_from_reported.translation
+
+    def moved(contact: LogContact) -> LogContact:
+        approach, rotation = contact.approach, contact.rotation
+        return replace(
+            contact,
+            point=vector((turn @ contact.point + shift).tolist()),
+            approach=None if approach is None else vector((turn @ approach).tolist()),
+            rotation=None if rotation is None else turn @ rotation,
+        )
+
+    return tuple(map(moved, contacts))

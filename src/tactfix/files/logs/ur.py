@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
+from tactfix.files.logs.columns import PoseColumns, pose_contact
 from tactfix.files.logs.console import read_opening
 from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines
-from tactfix.files.logs.robot_columns import PoseColumns, pose_contact
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import UR_EXAMPLE, ur_pose

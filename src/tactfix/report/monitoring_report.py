@@ -1,13 +1,16 @@
-"""A check as lines for people and as JSON."""
+"""A check, and a step of guidance: as lines for people and as JSON."""
 
+import json
 from typing import Final
 
 import numpy as np
 
+from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.motion_words import vector
 from tactfix.monitoring.check import CheckResult
 from tactfix.monitoring.drift import Drift
+from tactfix.monitoring.guide import GuideStep
 from tactfix.report.compare_report import compare_json, compare_lines
 from tactfix.report.json_report import Json, array, locate_json, number
 from tactfix.report.text_report import verdict_lines
@@ -93,3 +96,36 @@ def _drift(drift: Drift) -> Json:
 
 def _place(point: Floats) -> str:
     return vector(np.array(point))
+
+
+GUIDE_SCHEMA: Final = "tactfix/guide/1"
+_OF_LOCATE: Final = (
+    *("tactfix_version", "fixture", "units", "status", "transform", "covariance", "rms"),
+    *("free_motions", "next_contact", "diagnosis", "warnings"),
+)
+
+
+def guide_line(step: GuideStep) -> str:
+    """Touches, what is open, what to do."""
+    touches = "1 touch" if step.touches == 1 else f"{step.touches} touches"
+    return f"{touches}: {step.state}; {step.advice}"
+
+
+def guide_json(step: GuideStep) -> Json:
+    """What is known after so many touches."""
+    located = locate_json(step.result)
+    return {
+        "schema": GUIDE_SCHEMA,
+        "touches": step.touches,
+        "done": step.is_done,
+        **{name: located[name] for name in _OF_LOCATE},
+        "sigma": number(sigma_at(step.result)),
+        "exceeded": list(step.exceeded),
+        "state": step.state,
+        "advice": step.advice,
+    }
+
+
+def guide_json_line(step: GuideStep) -> str:
+    """The same in one line."""
+    return json.dumps(guide_json(step), allow_nan=False) + "\n"

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from tactfix.files.pose_file import load_pose
+from tactfix.files.pose_file import load_pose, recognized
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.convert import write_pose
 from tactfix.pose_formats.pose import Pose
-from tactfix.pose_formats.recognition import recognized
 from tests.pose_formats.test_as_people_write import FORMS
 from tests.support.command_line import tactfix
 

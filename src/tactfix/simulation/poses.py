@@ -1,14 +1,21 @@
-"""Poses as often as what is known beforehand lets a fixture stand there: in its domain, within its limits.
+"""How a fixture stands in a simulation, and how the tool is turned at each touch.
 
-A measured pose is drawn from its normal distribution, in what directions are held from that of the others given that
-those are not off. Limits, and free directions without any, are drawn uniformly: rotations over the great sphere of unit
-quaternions whose axis has the free components alone, translations over the ball of the free ones.
+A pose is drawn from what is known beforehand: in its domain, within its limits. A measured pose is drawn from its
+normal distribution, in what directions are held from that of the others given that those are not off. Limits, and free
+directions without any, are drawn uniformly: rotations over the great sphere of unit quaternions whose axis has the free
+components alone, translations over the ball of the free ones.
+
+The tool's axis is z of the flange. Its orientations are tilted evenly to all sides about the mean approach: so they
+tell the tip's place in the flange best for their number. One alone tells none of it, and two leave it free along the
+axis about which they differ.
 """
+
+from typing import Final
 
 import numpy as np
 
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats, unit
+from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
 from tactfix.geometry.rigid import homogeneous, rotation_from_quaternion, rotation_from_vector
 from tactfix.placement import Placement
 from tactfix.units import factor
@@ -69,3 +76,36 @@ def _in_ball(axes: int, radius: float, rng: np.random.Generator) -> Floats:
     """A vector (axes,), uniform in the ball of that radius."""
     direction, share = rng.standard_normal(axes), rng.uniform()
     return np.asarray(unit(direction) * radius * share ** (1 / axes)) if axes else np.zeros(0)
+
+
+TILT_DEG: Final = 30.0
+"""What most robots can still turn a probe by beside a fixture; the more, the better the tip is known."""
+_NO_WAY: Final = 0.1
+"""Shorter mean approaches say nothing of where the tool comes from."""
+
+
+def tool_orientations(count: int, approaches: Floats, spin: float = 0.0) -> Floats:
+    """count rotations (count, 3, 3) of the flange, in the frame of approaches (n, 3), of which rows may be nan.
+
+    One is not tilted, more are by TILT_DEG about axes evenly around; spin (rad): of all about the mean approach.
+    """
+    known = approaches[np.isfinite(approaches).all(axis=1)]
+    way = known.sum(axis=0) / max(len(known), 1)
+    axis = unit(way) if np.linalg.norm(way) > _NO_WAY else np.array([0.0, 0.0, -1.0])
+    first = basis_across(axis)[0]
+    upright = np.stack([first, np.cross(axis, first), axis], axis=1) @ rotation_from_vector(np.array([0.0, 0.0, spin]))
+    if count == 1:
+        return np.asarray(upright[None])
+    around = 2 * np.pi * np.arange(count) / count
+    tilts = np.radians(TILT_DEG) * np.stack([np.cos(around), np.sin(around), np.zeros(count)], axis=1)
+    return np.asarray(upright @ rotation_from_vector(tilts))
+
+
+def in_turn(features: tuple[str, ...], count: int) -> Ints:
+    """Which of count orientations each touch has (n,): those on each feature in turn, and no two features alike."""
+    made: dict[str, int] = {}
+    chosen = []
+    for feature in features:
+        chosen.append((made.setdefault(feature, len(made))) % count)
+        made[feature] += 1
+    return np.array(chosen, dtype=np.intp)
