@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 _NOT_A_ROTATION = 1e-3
-"""Entry by which a matrix times its transpose may differ from the identity: matrices are typed with few digits."""
+"""Largest entry by which a rotation matrix times its transpose may differ from the identity. Entries typed with four
+digits are off by 5e-5 and the product by up to 2e-4; a sheared matrix, or one of something else, by far more."""
 
 
 def contacts_from_arrays(

@@ -14,12 +14,15 @@ from typing import Protocol
 from tactfix.batching.row import BatchRow, row_of_failure
 from tactfix.batching.task import BatchTask, ChunkDone, ContactSet, Numbered, NumberedRow, locate_chunk, locate_set
 
-# Sets are sent together until a chunk takes this long (s): sending then costs little, and little is lost or late.
 _CHUNK_TIME = 0.2
+"""Seconds that a chunk of sets takes, which sizes the next one. One process locates some 200 sets a second
+(tests/README.md), so that forty go together: sending then costs little, and a stop loses no more than this of
+each worker."""
 _MOST_TOGETHER = 256
-"""Sets in one chunk at most, so that little is lost where a process dies."""
-# Chunks under way or waiting for each worker, so that none is idle.
+"""Sets in one chunk at most: sets that fail at once would else be sent by thousands, and all of a chunk whose
+process dies are located again, one at a time."""
 _CHUNKS_AHEAD = 2
+"""Chunks for each worker: one that it works on and one that waits, so that none is idle while rows are taken in."""
 
 
 class Workers(Protocol):

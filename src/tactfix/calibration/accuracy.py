@@ -27,9 +27,11 @@ IDENTIFIED: Final = 0.5
 
 Real robots, all parameters: 0.57 to 0.62 from planes, where they become worse, 0.05 to 0.26 from sockets."""
 _WORKSPACE_SAMPLES: Final = 400
-"""Random configurations over which the prediction is the mean."""
+"""Random configurations over which the sigma of the tip is averaged. On samples/robot-calibration half and twice as
+many change no figure of the result by 2 per cent."""
 _NOTABLE: Final = 0.3
-"""Component of a direction from which on its parameter is named."""
+"""Component of a direction that is not identified, from which on its parameter is named: an equal share of eleven
+parameters. On samples/robot-calibration 0.15 and 0.6 name the same ones."""
 
 
 @frozen_value

@@ -33,7 +33,9 @@ _NOTHING_LEFT: Final = 1e-7
 _CHOSEN_FIRST: Final = ("tip", "joint_offset", "length", "angle")
 """Kinds of parameters in order of preference: of two that say the same, that of the later kind is held."""
 _PARTNER: Final = 0.05
-"""Of a held column, from which on another parameter counts among those that it trades with."""
+"""Share of a held column, from which on another parameter is named among those with which it trades. On the robot of
+samples/robot-calibration 0.025 names the same ones; with 0.1 the places of the fixtures and the tip are missing
+from three of the messages."""
 
 
 @frozen_value(eq=True)

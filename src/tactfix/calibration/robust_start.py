@@ -35,7 +35,8 @@ _CUBE_ROTATIONS: Final = tuple(
 )
 """The 24 rotations of a cube: every rotation is within 63 degrees of one of them, from where descents still arrive."""
 _EQUAL_COST: Final = 1.0
-"""A larger cost by less than this is the same: then the better approaches decide."""
+"""Difference of costs (chi-square, no unit) below which two poses of a place explain its touches alike: one standard
+deviation of one touch. Then the approaches decide."""
 
 
 def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> Floats:

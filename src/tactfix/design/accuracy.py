@@ -30,8 +30,8 @@ from tactfix.poses.pose_fit import Sensitivity, contact_residuals, sensitivity
 from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 
-# Where the fixture stands: its frame is base.
 _HERE = np.eye(4)
+"""base_from_fixture of a design: the fixture stands where its frame is base, and sigmas are in its own axes."""
 
 
 @frozen_value

@@ -21,12 +21,15 @@ from tactfix.poses.points_as_planes import one_equation_each
 from tactfix.poses.pose_fit import PoseFit, refine
 from tactfix.values import frozen_value
 
-# Probability with which a detectable mistake is seen.
 _POWER: Final = 0.95
-# Probability, little above that of chance (SUSPICIOUS): not worth a number.
+"""Probability with which a mistake must be noticed to count as detectable: 0.95, as the intervals that are told hold
+95 of 100 values."""
 _SELDOM: Final = 0.01
-# So many times beyond the limit the distribution function is 0 to all digits, and its series long.
+"""Probability of being noticed, below which no number is told: it is within ten times SUSPICIOUS, which noise alone
+has."""
 FAR_BEYOND_LIMIT: Final = 20.0
+"""Noncentrality over the limit of chi-square, from which the mistake is always noticed. The noncentral distribution
+function is then 0 to all digits of a double, and its series takes ever more terms."""
 
 
 @frozen_value(eq=True)

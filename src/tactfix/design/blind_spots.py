@@ -45,8 +45,9 @@ from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.simulation.faults import NOISIER, Fault, growth, mistaken
 from tactfix.wording import listed
 
-# Pairs of contacts that are fitted exactly; the others leave more to first order already.
 _PAIRS_FITTED: Final = 3
+"""Pairs of contacts that are fitted exactly, those that leave the least chi-square to first order. On the plate with
+pin and ball 1 and 6 of them give the same report."""
 _MISTAKEN_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 """Factors between units that are mistaken for each other: inch and mm, mm and m or um."""
 

@@ -48,15 +48,17 @@ from tactfix.results import FreeMotion
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
-# The tip that is forgotten where nothing names one, in metres; never more than this share of a bore.
 _USUAL_TIP: Final = 0.003
+"""Radius of the tip that is forgotten where nothing names one, in metres: 3 mm, the radius of the 6 mm balls that
+styli of machine tools and robots commonly have. Never more than _BORE_SHARE of a bore."""
 _BORE_SHARE: Final = 0.5
 """Share of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
-# Features that change places to within this share of the fixture's size, or ERROR_SIGMAS sigma if that is more, are
-# tried with their labels exchanged.
 _PLACES_EXCHANGED: Final = 0.02
+"""Share of the fixture's size, or ERROR_SIGMAS sigma if that is more: features that change places to within it are
+tried with their labels exchanged. On the plate with pin and ball half and twice as much give the same report."""
 _LOOSEST: Final = 0.1
-"""The same at most, however large sigma is."""
+"""The same at most, however large sigma is: features that are a tenth of the fixture's size from each other's places
+are told apart by eye."""
 
 
 @frozen_value

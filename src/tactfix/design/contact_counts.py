@@ -34,8 +34,8 @@ ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_
 # The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth where the radius is unknown.
 PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "cylinder": 5})
 PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "sphere": 4, "cylinder": 6})
-# Section 6, eqs. 48-51: a sphere at a known distance from a located cylinder's axis.
 PAPER_SPHERE_AT_DISTANCE: Final = 2
+"""Contacts of a sphere at a known distance from the axis of a located cylinder: section 6 of the paper, eqs. 48-51."""
 
 MINIMAL_SETS_LISTED: Final = 500
 """Minimal sets listed at most; a fixture of many features has millions."""

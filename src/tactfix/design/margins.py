@@ -21,15 +21,16 @@ from tactfix.values import frozen_value
 
 Loss: TypeAlias = Literal["free", "ambiguous"]
 
-# Sigmas are enlarged by this much: with locate's limit of about five sigma, wrong poses within some fifty are seen.
-# Where there is none, by the next, and wrong poses within some five hundred.
 WIDENED: Final = (10.0, 100.0)
+"""Factors on all sigmas, tried in turn. locate accepts poses within some five sigma: with the first factor wrong
+poses within some fifty sigma are seen, with the second, asked only where there is none, within some five hundred."""
 # Contacts taken away one by one, at most, since locate is asked for each; of more, those of the most leverage.
 _MOST_LOSSES: Final = 24
 # Sigma: a pose so little behind fits as well as the right one.
 _FITS_AS_WELL: Final = 1e-3
-# A candidate this near to the right pose is the right pose: rad, and share of the fixture's extent.
 _RIGHT_POSE: Final = 1e-3
+"""How near to the right pose a candidate is that pose: rad, and share of the fixture's extent. Nominal contacts have
+no noise, so the right pose is met to rounding; two poses nearer than 1e-3 to each other harm nobody."""
 
 
 @frozen_value

@@ -79,8 +79,9 @@ def most_telling(touched: Touched) -> list[int]:
     return [int(i) for i in np.argsort(-leverage)[:_TAKEN_OFF_ONE_BY_ONE]]
 
 
-# Share of the largest coordinate by which a fit is off by rounding alone.
 _FIT_ROUNDING: Final = 1e-12
+"""Share of the largest coordinate by which a pose may be off by rounding alone: some thousand roundings of a double
+(2e-16), as a chain of products and one least squares leave."""
 
 
 def shift_of(base_from_fixture: Floats, corners: Floats) -> float:

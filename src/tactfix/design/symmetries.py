@@ -26,9 +26,9 @@ from tactfix.wording import listed
 
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 
-# Share of the fixture's size, and rad, by which a surface may miss its image. Both are typed to scale.SPECIAL_POSITION,
-# and each through a direction and a length.
 LAID_ON = 4e-6
+"""Share of the fixture's size, and rad, by which a surface may miss its image: four times scale.SPECIAL_POSITION, to
+which numbers are typed. Two surfaces take part, each through a direction and a length."""
 _SQUARED_COSINE = 1e-12
 """Squared cosine below which directions count as square to each other where the middle is looked for."""
 
@@ -72,8 +72,9 @@ def symmetries(
     return tuple(_symmetry(r, images, middle, surfaces, boxes) for r, images in found)  # step 5
 
 
-# Rad. Elements of a finite group of N features differ by far more than this; candidates by rounding only.
 _SAME_ROTATION = 1e-3
+"""Rad within which two rotations are the same element of the group. A turn of a finite group of k sides is at least
+2 pi / k, and no fixture has thousands of features; candidates of one element differ by LAID_ON at most."""
 
 
 def _about(surface: Surface, middle: Floats) -> Surface:

@@ -20,8 +20,9 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import block_of, size_of
 from tactfix.geometry.surfaces import Sphere, Surface, radius_of
 
-# Open sides of a box are closed this many lengths away: beyond that no contact on the fixture is made.
 _OPEN_SIDE = 1e3
+"""Fixture sizes at which an open side of a box is closed, so that the small systems stay bounded: no contact on the
+fixture is made farther away."""
 
 
 def regions_meet(
@@ -55,8 +56,8 @@ def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], mid
     return max(size_of(surfaces.values()), *closed, 0.0) or 1.0
 
 
-# Rounding of the small systems below, in fixture sizes: far below what shrinking by _SHRINK takes off each face.
 _SYSTEM_ROUNDING = 1e-7
+"""Fixture sizes by which the small systems below are rounded: a tenth of _SHRINK, which is taken off each face."""
 _SHRINK = 1e-6
 """Is taken off each face of a box, in fixture sizes, so that rounding cannot make regions touch."""
 

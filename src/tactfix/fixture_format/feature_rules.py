@@ -103,8 +103,9 @@ def _beyond(path: Path, length: float) -> Iterator[Finding]:
         yield Finding(path, what, _NUMBER_REMEDY)
 
 
-# Known values may contradict each other by what their sigmas explain: four of them, one in 16,000.
 CONTRADICTION_SIGMAS: Final = 4.0
+"""Sigmas by which known values may contradict each other: four, beyond which a normal value lies once in 16,000
+times."""
 _DISTANCE_ROUNDING: Final = 1e-6
 """Share of a distance that rounding to six decimals may make of it."""
 

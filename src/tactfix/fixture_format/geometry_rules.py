@@ -16,14 +16,16 @@ from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
 
-# Directions typed with four digits are parallel within this sine.
 _PARALLEL_AS_TYPED = 1e-4
-# Places and directions are typed with some digits: this share of the fixture's size is never a contradiction.
+"""Sine of the angle between directions that count as parallel: twice the rounding, 5e-5, of components that are
+typed with four digits."""
 _TYPED = 1e-6
-# A frame that is off by more than this share of the fixture's size, or this angle in rad, is another frame.
+"""Share of the fixture's size that is never a contradiction: places and directions are typed with some six digits."""
 _FRAME_OFF = 1e-4
-# "25.4" stands for anything that rounds to it, but not for more than this share of it.
+"""Share of the fixture's size, and rad, by which a frame recipe may miss the frame that the places are in:
+directions are typed with four digits. More is another frame."""
 _MOST_ROUNDING = 1e-4
+"""Share of a number that its rounding may be: "25.4" stands for anything that rounds to it, but "3" not for 2.6."""
 
 
 def check_geometry(entries: Entries, fixture: Fixture) -> list[Finding]:

@@ -26,7 +26,7 @@ from tactfix.values import frozen_value
 _AS_BAD_AS_SIGMA = 1e-3
 """Share of the contacts' extent, and cosine, by which outside a box, or on the wrong side, is as bad as one sigma."""
 _SHALLOWEST_APPROACH = -0.5
-"""Cosine of approach and outward normal that no usual approach exceeds."""
+"""Cosine of approach and outward normal that no usual approach exceeds: 60 degrees from square to the surface."""
 _TOUCH_STEPS = 40
 """Levenberg-Marquardt steps at most."""
 _TOUCH_DIFFERENCE = 1e-7

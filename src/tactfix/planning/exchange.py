@@ -13,7 +13,7 @@ WORTH_A_STEP = 1e-6
 _EXCHANGE_PASSES = 25
 """Passes over all contacts at most; they end where one changes nothing."""
 _POLISH_DIRECTIONS = 12
-"""Directions around each contact, evenly over a turn, in which each step of the polish tries to move it."""
+"""Directions around each contact, every 30 degrees, in which each step of the polish tries to move it."""
 _POLISH_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
 """Steps of the polish in radii of the fixture, each half the one before."""
 

@@ -20,10 +20,12 @@ from tactfix.values import frozen_value
 Criterion: TypeAlias = Literal["worst", "d", "e"]
 CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
 
-# A prior of this share of one contact's information keeps sets of too few contacts invertible while they grow.
 _RIDGE = 1e-8
-# Halvings that bring the smallest eigenvalue of a rank-one update to 1e-7 of what the update can change it by.
+"""Prior information, as a share of one contact's, that keeps sets of too few contacts invertible while they grow. A
+motion that is seen as well as one contact sees it has its sigma changed by 5e-9 of it."""
 _BISECTIONS = 24
+"""Halvings of the interval in which the smallest eigenvalue of a rank-one update lies: 2^-24 is 6e-8 of it, less
+than WORTH_A_STEP (1e-6) of the objective."""
 
 
 def rows_of(points: Floats, normals: Floats, sigmas: Floats, centre: Floats, radius: float) -> Floats:

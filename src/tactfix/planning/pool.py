@@ -18,7 +18,9 @@ from tactfix.probe import residual_sigmas
 from tactfix.values import frozen_value
 
 _POOL_SIZE = 600
-"""Candidates in all: after the polish more of them gain less than other starts do."""
+"""Candidates in all. With 300 the worst sigma of five plans of 7 to 9 contacts (three planes, sphere and cylinder,
+three spheres, plate with pin and ball) is up to 2 per cent larger after the polish, with 1,200 less than 2 per
+cent smaller."""
 _FEWEST_ON_ONE, _MOST_ON_ONE = 40, 200
 """Least and most candidates on one feature."""
 # Contacts on one feature keep this share of its touchable size apart: two touches at one spot would average the

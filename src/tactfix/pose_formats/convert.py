@@ -18,17 +18,20 @@ from tactfix.units import factor
 from tactfix.values import frozen_value
 
 _MOST_OF_SIGMA: Final = 0.1
-"""Share of sigma that rounding may cost."""
-_TOLD_OF_SIGMA: Final = 0.01
-"""Share of sigma up to which rounding is not told: in quadrature it adds 0.005 per cent to sigma."""
-# Chi-square of two degrees of freedom that noise exceeds once in 100 times.
+"""Share of the pose's own sigma that rounding of the text may cost: added in quadrature, a tenth enlarges sigma by
+half a per cent."""
 _MOST_TILT: Final = 9.21
-# What double arithmetic leaves of a pose that went through scipy and back: no rounding of the text.
+"""Chi-square of two degrees of freedom that noise exceeds once in 100 times (-2 log 0.01): a tilt beyond it is not
+noise, and a format without tilt would lose it."""
 _ROUND_TRIP: Final = 1e-12
-# Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10.
+"""Entry of a pose by which double arithmetic may change it on the way through its numbers and back, some thousand
+roundings of 2e-16: more is rounding of the text."""
 _ANGLE_STEP: Final = 1e-6
-# Nearer than this (rad) to gimbal lock, or than a few sigma, single angles say nothing; their sum or difference does.
+"""Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10."""
 _LOCK: Final = 1e-5
+"""Rad from gimbal lock, below which single angles say nothing and only their sum or difference does; the same below
+_LOCK_SIGMAS sigma. A derivative of the angles grows as 1 / distance: here it is 1e5, and a rounding of the text
+to 1e-6 degrees becomes 0.1 degrees."""
 _LOCK_SIGMAS: Final = 5.0
 """Sigmas of an angle from gimbal lock."""
 

@@ -16,10 +16,12 @@ from tactfix.geometry.arrays import Floats
 from tactfix.pose_formats.pose import syntax_error
 from tactfix.values import frozen_value
 
-# Numbers this small are what rounding leaves of a zero; they do not settle a sign.
 _ZERO = 1e-12
-# scipy calls it a lock when the middle angle is within 1e-7 rad of one, and then drops a rotation up to that size.
+"""Numbers smaller than this are what rounding leaves of a zero (some 1e-16, times a chain of products); they do not
+settle a sign."""
 LOCK_SLACK = 2e-7
+"""Rad by which a rotation may change at gimbal lock: scipy takes a middle angle within 1e-7 rad of one for the lock
+itself, and then drops a rotation up to that size; twice that with the angle itself."""
 
 
 def _refuse_turns(angle: float) -> None:

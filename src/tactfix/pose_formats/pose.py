@@ -19,12 +19,13 @@ from tactfix.units import MOST_LENGTH, UNITS, factor, which_unit
 from tactfix.values import frozen_value
 from tactfix.wording import decimals, fixed
 
-# A matrix printed with six decimals is off by up to 1e-6 in each entry; a sheared, scaled or mirrored one by far more.
 MOST_SKEW = 1e-5
+"""Entry of R^T R - 1 that a rotation may have: a matrix printed with six decimals is off by up to 1e-6 in each
+entry, a sheared, scaled or mirrored one by far more."""
 _NO_COVARIANCE = 1e-4
 """Share of the sigmas by which a covariance printed with five digits may be asymmetric or indefinite."""
-# What double arithmetic leaves; a matrix this good is taken as it is, to the last bit.
 LEAST_SKEW = 1e-12
+"""The same that double arithmetic leaves: a matrix this good is taken as it is, to the last bit."""
 
 
 class PoseSyntaxError(TactfixError):

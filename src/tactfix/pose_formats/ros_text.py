@@ -14,8 +14,9 @@ from tactfix.pose_formats.literals import the_one, without_comments
 from tactfix.pose_formats.orientation import EulerAngles, Quaternion
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 
-# Three digits of each number, as tf2_echo prints them, leave this much of a rotation's entries open.
 _MOST_OFF: Final = 3e-3
+"""Entry of R^T R - 1 that numbers with three digits, as tf2_echo prints them, may leave of a rotation: each entry is
+off by 5e-4, and a sum of three products of two by 3e-3."""
 _RPY: Final = EulerAngles("ZYX", order=(2, 1, 0), degrees=False)
 _XYZW: Final = Quaternion(scalar_first=False)
 

@@ -12,11 +12,15 @@ from tactfix.geometry.arrays import Floats, Ints
 from tactfix.qualification.result import Drift, Step
 
 TOLD_BY_CHANCE = 1e-3
-"""How often something is told of readings that only scatter."""
+"""How often an outlier, a drift or a step is told of readings that only scatter: once in a thousand sets, as
+SUSPICIOUS."""
 MOST_OUTLIERS = 10
 """Outliers that are taken out one after the other at most."""
 LEAST_SIDE = 3
-"""Touches on either side of a step."""
+"""Touches on either side of a step at least. Of 2,000 simulated sequences of 40 readings that only scatter, 0.10 to
+0.15 per cent show a step with 1, 2, 3 or 6 here. Where the second reading alone is off by six sigma, 8, 8, 0.8
+and 0.2 per cent show one; of steps of three sigma after the third reading 61, 66, 61 and 5 per cent are found
+(500 sequences each)."""
 
 
 def interval(sigma: float, dof: int) -> tuple[float, float]:

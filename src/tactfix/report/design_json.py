@@ -15,8 +15,9 @@ from tactfix.results import FreeMotion
 from tactfix.version import VERSION
 
 DESIGN_SCHEMA: Final = "tactfix/design-check/1"
-# Values below this against 1 or the fixture's size are rounding of exact zeros: not worth their digits.
 _NOT_WORTH_DIGITS: Final = 1e-14
+"""Values below this, against 1 or the fixture's size, are rounding of exact zeros and are written as 0: some fifty
+roundings of a double."""
 
 
 def design_json(report: DesignReport) -> Json:

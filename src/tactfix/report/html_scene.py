@@ -29,8 +29,9 @@ _CANDIDATES_DRAWN: Final = 12
 # Poses that are left, told apart from each other and from the features.
 _POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
 _ACCUSED: Final = "#d50000"
-# Radius, in sigma, of the ellipsoid that holds a normal point of three dimensions in 95 of 100 cases.
 ELLIPSOID_SIGMAS: Final = 2.7955
+"""Radius, in sigma, of the ellipsoid that holds a normal point of three dimensions in 95 of 100 cases: the root of
+the 0.95 quantile, 7.815, of chi-square with three degrees of freedom."""
 
 
 def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) -> Figure:

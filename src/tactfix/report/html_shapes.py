@@ -11,8 +11,8 @@ _CIRCLE_POINTS = 48
 """Points of a drawn circle."""
 _FROM_POLE_TO_POLE = 25
 """Points of a drawn meridian."""
-# A point is drawn as a ball of this share of the fixture, to be seen at all.
 _POINT_SIZE = 0.01
+"""Radius of the ball as which a point is drawn, as a share of the fixture: a hundredth is a few pixels on a screen."""
 
 
 def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float, points: Floats) -> Floats | None:

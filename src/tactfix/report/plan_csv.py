@@ -17,9 +17,12 @@ from tactfix.report.text_report import decimal
 from tactfix.simulation.simulate import CONE_DEG, Simulation
 from tactfix.wording import spreadsheet_cell
 
-# A thousandth of sigma is more than a contact can say, nine digits of a direction are a nanoradian. No more is written,
-# which also hides the last bits in which platforms differ: one seed gives one file everywhere.
-_BELOW_SIGMA, _DIRECTION = 3, 9
+_BELOW_SIGMA = 3
+"""Decimals of a length in a plan beyond the first digit of sigma: a thousandth of sigma is more than a contact can
+say. No more is written, which also hides the last bits in which platforms differ: one seed gives one file
+everywhere."""
+_DIRECTION = 9
+"""Decimals of a direction: nine are a nanoradian, less than any machine turns."""
 _TRUTH = 12
 """Decimals of the true pose: it is compared with, not read as a measurement."""
 

@@ -18,10 +18,11 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
-# Far enough outside the noise that a consistent set of contacts must notice it.
 FAULT_SIGMAS = 20.0
-# Aluminium, 10 K warmer than when the fixture was measured.
+"""Sigma by which a fault puts a contact off: four times the five of locate's limits, so that a consistent set of
+contacts must notice it."""
 _GROWTH = 23e-6 * 10
+"""Growth of a fixture that is 10 K warmer than when it was measured: aluminium, 23e-6 of its length for each kelvin."""
 _INCH = 25.4
 """Millimetres."""
 NOISIER = 10.0

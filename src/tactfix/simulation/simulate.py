@@ -27,8 +27,9 @@ from tactfix.simulation.fixture_faults import Touches, really
 from tactfix.simulation.poses import drawn_pose, in_turn, tool_orientations
 from tactfix.values import frozen_value
 
-# Half angle of the cone around the inward normal in which a random touch comes.
 CONE_DEG = 20.0
+"""Half angle (degrees) of the cone around the inward normal in which a random touch comes: as square as a hand or a
+program usually keeps it, and far from grazing (`contacts.GRAZING`)."""
 # Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
 _ENOUGH_ALONE: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
 _ENOUGH_ON_A_BALL = 4

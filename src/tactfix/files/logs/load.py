@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _MOST_PROBLEMS = 20
-"""Problems that are told of one log."""
+"""Problems that are told of one log: a screen of them. Nobody reads more before mending the first."""
 _MOST_TIP_MM = 3000.0
 """No probe reaches farther from its flange; what is longer is in another unit."""
 
