@@ -1,4 +1,4 @@
-"""How surely a point of the fixture is known, and the limits that a located pose must keep to be acceptable."""
+"""The covariance of a point of the fixture, and the limits that a located pose must keep to be acceptable."""
 
 import numpy as np
 

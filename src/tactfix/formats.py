@@ -64,7 +64,7 @@ SUFFIXES: Final[Mapping[str, PoseFormat]] = MappingProxyType(
 """Which dialect a file name's ending means."""
 
 LEVER_ARM_MM: Final = 500.0
-"""How far from the fixture's origin the effect of rounding is told: the reach of a large plate in a cell."""
+"""Distance from the fixture's origin at which the effect of rounding is given: half a metre, as on a large plate."""
 LOCATE_SCHEMA: Final = "tactfix/locate/1"
 """What the JSON of `locate` calls itself; a pose is read from it too."""
 MOST_OFF_UNIT: Final = 1e-3

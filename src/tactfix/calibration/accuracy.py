@@ -1,12 +1,12 @@
-"""How sure a calibrated robot is: covariance, what its tip is then off by, observability, and what stays unknown.
+"""The accuracy of a calibrated robot: covariance, sigma of its tip, observability, and what stays unknown.
 
-The estimate in which a prior of sigmas b is believed is linear in the rows: p = K (A p_true + e), with
+An estimate that uses a prior with the sigmas b is linear in the rows: p = K (A p_true + e), with
 K = (A^T A / v + B^-2)^-1 A^T / v and B = diag(b). Its error has the covariance
 
     C = v K K^T + (I - K A) P (I - K A)^T
 
-where v is the variance of a row and P the full prior: what shrinking holds back counts at full width, so that C does
-not get better by believing less. Where b is the full prior it is the posterior of Bayes.
+where v is the variance of a row and P the full prior: the part that shrinking holds back has the variance of the full
+prior, so that C does not become smaller with a narrower b. Where b is the full prior, C is the posterior of Bayes.
 
 Observability indices of the singular values of A P^1/2, as in theory (O1 Menq and Borm, O2 Driels and Pathre, O3 and O4
 Nahvi and Hollerbach, O5 Sun and Hollerbach).
@@ -51,7 +51,7 @@ def information(parts: tuple[Eliminated, ...], free: Bools) -> Floats:
 def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float) -> Floats:
     """C (f, f) for A (r, f), prior sigmas (f,), those believed (f,), and the variance of a row.
 
-    A parameter of which nothing is believed (0) is held at nominal and is as unsure as its prior.
+    A parameter whose b is 0 is held at nominal, and its variance is that of its prior.
     """
     scaled, share = matrix * prior, believed / prior
     normal = scaled.T @ scaled / variance

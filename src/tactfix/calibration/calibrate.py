@@ -1,4 +1,4 @@
-"""Robot calibration from touches: which parameters, how much of the prior, how sure, and what checks it.
+"""Robot calibration from touches: which parameters, how much of the prior, how accurate, and what checks it.
 
 1. The robot is fitted to the touches at all places but those held out (`robot_fit`).
 2. Covariance, what the touches identify, and what they leave unknown follow from the equations there (`accuracy`).

@@ -80,7 +80,7 @@ class Cell:
 
 @frozen_value
 class Touches:
-    """n touches: at which place and feature, with the joints where, and how surely.
+    """n touches: at which place and feature, with which joints, and with which sigma.
 
     Attributes
     ----------

@@ -1,12 +1,15 @@
 """Whether a fitted robot may be written, and what has to be said of it.
 
-The residuals at the places left out have the first word: where no factor on the prior is better than the nominal robot,
-nothing is written. They have not the last one. A place left out sees what its features see, a table heights alone, and
-tables that lie alike agree on what bends the robot, or them, alike; a robot with many parameters can follow that, and
-be worse anywhere else. So the touches must besides tell the robot: of errors as large as the nominal robot's residuals
-leave room for, they may leave less than half over its joint ranges (`accuracy.undetermined`, `IDENTIFIED`), as of a
-parameter that counts as identified. What the tip's offset or the base would make good is not asked for. How wide the
-prior is plays no part in this, only how its kinds compare.
+1. A single touch that no robot explains, gross residuals, or a place that contradicts what is known of it: the touches
+   are inconsistent.
+2. Where no factor on the prior is better than the nominal robot at the places left out, nothing is written.
+3. That is not enough: a place left out sees what its features see. Tables see heights alone; two tables that lie alike
+   are bent, and bend the robot, alike. A robot with many parameters can follow that and be worse anywhere else. So the
+   touches must also determine the robot. Of errors as large as the nominal robot's residuals leave room for, they must
+   leave less than half over its joint ranges (`accuracy.undetermined`, `IDENTIFIED`): the limit by which a single
+   parameter counts as identified. Errors that the tip's offset or the base would compensate do not count. The width of
+   the prior has no influence on this, only the ratios between its kinds.
+4. Parameters that were asked for by name must be identified.
 """
 
 from typing import Final
@@ -34,6 +37,7 @@ def status_of(
     fit: RobotFit, told: accuracy.Certainty, result: Calibration, unchecked: bool
 ) -> tuple[CalibrationStatus, tuple[str, ...]]:
     """The status, and why it is not "calibrated". unchecked waives the check by another place, and nothing else."""
+    # Step 1.
     rows = sum(len(group.touches) for group in fit.groups)
     if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
         named = listed([str(row) for row in fit.suspicious])
@@ -44,14 +48,17 @@ def status_of(
         reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
     if reasons:
         return "inconsistent", tuple(reasons)
+    # Step 2.
     if _is_one_place(fit):
         reasons += () if unchecked else (_NOTHING_CHECKS,)
     elif fit.choice.factor == 0:
         reasons.append("no calibrated robot is better than the nominal one at the places left out")
+    # Step 3.
     if result.undetermined >= accuracy.IDENTIFIED:
         left = f"the touches leave {100 * result.undetermined:.0f} per cent of the robot's errors over its joint ranges"
         remedy = "touch at more places and features that face other ways, or let fewer parameters be unknown"
         reasons.append(f"{left}, {100 * accuracy.IDENTIFIED:.0f} or more is too much: {remedy}")
+    # Step 4.
     names = [parameter.name for parameter, free in zip(fit.cell.parameters, fit.free, strict=True) if free]
     unknown = [name for name, known in zip(names, told.identified, strict=True) if not known]
     asked = [name for name in unknown if name in fit.cell.unknown and "." in name]

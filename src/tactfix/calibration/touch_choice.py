@@ -1,4 +1,10 @@
-"""Which of many touches to add to others: the best by a criterion (see touch_plan)."""
+"""Which of many touches to add to others: the best by a criterion (see touch_plan).
+
+1. The rows of the touches planned and of the pool are taken in units of the priors.
+2. One touch after the other is added: at a place that has the fewest, the one with the best score beside those before.
+3. Each of them in turn is exchanged for the best one at its place, until none is better (V. V. Fedorov: Theory of
+   optimal experiments, 1972): the first ones were chosen when most was unknown.
+"""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +41,7 @@ class _Candidates:
     criterion: Criterion
 
     def after(self, chosen: Sequence[int]) -> Floats:
-        """How little is known (c,) by the criterion after each touch of the pool, chosen ones made before."""
+        """The score (c,) by the criterion, smaller is better, after each touch of the pool, chosen ones made before."""
         rows = self.rows[np.concatenate([self.own[index] for index in chosen])] if chosen else self.rows[:0]
         spread = np.linalg.inv(self.made + rows.T @ rows)
         if self.criterion == "worst":
@@ -57,6 +63,7 @@ def chosen_touches(
     """The touches of the pool (indices from 0) to add: one after the other, then exchanged for better ones."""
     if not add or not len(pool):
         return []
+    # Step 1.
     rows, owners, wide = _rows(cell, joined(start, pool), poses, free)
     # In units of the priors, so that lengths and angles are alike in size.
     rows = rows * np.concatenate([prior[free], wide])
@@ -64,6 +71,7 @@ def chosen_touches(
     tip = (moves[:, :, free] * prior[free]).reshape(-1, int(free.sum()))
     own = tuple(np.flatnonzero(owners == row) for row in pool.rows)
     known = rows[made].T @ rows[made] + np.eye(rows.shape[1])
+    # Steps 2 and 3.
     return _exchanged(_taken(_Candidates(rows, own, tip, known, criterion), start, pool, add), pool)
 
 
@@ -84,10 +92,7 @@ def _taken(candidates: _Candidates, start: Touches, pool: Touches, add: int) -> 
 
 
 def _exchanged(taken: tuple[_Candidates, list[int]], pool: Touches) -> list[int]:
-    """Each touch in turn for the best one at its place, until none is better (V. V. Fedorov).
-
-    The first ones were taken when most was unknown: alone they could tell little.
-    """
+    """Each touch in turn for the best one at its place, until none is better."""
     candidates, chosen = taken
     for _ in range(max(1, min(_ROUNDS, _MOST_SCORES // len(chosen)))):
         changed = False

@@ -9,7 +9,7 @@ and a touch more, with rows a (k, m), would take G S^-1 G^T away from it, where 
 
 1. Parameters that no touch could tell apart are held at nominal (`independence`).
 2. Places are taken where they are known to be, else where the touches planned there say.
-3. A random pool is made: on every feature of every such place, from random postures that reach it (`touch_pool`).
+3. A random pool is made: touches of every feature of every such place, from random postures (`touch_pool`).
 4. Touches to add are taken from it one after the other, then exchanged for better ones (`touch_choice`, Fedorov 1972):
    each is the one after which the worst place of the tip over the joint ranges is known best, or after which the
    determinant of the covariance of the robot's parameters is smallest. Places take turns, for each will be left out.

@@ -1,9 +1,9 @@
-"""Touches that a robot could make: on every feature of places roughly known, in random postures that reach it.
+"""Touches that a robot could make: of every feature at places roughly known, in random postures.
 
 1. Points spread over what can be touched of a feature, the tip's radius off it, are targets of the tip in base.
 2. From random joints, damped Newton steps bring the nominal tip to each of them, within the joint ranges.
 3. Postures that hold the flange behind a plane that the tip touches are left out.
-4. A feature that no posture is left for is out of reach.
+4. A feature for which no posture is left cannot be touched.
 """
 
 from collections.abc import Mapping

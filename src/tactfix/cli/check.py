@@ -101,7 +101,7 @@ def command(
 
 
 def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
-    """JSON where it is asked for; the verdict; why there is none on standard error."""
+    """JSON where it is asked for; whether it has moved; why that is not known, on standard error."""
     from tactfix.report.json_report import text_of
     from tactfix.report.monitoring_report import check_json, check_lines
 

@@ -21,7 +21,7 @@ _NUMBER_TEXTS: Final[dict[type, str]] = {
     int: r"[-+]?[0-9]{1,15}",
     float: NUMBER.pattern,
 }
-"""Texts that are beyond doubt numbers of a kind."""
+"""Texts that can only be numbers of a kind."""
 
 
 class QuickCommand(TyperCommand):
@@ -70,7 +70,7 @@ class _Coercion:
 
 
 def plain_value(value: Any, annotation: Any, low: float | None, high: float | None) -> Any:
-    """value as annotation says, between low and high; _NOT_PLAIN where there is any doubt."""
+    """value as annotation says, between low and high; _NOT_PLAIN where that needs typer."""
     if value is None or (type(value) is annotation and annotation not in (int, float)):
         return value
     if annotation is Path and isinstance(value, str):

@@ -1,12 +1,12 @@
-"""How surely a set of contacts fixes the pose: covariance, extreme points, observability, and which contact matters.
+"""The accuracy of the pose from a set of contacts: covariance, extreme points, observability, influence of each.
 
 Everything is in the fixture frame with the fixture standing at its origin, the true pose being the identity.
 
 1. Rows [n, (x - c) x n] over sigma, for each contact at x with normal n, and those of a measured pose make up J.
 2. The covariance of the pose is (J^T J)^-1, carried to the fixture's origin.
-3. At each extreme point the largest eigenvalue of the covariance there says how badly that is known.
+3. The sigma of each extreme point is the root of the largest eigenvalue of the covariance there.
 4. The same without each contact in turn, by Woodbury's identity.
-5. The singular vector with the smallest singular value is the motion known worst.
+5. The singular vector with the smallest singular value is the motion that is determined worst.
 6. The singular values of the contacts alone, all sigmas alike, give the observability indices (`Observability`).
 """
 

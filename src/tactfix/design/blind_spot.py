@@ -1,4 +1,4 @@
-"""One mistake, and the verdict on it: how often would the residuals show it, how far is the pose off?"""
+"""One mistake: how often would the residuals show it, and how far is the pose off?"""
 
 from dataclasses import replace
 from functools import cached_property
@@ -74,7 +74,7 @@ class Case:
 
 
 def power_of(noncentrality: float, dof: int) -> float:
-    """How often the chi-square of dof degrees of freedom, with this noncentrality, exceeds locate's limit of doubt."""
+    """How often chi-square of dof degrees of freedom and this noncentrality is above the limit where locate warns."""
     from scipy.special import chndtr
 
     if dof < 1:
@@ -85,7 +85,7 @@ def power_of(noncentrality: float, dof: int) -> float:
 
 
 def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
-    """The verdict where no pose comes out."""
+    """The mistake where no pose comes out."""
     return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
 
 
@@ -101,14 +101,14 @@ def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
 
 
 def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
-    """The verdict on a small mistake: contacts and surfaces as they are believed to be, fitted from the truth."""
+    """A small mistake: contacts and surfaces as the file has them, fitted from the true pose."""
     fit = refined(touched, contacts, np.eye(4))
     power = power_of(fit.chi2, touched.dof)
     return spot_of(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
 
 
 def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str, locator: Locator) -> BlindSpot:
-    """The verdict of locate on a mistake."""
+    """A mistake as locate answers to it."""
     result = locator(contacts)
     if result.base_from_fixture is None:
         return no_pose(error, what)
@@ -117,7 +117,7 @@ def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: st
 
 
 def spot_of(error: BlindSpotCode, power: float, shift: float, what: str) -> BlindSpot:
-    """The verdict where a pose comes out that is off by shift."""
+    """The mistake where a pose comes out that is off by shift."""
     seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
     seen = "the residuals do not show it" if power < _SELDOM else seen
     return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")

@@ -3,9 +3,9 @@
 1. Each mistake is done to noise-free nominal contacts, or to the fixture's numbers.
 2. The pose is fitted again, from the truth, by the same least squares that locate uses (`blind_spot`).
 3. The chi-square that is left is the noncentrality of the one that noisy contacts would have. A mistake counts as
-   detectable when that would exceed its limit, the one at which locate begins to doubt the residuals
-   (noise.SUSPICIOUS, one in a thousand), with at least 95 per cent probability.
-4. Of each kind the one is told that stays unseen and shifts the pose most.
+   detectable when that would exceed its limit, above which locate warns (noise.SUSPICIOUS, one in a
+   thousand), with at least 95 per cent probability.
+4. Of each kind, the mistake that stays unseen and shifts the pose most is reported.
 
 Exchanged labels are fitted from where a near symmetry of the fixture takes it. Reversed approaches and a wrong unit are
 given to locate: they are detectable when no pose comes out. Only there, and where the file is another fixture's

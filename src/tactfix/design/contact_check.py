@@ -1,11 +1,11 @@
-"""Contacts on a rigid fixture judged: how sure the pose is, what else fits, which mistakes stay unseen.
+"""Contacts on a rigid fixture: the accuracy of the pose, what else fits, which mistakes stay unseen.
 
-1. Well spread contacts are chosen among the touches that the probe can make; features that it cannot reach are told.
-2. Contacts that are given are carried into the fixture frame, and laid on its surfaces without noise; where none are,
-   the spread ones are judged.
+1. Well spread contacts are chosen among the touches that the probe can make; features that it cannot touch are named.
+2. Contacts that are given are carried into the fixture frame, and projected onto its surfaces. Without any, the spread
+   ones are checked.
 3. Motions that they leave free, and the cylinders that they lie on, are looked for.
 4. Where nothing is free the pose has a covariance (`accuracy`), and margins and blind spots if its direction is known.
-5. Whether locate could call any pose one, whatever was given, the spread contacts say.
+5. The spread contacts say whether locate could find a pose at all, whatever contacts were given.
 """
 
 from collections.abc import Mapping
@@ -63,11 +63,11 @@ are told apart by eye."""
 
 @frozen_value
 class ContactCheck:
-    """The verdict on contacts. certainty is None where they leave a motion free, margins also where one is hardly held.
+    """What was found of contacts. certainty is None where they leave a motion free, margins too where one is nearly.
 
     is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
-    layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts, whatever was given, hold
-    the pose well enough for locate to call it one.
+    layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts, whatever was given,
+    determine the pose well enough for locate.
     """
 
     certainty: Certainty | None
@@ -89,7 +89,7 @@ def check_contacts(
     max_sigma: float | None,
     locator: Locator,
 ) -> ContactCheck:
-    """The verdict on the given contacts, on well spread ones where there are none.
+    """Check the given contacts, or well spread ones where there are none.
 
     probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is told.
     locator: of contacts in base. Whatever the contacts say, the fixture is judged as it stands at near.
@@ -148,7 +148,7 @@ def _judged(
     locator: Locator,
     so_far: ContactCheck,
 ) -> ContactCheck:
-    """The verdict so far with accuracy, margins and blind spots in it; the latter where the direction is known at all.
+    """What was found so far, with accuracy; and with margins and blind spots where the direction is known at all.
 
     spread: well spread contacts, None where there are none.
     """

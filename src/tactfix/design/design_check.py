@@ -1,7 +1,10 @@
-"""Will this fixture locate, how surely, and what would it never notice.
+"""Whether a fixture will locate, with which accuracy, and what would never be noticed.
 
-The fixture's geometry is judged exactly (motions, symmetries, fewest contacts), then the contacts that are given, or
-well spread ones: how sure the pose is, how far the nearest wrong pose lies, and which mistakes would stay unseen.
+1. The fixture's geometry is checked exactly: motions, symmetries, fewest contacts (`geometry_check`).
+2. The contacts that are given, or well spread ones, are checked: the accuracy of the pose, how far the nearest wrong
+   pose lies, and which mistakes would stay unseen (`contact_check`).
+3. The complex poses of minimal sets of contacts come from a table (`pose_counts`).
+4. Random layouts show how many contacts make the pose unique (`random_layouts`).
 """
 
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""The fixture's geometry judged exactly: motions, symmetries, fewest contacts, positions that are nearly special."""
+"""The fixture's geometry, checked exactly: motions, symmetries, fewest contacts, positions that are nearly special."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
@@ -40,10 +40,10 @@ count as nearly special, and the question is not asked."""
 
 @frozen_value
 class GeometryCheck:
-    """The verdict on unbounded surfaces and their touch boxes.
+    """What was found of unbounded surfaces and their touch boxes.
 
-    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact. size: how far surfaces
-    and boxes reach (units). findings: all but those on symmetries and on touching, which take the contacts into
+    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact. size: extent of surfaces
+    and boxes (units). findings: all but those on symmetries and on touching, which take the contacts into
     account.
     """
 
@@ -61,7 +61,7 @@ class GeometryCheck:
 def check_geometry(
     fixture: Fixture, surfaces: Mapping[str, Surface], shapes: int, sigma: float | None
 ) -> GeometryCheck:
-    """The verdict on a rigid fixture with its features at surfaces; sigma: of a contact, None where nothing says it.
+    """Check a rigid fixture with its features at surfaces; sigma: of a contact, None where nothing says it.
 
     shapes: how many different shapes the fixture's relations allow.
     """

@@ -1,6 +1,6 @@
-"""How far the nearest wrong pose lies behind the right one, and which contacts the answer hangs on.
+"""How far the nearest wrong pose lies behind the right one, and on which contacts that depends.
 
-1. locate is asked with sigmas larger than they are (WIDENED): what it then still accepts is a wrong pose within reach.
+1. locate is asked with sigmas larger than they are (WIDENED): a wrong pose that it still accepts is near.
 2. Approach and touch boxes had a grace in those sigmas: a pose is left out that they exclude by the true ones.
 3. The nearest is the one with the least chi-square by the true sigmas; where there is none, sigmas are widened further.
 4. Where the pose is unique, each contact is left out in turn: a motion may then be free, or the pose ambiguous.
@@ -60,8 +60,8 @@ class Fragile:
 class Margins:
     """What lies near the right pose.
 
-    rival: the nearest wrong pose, None where none is within reach sigma. limit: within so many sigma locate accepts a
-    pose. fragile: contacts that must not be lost, among as many as losses.
+    rival: the nearest wrong pose, None where none is within reach (in sigma). limit: within so many sigma
+    locate accepts a pose. fragile: contacts that must not be lost, among as many as losses.
     """
 
     rival: Rival | None

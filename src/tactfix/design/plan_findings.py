@@ -104,7 +104,7 @@ def _s(source: Source) -> str:
 
 
 def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | None, units: str) -> Iterator[Finding]:
-    """How sure the pose is, at its worst. sigma: rms of the contacts' own."""
+    """The sigma of the extreme point known worst. sigma: rms of the contacts' own."""
     at_worst = certainty.worst
     ratio = at_worst.sigma / sigma
     where = f"the worst extreme point {vector(at_worst.point)} is known to {at_worst.sigma:.3g} {units} (1 sigma)"

@@ -99,7 +99,7 @@ def _key(surfaces: Mapping[str, Surface]) -> tuple[int, ...]:
 def _judged(
     code: BlindSpotCode, case: Case, found: Sequence[Explanation], words: Mapping[tuple[int, ...], str]
 ) -> list[BlindSpot]:
-    """The verdict on each hypothesis: at the best of its poses against which neither approach nor box speaks."""
+    """What becomes of each hypothesis: at the best of its poses against which neither approach nor box speaks."""
     fits = {_key(one.hypothesis.surfaces): _best_left(case, one) for one in found}
     spots = []
     for key, what in words.items():

@@ -1,7 +1,8 @@
 """One feature alone: every plane, sphere or cylinder that explains the contacts, and which one is left.
 
-Use case behind `tactfix fit`. Candidates come from the localizers; they fall in the order fit (chi-square against
-sigma, radius), approach (eq. 11), each with its reason.
+1. The localizer of the feature gives every surface that the contacts allow (`tactfix.localizers`).
+2. Each falls by its fit (chi-square against sigma, radius) or by the approaches (eq. 11), with its reason (`trial`).
+3. The status follows from how many are left, and from how well the contacts determine the best.
 """
 
 from collections.abc import Mapping, Sequence
@@ -100,7 +101,7 @@ def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Sid
     candidates = _without_twins(candidates, contacts, dof)
     if radius is not None and dof == 1:
         candidates += _of_other_radius(kind, contacts, side, radius)
-    return _verdict(kind, contacts, candidates, dof, radius is not None)
+    return _answer(kind, contacts, candidates, dof, radius is not None)
 
 
 def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
@@ -167,7 +168,7 @@ def _halfway(first: SidedSurface, second: SidedSurface) -> SidedSurface:
     return first
 
 
-def _verdict(
+def _answer(
     kind: SidedType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
 ) -> FitResult:
     """The status, and the surface where just one is left."""

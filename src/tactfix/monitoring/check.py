@@ -77,7 +77,7 @@ class CheckResult(JsonResult):
 
     Notes
     -----
-    has_moved: by the limits, or by chance below 1 in 1000 where there are none.
+    has_moved: by the limits, or, where there are none, where noise alone would move it so far once in 1000 times.
 
     Examples
     --------
@@ -117,7 +117,7 @@ class CheckResult(JsonResult):
 
     @property
     def has_moved(self) -> bool | None:
-        """Whether it has: by the limits, or by chance below 1 in 1000 where there are none; None if not located."""
+        """Whether it has: by the limits, without any by a p-value below 1 in 1000; None if not located."""
         if self.movement is None:
             return None
         if self.limits != Limits():

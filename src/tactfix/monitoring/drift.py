@@ -9,7 +9,7 @@ then chi-square with 6 degrees of freedom, for any number of checks from three o
 2. The weights w_i follow from their number.
 3. The slope is b, the motion from one check to the next.
 4. Its covariance is that of the contacts of each check alone.
-5. How often T^2 is as large by chance says whether there is a drift.
+5. The probability that T^2 is as large without a drift (p-value) says whether there is one.
 
 H. Hotelling, "Multivariate quality control", in Techniques of Statistical Analysis, McGraw-Hill 1947, for T^2, here
 with known covariances; A. F. Bissell, "The performance of control charts and cusums under linear trend", Applied
@@ -75,7 +75,7 @@ class Drift:
     """The steady part of the motion over the last checks.
 
     per_check (6,): rotation (rad) and translation (units) from one check to the next, base axes, about the fixture's
-    origin, with covariance (6, 6). chance: how probable a drift this improbable is where there is none; None where a
+    origin, with covariance (6, 6). chance: the p-value of T^2, None where a
     component has no variance.
     """
 
@@ -86,7 +86,7 @@ class Drift:
 
     @property
     def detected(self) -> bool:
-        """Whether chance alone looks like this less often than once in a thousand."""
+        """Whether the p-value is below CHANCE."""
         return self.chance is not None and self.chance < CHANCE
 
 

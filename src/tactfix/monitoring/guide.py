@@ -1,4 +1,9 @@
-"""Guidance while a fixture is touched: what the touches so far leave open, and where to touch next."""
+"""Guidance while a fixture is touched: what the touches so far leave open, and where to touch next.
+
+1. The touches so far are located.
+2. A located pose is held against the gates that the user has set.
+3. The status says what is open: a free motion, several poses, or a contradiction; `next_contact` says where to touch.
+"""
 
 from typing import Any, Final
 
@@ -141,7 +146,9 @@ def guide(
     >>> tactfix.guide(fixture, contacts).is_done
     True
     """
-    result = locate(fixture, contacts)
+    result = locate(fixture, contacts)  # step 1
+    # Step 2.
     exceeded = exceeded_gates(result, point_fixture, max_sigma, max_rms) if result.status == "located" else []
+    # Step 3.
     untouched = tuple(name for name in fixture.features if name not in contacts.by_feature)
     return GuideStep(len(contacts), result, tuple(exceeded), untouched)

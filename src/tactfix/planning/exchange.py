@@ -1,4 +1,13 @@
-"""Finding the best set: exchanging single contacts (Fedorov 1972) from many starts, then moving each one smoothly."""
+"""Finding the best set of touches: single ones are exchanged from many starts, then each is moved smoothly.
+
+1. A start has as many touches as the plan: of features in turn, each a random one that is not crowded.
+2. Each touch in turn is taken out, and the touch of the pool that gives the best score with the rest is put in. Passes
+   over all touches end where one changes nothing.
+3. The touches left are moved over their surfaces: in each of several directions by a step that is halved in turn, as
+   long as that lowers the score (pattern search).
+
+V. V. Fedorov: Theory of optimal experiments, 1972.
+"""
 
 import numpy as np
 
@@ -58,7 +67,7 @@ def pays(new: float, old: float) -> bool:
 
 
 def started(search: Search, count: int, rng: np.random.Generator) -> Touches:
-    """count touches to start from: features in turn, then any touch that is not crowded, where there is one."""
+    """count touches to start from (step 1): features in turn, any touch of each that is not crowded if there is one."""
     touches = search.pool.touches
     order = np.resize(rng.permutation(np.unique(touches.which)), count)
     chosen = touches.take(np.zeros(0, dtype=np.intp))
@@ -78,7 +87,7 @@ def extended(search: Search, smaller: Choice) -> Touches:
 
 
 def exchanged(search: Search, start: Touches) -> Choice:
-    """The set that no exchange of one touch for another of the pool improves, reached from start."""
+    """The set that no exchange of one touch for another of the pool improves, reached from start (step 2)."""
     current = search.choice(start)
     for _ in range(_EXCHANGE_PASSES):
         before = current
@@ -92,7 +101,7 @@ def exchanged(search: Search, start: Touches) -> Choice:
 
 
 def polished(search: Search, choice: Choice) -> Choice:
-    """The choice with each touch moved over its surface as long as that pays, by pattern search."""
+    """The choice with each touch moved over its surface as long as that pays, by pattern search (step 3)."""
     for step in _POLISH_STEPS:
         for _ in range(2):
             before = choice

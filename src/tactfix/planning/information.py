@@ -5,6 +5,15 @@ row is [p x n, n] / sigma, and the information of a set is the sum of row row^T;
 pose. Points are taken from the middle of the fixture in units of its radius: then all six columns are of one kind, the
 criteria do not change with the unit of length, and w times the radius is a length like v. A contact on a point, which
 holds the tip from all sides, is three such rows, one along each axis.
+
+1. What is known beforehand is added, and what is held is projected out; a small ridge makes sets of few contacts
+   invertible.
+2. For each candidate the information grows by its rows. With one row the criterion follows in closed form: the
+   covariance by Sherman and Morrison, the determinant by its lemma, the smallest eigenvalue from the secular equation.
+3. With several rows each sum is decomposed.
+
+V. V. Fedorov: Theory of optimal experiments, 1972, for the determinant; G. H. Golub: Some modified matrix eigenvalue
+problems, 1973, for the eigenvalue.
 """
 
 from typing import Final, Literal, TypeAlias, get_args
@@ -80,7 +89,7 @@ def known_of(placement: Placement | None, base_from_fixture: Floats | None, cent
 class Objective:
     """The number to make small. corners (k, 3): scaled points of the fixture at which worst looks.
 
-    known: what is known beforehand; what is held is certain, and counts in no criterion.
+    known: what is known beforehand; what is held has no variance, and counts in no criterion.
 
     worst: the largest variance of a corner's position in any direction. d: minus the logarithm of the determinant of
     the information (D-optimal). e: minus its smallest eigenvalue, the square of the rows' smallest singular value.
@@ -93,13 +102,13 @@ class Objective:
 
     def scores(self, information: Floats, rows: Floats) -> Floats:
         """The score (m,) of the information (6, 6) with each of the rows (m, 6), or blocks of them (m, r, 6), added."""
-        basis = self.known.basis
+        basis = self.known.basis  # step 1
         ridge = _RIDGE / self.sigma**2 * np.eye(self.known.unknowns)
         information = basis.T @ (information + self.known.information) @ basis + ridge
         rows = rows @ basis
-        if rows.ndim == 3:
+        if rows.ndim == 3:  # step 3
             return self._of_sums(information + np.swapaxes(rows, 1, 2) @ rows)
-        match self.criterion:
+        match self.criterion:  # step 2
             case "worst":
                 return self._worst(np.asarray(np.linalg.inv(information)), rows)
             case "d":

@@ -1,4 +1,10 @@
-"""Where to touch: the contacts that fix the pose of a fixture uniquely and as surely as their number allows."""
+"""Where to touch: the contacts that determine the pose of a fixture uniquely, with the smallest sigma for their number.
+
+1. A task is made of the fixture, the contacts already made and the criterion (`task`).
+2. With a number of contacts, or a number to add, one plan is searched: random starts, exchanges, polish (`exchange`).
+3. Without one, there is a plan for each number from the fewest on, until one leaves a single pose (`uniqueness`).
+4. Where orientations of the tool are asked for, each contact of the plan is given one (`orientations`).
+"""
 
 from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
@@ -93,17 +99,20 @@ def plan(
     if starts is not None and starts < 1:
         raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")
     told = progress or (lambda share, what: None)
+    # Step 1.
     task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over, orientations is not None)
     if existing is not None:
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")
-        found = task.single(task.fewest if add is None else add)
+        found = task.single(task.fewest if add is None else add)  # step 2
     elif add is not None:
         raise UsageError("there is nothing to add to; give the contacts already made, or a number of contacts")
     elif orientations is None:
+        # Step 3, or step 2.
         return task.table() if contacts is None else task.single(contacts)
     else:
         found = task.single(USUAL_CONTACTS if contacts is None else contacts)
     if orientations is None:
         return found
+    # Step 4.
     return with_orientations(found, fixture, orientations, None if task.made is None else task.made.contacts)

@@ -1,4 +1,8 @@
-"""What there is to choose from: touches that the probe can make, spread over all features of the fixture.
+"""The touches to choose from: those that the probe can make, spread over all features of the fixture.
+
+1. Each feature has its share of the candidates, within limits, spread evenly over what can be touched of it.
+2. Each touch has its row of the information, or three on a point (`information.rows_of`).
+3. Two contacts on one feature keep a distance, a share of the extent of its candidates.
 
 Nominal contacts are what a perfect probe would report of a plan.
 """
@@ -63,7 +67,7 @@ def joined(first: Touches, second: Touches) -> Touches:
 
 @frozen_value
 class Pool:
-    """Everything to choose from: touches, the names that which counts, and how far apart they stay per feature."""
+    """All candidates: touches, the names to which `which` points, and how far apart contacts on each feature stay."""
 
     access: Access
     names: tuple[str, ...]
@@ -91,7 +95,7 @@ def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
 
     Raises UsageError where no feature can be reached at all.
     """
-    names = tuple(access.surfaces)
+    names = tuple(access.surfaces)  # step 1
     each = int(np.clip(_POOL_SIZE / len(names), _FEWEST_ON_ONE, _MOST_ON_ONE))
     found = [access.spread(name, each) for name in names]
     if not sum(len(points) for points, _ in found):
@@ -104,7 +108,8 @@ def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
     normals = np.concatenate([normals for _, normals in found])
     spans = [float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0 for points, _ in found]
     sigma = np.array([sigmas[name] for name in names])
-    touches = _touches(access, which, points, normals, sigma[which])
+    touches = _touches(access, which, points, normals, sigma[which])  # step 2
+    # Step 3.
     return Pool(access, names, sigma, _APART * np.array(spans), touches)
 
 

@@ -198,14 +198,14 @@ class Task:
         fixed = None if self.made is None else self.made.contacts
         stands = self.stands
         by_contacts = None if self.made is None else self.made.base_from_fixture
-        verdict = judged(self.fixture, joined_contacts(fixed, nominal), stands)
-        if verdict.rivals:
-            turned = telling_approaches(pool.access, nominal, touches.normals, verdict.rivals)
+        found = judged(self.fixture, joined_contacts(fixed, nominal), stands)
+        if found.rivals:
+            turned = telling_approaches(pool.access, nominal, touches.normals, found.rivals)
             second = judged(self.fixture, joined_contacts(fixed, turned), stands)
-            if second.located and len(second.rivals) < len(verdict.rivals):
-                nominal, verdict = turned, second
+            if second.located and len(second.rivals) < len(found.rivals):
+                nominal, found = turned, second
         # What locate says of the covariance counts relations with a sigma of their own; the search took them as exact.
-        covariance = verdict.result.covariance
+        covariance = found.result.covariance
         covariance = self._covariance(touches) if covariance is None else covariance
         corners = pool.access.corners
         sigmas = worst_sigma(point_covariance(np.eye(4), covariance, corners))
@@ -219,8 +219,8 @@ class Task:
             worst_sigma=float(sigmas.max()),
             worst_point=corners[np.argmax(sigmas)],
             covariance=covariance,
-            located=verdict.located,
-            rivals=len(verdict.rivals),
+            located=found.located,
+            rivals=len(found.rivals),
             starts=len(ended),
             agreeing=self._agreeing(ended),
         )

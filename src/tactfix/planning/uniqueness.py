@@ -29,10 +29,10 @@ _MOST_TILT_DEG, _BEYOND_DEG = 45.0, 15.0
 
 
 @frozen_value
-class Verdict:
-    """What locate says of the nominal contacts: result with their own sigma, rivals: wrong poses not ruled out.
+class Uniqueness:
+    """What locate answers to the nominal contacts. result: with their own sigma. rivals: wrong poses not excluded.
 
-    located: the contacts fix a pose at all; unique: no rival is within BEHIND sigma.
+    located: the contacts determine a pose at all; unique: no rival is within BEHIND sigma.
     """
 
     result: LocateResult
@@ -45,14 +45,14 @@ class Verdict:
         return self.located and not self.rivals
 
 
-def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Verdict:
-    """The verdict on nominal contacts in the fixture frame: the right pose is the identity.
+def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Uniqueness:
+    """Whether nominal contacts in the fixture frame leave one pose only: the right one is the identity.
 
     base_from_fixture (4, 4): where the fixture stands, for what is known of that beforehand.
     """
     result = locate_nominal(fixture, contacts, base_from_fixture)  # step 1
     if result.status not in ("located", "ambiguous"):
-        return Verdict(result, False, ())
+        return Uniqueness(result, False, ())
     if result.status == "located":  # step 2
         coarse = BEHIND / np.sqrt(chi_square_limit(result.dof))
         coarser = replace(contacts, sigmas=max(coarse, 1.0) * contacts.sigmas)
@@ -61,11 +61,11 @@ def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | Non
         wide = result
     accepted = [candidate for candidate in wide.candidates if candidate.accepted]
     if not accepted:
-        return Verdict(result, False, ())
+        return Uniqueness(result, False, ())
     # Step 3.
     offs = [float(np.abs(candidate.base_from_fixture - np.eye(4)).max()) for candidate in accepted]
     right = int(np.argmin(offs))
-    return Verdict(result, True, tuple(candidate for i, candidate in enumerate(accepted) if i != right))
+    return Uniqueness(result, True, tuple(candidate for i, candidate in enumerate(accepted) if i != right))
 
 
 def telling_approaches(access: Access, contacts: Contacts, normals: Floats, rivals: tuple[Candidate, ...]) -> Contacts:

@@ -1,4 +1,4 @@
-"""How far a fixture has moved between two poses, in base and in its own frame, and whether that is more than chance."""
+"""How far a fixture has moved between two poses, in base and in its own frame, and whether noise explains that."""
 
 from typing import Any
 

@@ -66,7 +66,7 @@ def kuka_position(lexer: Lexer) -> dict[str, float]:
 
 
 def kuka_items(lexer: Lexer, *, loose: bool = False) -> dict[str, float]:
-    """X 1,Y 2,Z 3,A 0,B 90,C 0 by name. loose: with = or : after the names too, and blanks alone between."""
+    """X 1,Y 2,Z 3,A 0,B 90,C 0 by name. loose: names may be followed by = or :, and blanks alone may separate."""
     said: dict[str, float] = {}
     while True:
         name = lexer.name(KUKA_EXAMPLE).upper()

@@ -1,7 +1,13 @@
 """What disturbs a sequence of readings that should scatter about nothing: outliers, a drift, a step.
 
-Readings (n, k) are deviations from the means of their places, along k directions; residuals of many independent
-readings, so that each chance of one in a thousand is shared by all that could have been told.
+Readings (n, k) are deviations from the means of their places, along k directions. Each of the three is told where
+readings that only scatter would show one like it in at most one set of a thousand.
+
+1. Outliers: the farthest reading is taken off, one after the other, each over the scatter of those left (generalized
+   extreme studentized deviate; B. Rosner, Technometrics 25, 1983).
+2. A drift: the least-squares slope over the sequence, against its standard deviation (F test).
+3. A step: the change of the mean that lowers the sum of squares most, by Student's t; the probability is multiplied by
+   the number of places where it could be (Bonferroni).
 """
 
 from collections.abc import Sequence
@@ -31,7 +37,7 @@ def interval(sigma: float, dof: int) -> tuple[float, float]:
 
 
 def outliers(readings: Floats, dof: int) -> list[int]:
-    """The readings that are outliers, by number, by the generalized extreme studentized deviate (Rosner 1983).
+    """The readings that are outliers, by number, by the generalized extreme studentized deviate (step 1).
 
     The farthest reading is taken off, one after the other, and those up to the last that was too far are outliers: two
     of them do not hide each other.
@@ -58,7 +64,7 @@ def outliers(readings: Floats, dof: int) -> list[int]:
 
 
 def drift(readings: Floats, places: Sequence[Ints], dof: int) -> Drift | None:
-    """The least-squares slope of the readings over the sequence, the same at all places; None where it cannot be told.
+    """The least-squares slope of the readings over the sequence (step 2), the same at all places; None for too few.
 
     places: which readings belong together. Of several directions that of the largest slope.
     """
@@ -85,7 +91,7 @@ def is_significant(found: Drift, dof: int, directions: int) -> bool:
 
 
 def step(readings: Floats, rows: Sequence[int], dof: int) -> Step | None:
-    """The largest step along the first direction, where scatter alone has one like it less than once in a thousand."""
+    """The largest step along the first direction (step 3); None where scatter alone explains it."""
     from scipy.special import stdtr
 
     values = readings[:, 0]
@@ -101,5 +107,5 @@ def step(readings: Floats, rows: Sequence[int], dof: int) -> Step | None:
     if rest <= 0:
         return None
     t = float(np.sqrt(gain[at] * (dof - 1) / rest))
-    chance = 2 * float(stdtr(dof - 1, -t)) * len(before)
-    return Step(rows[int(before[at])], float(change[at])) if chance < TOLD_BY_CHANCE else None
+    p_value = 2 * float(stdtr(dof - 1, -t)) * len(before)
+    return Step(rows[int(before[at])], float(change[at])) if p_value < TOLD_BY_CHANCE else None

@@ -10,7 +10,7 @@ CALIBRATE_SCHEMA: Final = "tactfix/calibrate/1"
 
 
 def calibration_sentence(result: Calibration) -> str:
-    """The answer in one sentence: how surely the tip's place is known over the joint ranges, and was before."""
+    """The answer in one sentence: the sigma of the tip's place over the joint ranges, after and before."""
     if result.status == "inconsistent":
         return "inconsistent; no calibrated robot explains the touches"
     before, after = result.prediction

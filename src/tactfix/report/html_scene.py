@@ -111,7 +111,7 @@ def surface_traces(
     contacts: Contacts | None = None,
     **more: Any,
 ) -> list[Trace]:
-    """Each surface as far as its touch box or its contacts reach."""
+    """Each surface to the ends of its touch box or of its contacts."""
     if not surfaces:
         return []
     pose = np.eye(4) if base_from_fixture is None else base_from_fixture

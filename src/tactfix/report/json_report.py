@@ -39,7 +39,7 @@ def _value(value: Any) -> str:
 def locate_json(result: LocateResult, at: Floats | None = None) -> Json:
     """The JSON of locate, all in base coordinates and the fixture's units.
 
-    at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and how surely.
+    at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and its sigma.
     """
     report = _locate_json(result)
     if result.unknowns != POSE_UNKNOWNS:

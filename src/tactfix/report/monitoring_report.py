@@ -24,7 +24,7 @@ _OF_COMPARE: Final = (
 
 
 def check_lines(check: CheckResult) -> list[str]:
-    """The verdict first, then what moved in both frames, then the drift; why there is none where not located."""
+    """Whether it has moved, then by how much in both frames, then the drift; why not, where it is not located."""
     if check.movement is None:
         return [f"not checked: {line}" if k == 0 else line for k, line in enumerate(verdict_lines(check.result))]
     drift = [] if check.drift is None else [drift_words(check.drift, check.result.units)]

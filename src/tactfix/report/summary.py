@@ -38,7 +38,7 @@ def print_sentence(result: LocateResult, file: IO[str]) -> None:
 
 
 def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None) -> None:
-    """Print what there is beyond the verdict; at: a point (3,) of the fixture frame whose sigma is told too."""
+    """Print what there is beyond the status; at: a point (3,) of the fixture frame whose sigma is told too."""
     console = Console(file=file, highlight=False)
     console.print(_details(result, at, ascii_only=console.options.ascii_only))
 

@@ -1,4 +1,4 @@
-"""Results as lines of plain text: what goes to standard output, and the verdict in words."""
+"""Results as lines of plain text: what goes to standard output, and the status in words."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final

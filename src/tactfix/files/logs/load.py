@@ -139,7 +139,7 @@ def read_log(
 
 
 def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContact], tip_offset: Vector | None) -> None:
-    """A tip is of poses, and within a robot's reach of the flange."""
+    """A tip offset needs poses, and no tip is farther from the flange than a robot is long."""
     if tip_offset is None:
         return
     if any(contact.rotation is None for contact in contacts):
