@@ -14,10 +14,11 @@ from tactfix.errors import MissingExtraError, TactfixError
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
-# How long to wait for the scheduler, and for its first worker (s).
 _CONNECT_SECONDS = 10
+"""Seconds to wait for the scheduler and then for its first worker: they run already and answer at once; who has
+named a wrong address should not wait long."""
 _FIRST_PATIENCE = 3
-"""How long to wait for anybody at the address (s)."""
+"""Seconds to wait for anybody at the address, before Dask's own client, which is slow to give up, is asked."""
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?([^\s:/]+|\[[0-9A-Fa-f:.%]+\]):([0-9]{1,5})")
 
 

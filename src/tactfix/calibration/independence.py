@@ -29,7 +29,8 @@ from tactfix.values import frozen_value
 INDEPENDENCE_SAMPLES: Final = 80
 """Random configurations whose rows show which parameters are independent: several times as many rows as columns."""
 _NOTHING_LEFT: Final = 1e-7
-"""Of a column, below which nothing is left of it: far above rounding, far below what any robot could show."""
+"""Share of a column's length, below which those before it span it. On samples/robot-calibration 9e-16 is left at
+most of the columns held, 0.079 at least of those kept."""
 _CHOSEN_FIRST: Final = ("tip", "joint_offset", "length", "angle")
 """Kinds of parameters in order of preference: of two that say the same, that of the later kind is held."""
 _PARTNER: Final = 0.05

@@ -49,7 +49,8 @@ FACTORS: Final = (
 )
 """Factors tried, each about 0.7 of the one before."""
 _WORTH_SHRINKING: Final = 0.002
-"""Of the nominal robot's score, by which the best one must be smaller."""
+"""Share of the nominal robot's score (mean squared residual), by which the best factor's must be smaller: less is
+not worth a change of the robot. On samples/robot-calibration 0.001 and 0.004 choose the same factor."""
 
 
 @frozen_value

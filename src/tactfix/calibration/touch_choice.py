@@ -20,11 +20,15 @@ from tactfix.values import frozen_value
 
 Criterion: TypeAlias = Literal["worst", "d"]
 _ANYWHERE: Final = 10.0
-"""Times the spread of its touches, by which a place of which nothing is known may stand elsewhere."""
+"""Times the spread of its touches, by which a place of which nothing is known may stand elsewhere: next to no
+knowledge. With 24 touches of samples/robot-calibration planned, 5 and 20 change no sigma of 6 or 24 touches more
+by 2 per cent."""
 _ROUNDS: Final = 3
-"""Rounds of exchanges at most."""
+"""Rounds of exchanges at most. With 24 touches of samples/robot-calibration planned, 1 and 6 change no sigma of 6 or
+24 touches more by 2 per cent: most exchanges pay in the first round."""
 _MOST_SCORES: Final = 300
-"""Times that all candidates are judged for exchanges, at most."""
+"""Times that all candidates are scored for exchanges, at most; it bounds the time of long plans, where each exchange
+gains least. 150 and 600 change no sigma of 6 or 24 touches more by 2 per cent, on the robot as for _ROUNDS."""
 
 
 @frozen_value

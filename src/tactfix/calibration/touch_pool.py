@@ -20,7 +20,9 @@ from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Plane, standoff
 
 _POSTURES: Final = 24
-"""Random postures from which each feature of each place is tried to be reached."""
+"""Random postures from which each feature of each place is tried. With 24 touches of samples/robot-calibration
+planned and 24 added, the worst sigma of the tip is 22 per cent larger with half as many, and 2 per cent smaller
+with twice as many, which take 1.6 times as long."""
 _JOINT_STEPS: Final = 40
 """Steps towards the joints of one touch."""
 _ON_TARGET: Final = 1e-6

@@ -24,10 +24,13 @@ Loss: TypeAlias = Literal["free", "ambiguous"]
 WIDENED: Final = (10.0, 100.0)
 """Factors on all sigmas, tried in turn. locate accepts poses within some five sigma: with the first factor wrong
 poses within some fifty sigma are seen, with the second, asked only where there is none, within some five hundred."""
-# Contacts taken away one by one, at most, since locate is asked for each; of more, those of the most leverage.
 _MOST_LOSSES: Final = 24
-# Sigma: a pose so little behind fits as well as the right one.
+"""Contacts that are taken away one by one, at most: locate is asked for each, some 5 ms. Plans have fewer (14 at
+most without a number, `task._LARGEST_PLAN`); of more contacts those of the most leverage are taken, whose loss
+weighs most."""
 _FITS_AS_WELL: Final = 1e-3
+"""Sigma behind the right pose, below which a pose fits as well and 0 is written: a symmetric pose is behind by
+rounding alone, and no contact tells a thousandth of sigma."""
 _RIGHT_POSE: Final = 1e-3
 """How near to the right pose a candidate is that pose: rad, and share of the fixture's extent. Nominal contacts have
 no noise, so the right pose is met to rounding; two poses nearer than 1e-3 to each other harm nobody."""

@@ -68,8 +68,9 @@ def moments(touched: Touched, normals: Floats) -> Floats:
     return np.hstack([np.cross(arms, normals) / (np.abs(arms).max() or 1.0), normals])
 
 
-# Contacts that are taken off one by one; of more, those with the most leverage are the least visible.
 _TAKEN_OFF_ONE_BY_ONE: Final = 40
+"""Contacts that are taken off, or labelled anew, one by one; of more, those with the most leverage, whose errors the
+residuals show least. Pairs of so many are 780: small systems that are solved together."""
 
 
 def most_telling(touched: Touched) -> list[int]:
@@ -92,12 +93,15 @@ def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
 
 Source: TypeAlias = Literal["plan", "contacts", "spread"]
 
-# What each feature needs alone whatever its size, and one more to check it by.
 _CHECKED_ALONE: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
+"""Contacts by which each feature is checked where none are given: what it needs alone whatever its size (three on a
+plane, five on a cylinder, one on a point), and one more on the surfaces."""
 _CHECKED_ON_A_BALL: Final = 5
-"""The same for a sphere."""
-# Touches of each feature, about, of which the spread ones are those farthest from each other.
+"""The same on a sphere: four and one more."""
 _LAYOUT_POOL: Final = 200
+"""Touches of each feature, about, of which the spread ones are those farthest from each other. With 100 the worst
+sigma is 2.6 times larger on the cylinder with sphere, and within 7 per cent on the four other shipped fixtures;
+with 400 it is within 3 per cent on all. No finding changes with either."""
 
 
 def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, ...]]:

@@ -34,8 +34,8 @@ MOST_LAYOUT_CONTACTS: Final = 12
 """Random layouts of more contacts than this are hardly ever ambiguous unless the fixture itself is; a quick study ends
 at QUICK_LAYOUT_CONTACTS."""
 
-# Seeds of one study, as many as MOST_LAYOUTS: those of two studies do not meet.
 _SEEDS: Final = 100_000
+"""Seeds of one study: as many as MOST_LAYOUTS, so that the layouts of studies with different seeds do not meet."""
 
 
 Outcome: TypeAlias = tuple[Status, int]

@@ -19,12 +19,16 @@ from tactfix.geometry.scale import SPECIAL_POSITION, middle_of, size_of, toleran
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
 from tactfix.results import FreeMotion
 
-# A new touch box keeps this share of the fixture's size away from where the motion would make it overlap itself.
 _CLEAR = 0.1
+"""Share of the fixture's size by which a new touch box keeps away from where the motion would make it overlap
+itself: room enough for a person to see the side. On six bad designs of the tests 0.05 and 0.2 give the same
+remedies with nearer and farther limits."""
 _MIDDLE_CUTOFF = 1e-12
 """Ratio of eigenvalues: below, a direction does not tell where the middle is."""
-# A feature is moved by about this share of the fixture's size.
 _MOVE = 0.1
+"""Share of the fixture's size by which a feature is moved, about: enough that the symmetry is broken by far more
+than sigma, and a fixture can still be built so. On six bad designs of the tests 0.05 and 0.2 move the same
+features, by half and twice as much."""
 
 
 def symmetry_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> str:

@@ -145,8 +145,9 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
     return rotations
 
 
-# Difference of cosines: only a sieve before the surfaces themselves are held against their images.
 _SIEVE = 1e-3
+"""Difference of cosines: a sieve before the surfaces themselves are held against their images, far wider than
+LAID_ON."""
 
 
 def _like(arrows: _Arrows, index: int, tolerance: Tolerance) -> Bools:

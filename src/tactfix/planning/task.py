@@ -31,17 +31,18 @@ from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
 from tactfix.values import frozen_value
 
-# Plans of as many contacts or fewer are tried before a fixture is said to have no unique plan: seven to nine are enough
-# wherever approach and touch boxes can tell at all.
 _LARGEST_PLAN = 14
-# How near to the best sigma a start must lead to agree with it.
+"""Contacts of the largest plan that is tried before a fixture is said to have no unique plan: twice the seven that
+are enough wherever approach and touch boxes can tell at all."""
 _AGREEING_START = 1.01
+"""Ratio to the best sigma, within which a start counts as agreeing with it: nobody notices one per cent of sigma."""
 # Starts of the search when one plan is wanted, and for each row of the table, where the last row is a start as well.
 _PLAN_STARTS, _STARTS_IN_TABLE = 8, 2
 # The best of them are polished; the others are only asked where none of these is unique.
 _POLISHED, _POLISHED_IN_TABLE = 3, 1
-# Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free.
 _FREE_MOTION_RATIO = 1e-7
+"""Ratio of the smallest to the largest singular value of all candidates together, below which a motion is free: a
+tenth of scale.SPECIAL_POSITION, to which fixtures are typed."""
 MOST_PLANNED = 200
 """Time grows with the contacts, a sixth of a second of processor time for each: 34 s for so many on the plate with pin
 and ball. Their sigma shrinks with the root of their number alone; a fixture that needs more is the wrong fixture."""

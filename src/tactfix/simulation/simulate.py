@@ -30,16 +30,17 @@ from tactfix.values import frozen_value
 CONE_DEG = 20.0
 """Half angle (degrees) of the cone around the inward normal in which a random touch comes: as square as a hand or a
 program usually keeps it, and far from grazing (`contacts.GRAZING`)."""
-# Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check.
 _ENOUGH_ALONE: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
+"""Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check."""
 _ENOUGH_ON_A_BALL = 4
 """The same for a sphere, whose radius is known."""
 MOST_SIMULATED: Final = 100_000
 """Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
 _PLAN_OFF: Final = 0.1
 """Of the plan's spread: how far from its surface a planned touch may be, as people write plans by hand."""
-# Points to choose from for each random touch.
 _PLACES_PER_TOUCH = 64
+"""Points to choose from for each random touch: some fall where the probe cannot come, and the rest must still leave
+a choice."""
 
 
 @frozen_value
