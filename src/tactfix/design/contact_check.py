@@ -92,7 +92,7 @@ def check_contacts(
     """Check the given contacts, or well spread ones where there are none.
 
     probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is told.
-    locator: of contacts in base. Whatever the contacts say, the fixture is judged as it stands at near.
+    locator: of contacts in base. The fixture is checked where it stands at near, wherever the contacts put it.
     """
     access = access_of(fixture, geometry.surfaces, probe[1])
     spread, unreachable = spread_contacts(access, probe[0])  # step 1

@@ -1,7 +1,7 @@
-"""What is known of a fixture's place beforehand, for its design: the fixture is judged as it stands at near.
+"""What is known of a fixture's place beforehand, for its design: the fixture is checked where it stands at near.
 
-Near is roughly known, and so is how base's axes lie in the fixture. A motion that is held but for a small part of it
-counts as held, and a feature that sees so little of a free one as not seeing it.
+Near is known roughly, and so are the directions of base's axes in the fixture. So a motion counts as held if it is held
+but for a small part (KNOWN_SHARE), and a feature that sees so small a part of a free motion counts as blind to it.
 """
 
 from collections.abc import Sequence

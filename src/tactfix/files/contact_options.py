@@ -1,6 +1,4 @@
-"""What a caller says about a contact file or a machine log, and what is settled once options, file and fixture have
-been heard.
-"""
+"""Options for a contact file or a machine log, and the settings that follow from options, file and fixture."""
 
 import re
 from dataclasses import replace
@@ -25,7 +23,7 @@ Vector: TypeAlias = tuple[float, float, float]
 
 @frozen_value(eq=True)
 class ContactOptions:
-    """What is said from outside about a contact file; it beats the file, which beats the fixture's probe block.
+    """Options for a contact file. They take precedence over the file, and the file over the fixture's probe block.
 
     Parameters
     ----------

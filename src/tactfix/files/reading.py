@@ -1,7 +1,7 @@
-"""Bytes of a file as text, with every way in which that can fail named.
+"""The text of a file from its bytes; each failure has a message of its own.
 
-Machines write what they like: in a log a byte that is no UTF-8 stands as U+FFFD. Where it stands in a line that tells
-a contact the reader of the format refuses the line; in a remark or on a noisy serial line it does no harm.
+Logs of machines are not always UTF-8: other bytes become U+FFFD. In a line with a contact the reader of the format then
+refuses the line; in a remark, or from a noisy serial line, they do no harm.
 """
 
 import sys

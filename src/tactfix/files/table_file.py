@@ -64,7 +64,7 @@ def is_table(text: str) -> bool:
 def csv_table(name: str, text: str) -> CsvTable:
     """The sets of a CSV text whose header row has a column set; name stands in messages.
 
-    Rows of one set need not stand together. What is wrong with a row is left to whoever reads its set.
+    Rows of one set need not be adjacent. Errors in a row are reported when its set is read.
     Raises FileError for a header that no contact file could have.
     """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -138,7 +138,7 @@ class ParquetTable:
 def parquet_table(path: Path) -> ParquetTable:
     """The sets of a parquet file with the columns of a contact file and a column set.
 
-    units, tip_radius and sigma, if anything says them, stand in the metadata of its schema. A null and a nan are empty
+    units, tip_radius and sigma are in the metadata of its schema, if they are given. A null and a nan are empty
     cells. Raises FileError for what is no such table, MissingExtraError without pyarrow.
     """
     try:

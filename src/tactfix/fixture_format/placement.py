@@ -1,4 +1,4 @@
-"""What a fixture file says of where the fixture stands: held to what makes sense, and read in whatever format it is."""
+"""The placement in a fixture file: its rules, and its pose, read in whatever format it is given."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Poses out of the files of controllers: the one literal among declarations, comments and program text.
 
-What such a file says of units and frames is used: inch words, an object frame within a user frame, a work object on
-the robot. Work offsets of machine tools in G-code, LinuxCNC's G10 L2 and the tilted plane of G68.2, are read as blocks:
-G20 and G21 hold from where they stand, wherever in a block that is; comments say nothing. In G91 some controls add the
-words to the offset that was, others do not: such an offset is refused.
+Units and frames given in the file are used: inch words, an object frame within a user frame, a work object on the
+robot. Work offsets of machine tools in G-code, LinuxCNC's G10 L2 and the tilted plane of G68.2, are read by block.
+G20 and G21 hold from where they are written, at any place in a block; comments are skipped. In G91 some controls add
+the words to the previous offset and others do not: such an offset is refused.
 """
 
 import re

@@ -125,9 +125,9 @@ class Dialect:
     """One way to write a pose.
 
     write: pose in units (in its own where units is None) and remarks -> text; read: text -> pose.
-    numbers: the dialect's own numbers, whose sigmas the remarks tell; None where the text is the matrix itself.
-    most_rounding: by how much (length in units, rad) a text may differ from its pose; (0, 0) where all digits stand.
-    comments: whether remarks find a place in the text. has_units: whether the text says, or the dialect fixes, units.
+    numbers: the dialect's own numbers, whose sigmas are in the remarks; None where the text is the matrix itself.
+    most_rounding: by how much (length in units, rad) a text may differ from its pose; (0, 0) with all digits.
+    comments: whether the text can have remarks. has_units: whether it gives units, or the dialect fixes them.
     """
 
     name: PoseFormat

@@ -45,7 +45,7 @@ def rounded_matrix_text(matrix: Floats, covariance: Floats | None) -> str:
 
 
 def _smallest(sigmas: Floats) -> float:
-    """The smallest that is not 0, which stands for what is held."""
+    """The smallest that is not 0; directions that are held have 0."""
     return float(min((sigma for sigma in sigmas if sigma > 0), default=0.0))
 
 

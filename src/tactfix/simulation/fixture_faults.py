@@ -1,7 +1,7 @@
-"""Mistakes in the fixture file, as what the fixture really is: where the probe then touches.
+"""Mistakes in the fixture file: the fixture that really is in the cell, and where the probe then touches it.
 
-The file says something else than stands in the cell, so that each touch of what the file says is taken to where the
-surface really is: further along its normal, shifted, or with its coordinates exchanged.
+The file differs from the fixture. So each touch of a surface of the file is moved to where that surface really is:
+further along its normal, shifted, or with its coordinates exchanged.
 """
 
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,7 @@
 """How a fixture stands in a simulation, and how the tool is turned at each touch.
 
 A pose is drawn from what is known beforehand: in its domain, within its limits. A measured pose is drawn from its
-normal distribution, in what directions are held from that of the others given that those are not off. Limits, and free
+normal distribution, or, where directions are held, from the conditional distribution of the others. Limits, and free
 directions without any, are drawn uniformly: rotations over the great sphere of unit quaternions whose axis has the free
 components alone, translations over the ball of the free ones.
 

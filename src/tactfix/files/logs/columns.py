@@ -4,8 +4,8 @@ Semicolons divide before tabs, tabs before commas, commas before blanks. A comma
 tabs divide and no number of the file has a point.
 
 Poses of a robot may have a row of names above. Without names a line holds the numbers of the controller's own pose in
-their order, or x, y and z alone. With names the columns may stand in any order; those of external axes must stand
-still, those of a recorder (RTDE) that say nothing of the pose are passed over.
+their order, or x, y and z alone. With names the columns may stand in any order; those of external axes must not
+change; those of a recorder (RTDE) that do not belong to the pose are skipped.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""What any machine log says, as far as it says it; what readers of logs share, and what options make of its touches.
+"""The content of any machine log, what the readers of logs share, and the touches with the options applied.
 
-Repetitions are left out, approaches given, the work offset undone.
+Options leave out repetitions, give approaches, and undo the work offset.
 """
 
 import math
@@ -28,10 +28,10 @@ _NORMAL_OFF_UNIT: Final = 0.01
 
 @frozen_value
 class LogContact:
-    """One touch in a log: the line it stands in, and what that says in the log's own unit.
+    """One touch in a log: its line, and the numbers there in the log's own unit.
 
     point: tip centre or surface point, as the format has it; origin of the pose where rotation (3, 3) is given.
-    approach: the probe's travel, into the material, any length but zero; None where the log does not tell it.
+    approach: the probe's travel, into the material, any length but zero; None where the log does not give it.
     """
 
     line: int

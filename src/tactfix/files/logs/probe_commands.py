@@ -1,7 +1,7 @@
 """The approach of a touch from the probe command before it: G38.2 Z-20 in G91 moves towards -z.
 
-In G90 the words are the end of the move, which tells no direction without its start. Where nothing says G90 or G91 a
-command of one axis is taken as incremental, and that is told. G38.4 and G38.5 move out of the material.
+In G90 the words are the end of the move, from which no direction follows without its start. Without G90 or G91 a
+command of one axis is taken as incremental, with a note. G38.4 and G38.5 move out of the material.
 """
 
 from dataclasses import dataclass, field

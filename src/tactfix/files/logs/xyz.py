@@ -1,9 +1,9 @@
 """XYZ files of measuring software: points, or points with the outward normal, a line each.
 
-What the numbers of a line mean is PC-DMIS's: 3 or 5 a point (the last two say nothing), 6 or 8 a point with its
-normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is refused. A name may stand before.
-A row of names says what the columns are, and perhaps the unit: X [mm]. Letters may stand with the numbers: X1.0 Y2.0
-Z3.0, as controllers write point clouds, with axes that must stand still.
+The number of numbers in a line has the meaning of PC-DMIS: 3 or 5 a point (the last two are not used), 6 or 8 a point
+with its normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is refused. A name may come
+first. A row of names gives the columns, and perhaps the unit: X [mm]. Each number may have a letter, X1.0 Y2.0 Z3.0,
+as controllers write point clouds; further axes must not change.
 """
 
 import re
