@@ -101,7 +101,7 @@ def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Sid
     candidates = _without_twins(candidates, contacts, dof)
     if radius is not None and dof == 1:
         candidates += _of_other_radius(kind, contacts, side, radius)
-    return _answer(kind, contacts, candidates, dof, radius is not None)
+    return _of_candidates(kind, contacts, candidates, dof, radius is not None)
 
 
 def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
@@ -168,7 +168,7 @@ def _halfway(first: SidedSurface, second: SidedSurface) -> SidedSurface:
     return first
 
 
-def _answer(
+def _of_candidates(
     kind: SidedType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
 ) -> FitResult:
     """The status, and the surface where just one is left."""

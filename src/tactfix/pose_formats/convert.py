@@ -20,6 +20,8 @@ from tactfix.values import frozen_value
 _MOST_OF_SIGMA: Final = 0.1
 """Share of the pose's own sigma that rounding of the text may cost: added in quadrature, a tenth enlarges sigma by
 half a per cent."""
+_TOLD_OF_SIGMA: Final = 0.01
+"""Share of sigma up to which rounding is not told: in quadrature it adds 0.005 per cent to sigma."""
 _MOST_TILT: Final = 9.21
 """Chi-square of two degrees of freedom that noise exceeds once in 100 times (-2 log 0.01): a tilt beyond it is not
 noise, and a format without tilt would lose it."""

@@ -23,8 +23,6 @@ say. No more is written, which also hides the last bits in which platforms diffe
 everywhere."""
 _DIRECTION = 9
 """Decimals of a direction: nine are a nanoradian, less than any machine turns."""
-_DIRECTION = 9
-"""Decimals of a direction: nine are a nanoradian, less than any machine turns."""
 _TRUTH = 12
 """Decimals of the true pose: it is compared with, not read as a measurement."""
 

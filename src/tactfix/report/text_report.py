@@ -9,7 +9,7 @@ from tactfix.acceptance import sigma_at
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.locate_result import LocateResult
-from tactfix.results import NextContact, Reason
+from tactfix.results import Candidate, NextContact, Reason
 from tactfix.wording import decimals, fixed, listed
 
 if TYPE_CHECKING:
