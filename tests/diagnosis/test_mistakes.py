@@ -131,6 +131,8 @@ def test_two_features_exchanged_are_asked_before_all_other_orders():
         ("one feature 0.3-5 mm elsewhere", "plate, pin, ball", 6),  # exchanged coordinates fit so-so by accident
         ("three contacts", "plate, pin, ball", 9),  # two explain it by accident, one of them good
         ("one contact 0.14-0.3 mm off", "three balls", 9),  # located; another sigma is about as likely
+        ("all diameters", "plate, two pins", 30),  # no pose on which most contacts agree leads to the right one
+        ("all diameters", "bar, ball, plane", 36),
     ],
 )
 def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixture, draw):

@@ -29,23 +29,28 @@ def radii(problem: Problem) -> list[Hypothesis]:
 
 
 def diameters(problem: Problem) -> list[Hypothesis]:
-    """A diameter for the radius of each round feature that is touched, and of all of them."""
-    halves: dict[str, Surface] = {n: replace(s, radius=s.radius / 2) for n, s in _round(problem).items()}
-    found = [
+    """A diameter for the radius of each round feature that is touched."""
+    halves = _halves(problem)
+    return [
         Hypothesis("diameter", features=(name,), alternatives=len(halves) + 1, surfaces={name: half})
         for name, half in halves.items()
     ]
-    return found if len(halves) < 2 else [*found, all_diameters(halves)]
+
+
+def all_diameters(problem: Problem) -> list[Hypothesis]:
+    """Diameters for the radii of all round features that are touched, if these are several."""
+    halves = _halves(problem)
+    found = [Hypothesis("diameter", features=tuple(halves), alternatives=len(halves) + 1, surfaces=halves)]
+    return found if len(halves) > 1 else []
+
+
+def _halves(problem: Problem) -> dict[str, Surface]:
+    return {name: replace(surface, radius=surface.radius / 2) for name, surface in _round(problem).items()}
 
 
 def _round(problem: Problem) -> dict[str, Sphere | Cylinder]:
     touched = problem.contacts.by_feature
     return {n: s for n in touched if isinstance(s := problem.surfaces[n], Sphere | Cylinder)}
-
-
-def all_diameters(halves: dict[str, Surface]) -> Hypothesis:
-    """Diameters for all radii."""
-    return Hypothesis("diameter", features=tuple(halves), alternatives=len(halves) + 1, surfaces=halves)
 
 
 def sides(problem: Problem) -> list[Hypothesis]:

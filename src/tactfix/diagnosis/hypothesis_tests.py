@@ -35,6 +35,7 @@ from tactfix.diagnosis.contact_mistakes import (
 )
 from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.fixture_mistakes import (
+    all_diameters,
     coordinates_of_each,
     diameters,
     exchanged_axes,
@@ -86,6 +87,7 @@ FROM_ALL_ROTATIONS: Final[Mapping[DiagnosisCode, FromProblem]] = {
     "axes": exchanged_axes,
     "mirrored": reflections,
     "unit": units,
+    "diameter": all_diameters,
 }
 """Mistakes that concern all contacts, so that no known pose is near."""
 
