@@ -141,4 +141,4 @@ def test_help_begins_with_what_there_is() -> None:
     assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", said)] == []
     listed = re.findall(r"^[A-Z][a-z]+:\s+(.*)$", said, re.MULTILINE)
     names = {name for line in listed for name in re.findall(r"\b[A-Za-z]+_[a-z_]+\b", line)}
-    assert names - set(tactfix.__all__) == {"to_json", "to_dict", "from_features"}
+    assert names - set(tactfix.__all__) == {"to_json", "to_dict", "from_json", "from_features"}

@@ -11,7 +11,8 @@ from tactfix.errors import TipDoesNotFitError, UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate
 from tactfix.simulation.poses import random_pose
-from tactfix.simulation.simulate import CONE_DEG, simulate, streams
+from tactfix.simulation.simulate import simulate, streams
+from tactfix.simulation.touches import CONE_DEG
 from tests.support.placed_cells import all_cells, ball_and_bar, box, placed, plate_with_all, surfaces_of, three_balls
 from tests.support.ray_walk import deepest, depth_in_ball
 

@@ -14,7 +14,8 @@ from tactfix.locate_result import LocateResult
 from tactfix.planning.result import Plan
 from tactfix.pose_formats import DIALECTS
 from tactfix.report.text_report import decimal
-from tactfix.simulation.simulate import CONE_DEG, Simulation
+from tactfix.simulation.simulate import Simulation
+from tactfix.simulation.touches import CONE_DEG
 from tactfix.wording import spreadsheet_cell
 
 _BELOW_SIGMA = 3
