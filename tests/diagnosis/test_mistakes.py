@@ -188,6 +188,18 @@ def test_a_wrong_unit_is_told_with_what_to_do():
     assert first.message.endswith("If so, write them in the unit of the other lengths")
 
 
+def test_with_two_contacts_too_many_it_is_said_that_more_are_needed():
+    """Whatever one contact of eight does wrong, a tip radius, a place or two other contacts explain too."""
+    patches = FIXTURES["plate, pin, ball"][0]
+    truth, contacts = touched(patches, (3, 3, 2), np.random.default_rng(1))
+    points = contacts.points.copy()
+    points[4] += truth.normals[4]
+    first = locate(placed(patches), replace(contacts, points=points)).diagnosis[0]
+    assert first.one_of
+    assert any(cause.rows == (5,) for cause in first.causes)
+    assert first.message.endswith("These contacts give only 2 equations more than a pose needs: touch more places")
+
+
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
     """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))

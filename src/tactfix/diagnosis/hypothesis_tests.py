@@ -100,6 +100,10 @@ fixture. Far more than sigma, so that one pose reached twice is not called ambig
 ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "mirrored")
 """Codes of the mistakes that displace one feature in the fixture file."""
 AMBIGUOUS = " (what is left is ambiguous)"
+FEW_EQUATIONS = 2
+"""Equations beyond the six of a pose with which most single mistakes explain the contacts: of eight contacts, three on
+a plate, three on a pin and two on a ball, one that is 1 mm off leaves eight explanations in one entry. It is then said
+that more touches are needed to tell them apart."""
 MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""
 MOST_TESTED = 40
@@ -231,7 +235,11 @@ def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]
     alike, others = split_by_plausibility(without_generalizations(problem, list(accepted)))
     first = [diagnosis_of(problem, fixture.units, one, accepted[one]) for one in alike[:MOST_ENTRIES]]
     rest = [diagnosis_of(problem, fixture.units, one, accepted[one]) for one in others[: MOST_ENTRIES - len(first)]]
-    return (one_of(first), *rest)
+    entry = one_of(first)
+    if entry.one_of and problem.dof <= FEW_EQUATIONS:
+        count = f"{problem.dof} equation{'s' if problem.dof > 1 else ''} more than a pose needs"
+        entry = replace(entry, message=f"{entry.message}. These contacts give only {count}: touch more places")
+    return (entry, *rest)
 
 
 def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
