@@ -128,10 +128,11 @@ import gc, sys
 from tactfix.cli import COLLECT_AFTER, main
 before = gc.get_threshold()
 main(["--version"])
-assert gc.get_threshold() == before
+assert (gc.get_threshold(), gc.get_freeze_count()) == (before, 0)
 sys.argv = ["tactfix", "--version"]
 main()
 assert gc.get_threshold()[0] == COLLECT_AFTER
+assert gc.get_freeze_count() > 0
 """
 
 

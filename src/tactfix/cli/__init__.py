@@ -22,7 +22,10 @@ def main(arguments: "Sequence[str] | None" = None) -> int:
         from tactfix.cli.app import run
     except KeyboardInterrupt:  # from there on it is told
         return 130
-    return run(arguments)
+    status = run(arguments)
+    if arguments is None:
+        _end_uncollected()
+    return status
 
 
 def _end_on_interrupt() -> None:
@@ -40,3 +43,12 @@ def _collect_seldom() -> None:
     import gc
 
     gc.set_threshold(COLLECT_AFTER)
+
+
+def _end_uncollected() -> None:
+    """Spare Python the search of everything for garbage in cycles when it ends, a fifth of the time of `locate`: the
+    process gives its memory back as a whole, and what is written has been flushed and closed.
+    """
+    import gc
+
+    gc.freeze()
