@@ -91,6 +91,9 @@ def test_a_report_is_printed(ending, magic, contacts_file, tmp_path):
     assert run(["report", str(PLATE_FILE), str(contacts_file), "--output", str(out)]) == 0
     assert out.read_bytes().startswith(magic)
     assert out.stat().st_size > 20_000
+    if ending == ".png":
+        # Width and height in the header: the inputs at the end of the page are on it.
+        assert int.from_bytes(out.read_bytes()[20:24], "big") > 2500
 
 
 def test_a_narrow_page_does_not_scroll_sideways(page):

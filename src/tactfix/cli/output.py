@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from tactfix.cli.exits import Exit
-from tactfix.cli.streams import discard, for_people, refusal, say
+from tactfix.cli.streams import discard, for_people, program_for_people, refusal, say
 from tactfix.files.writing import write_whole
 
 LISTED_BY_JSON: Final = "; --json lists them"
@@ -32,6 +32,11 @@ def emit(result: str | bytes, output: Path | None = None) -> None:
     except OSError as error:
         discard(sys.stdout)
         raise refusal(error) from None
+
+
+def emit_program(text: str, output: Path | None = None) -> None:
+    """Write a result of lines that stay whole, and comments: on a terminal long comments are several lines."""
+    emit(program_for_people(text, sys.stdout) if output is None else text, output)
 
 
 def emit_lines(lines: Iterable[str], output: Path | None = None) -> None:

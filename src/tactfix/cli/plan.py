@@ -17,7 +17,7 @@ from tactfix.cli.options import (
     Verbose,
     Within,
 )
-from tactfix.cli.output import emit, tell, wants_summary
+from tactfix.cli.output import emit, emit_program, tell, wants_summary
 from tactfix.cli.progress import mapping, progress_bar
 from tactfix.errors import UsageError
 
@@ -115,7 +115,10 @@ def command(
             over,
             orientations,
         )
-    emit(text_of(plan_json(found)) if as_json else plan_csv(found), output)
+    if as_json:
+        emit(text_of(plan_json(found)), output)
+    else:
+        emit_program(plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):
         tell(plan_lines(found))
     if found.unique:

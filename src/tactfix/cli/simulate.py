@@ -7,7 +7,7 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
-from tactfix.cli.output import emit
+from tactfix.cli.output import emit, emit_program
 from tactfix.mistakes import FAULT_KINDS
 
 if TYPE_CHECKING:
@@ -86,7 +86,10 @@ def command(
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
     simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked, orientations)
-    emit(text_of(simulation_json(simulation)) if as_json else simulation_csv(simulation), output)
+    if as_json:
+        emit(text_of(simulation_json(simulation)), output)
+    else:
+        emit_program(simulation_csv(simulation), output)
     return 0
 
 

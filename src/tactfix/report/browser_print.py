@@ -1,5 +1,6 @@
 """A page as PDF or picture, printed by a Chromium that is installed; the page itself needs none."""
 
+import re
 import shutil
 import subprocess
 import tempfile
@@ -24,6 +25,10 @@ _FLAGS: Final = (
 """Nothing is asked of the network; the scene is drawn without a graphics card, and the page may take its time."""
 _SECONDS: Final = 120
 """After which a browser that does not end is given up."""
+_WIDTH: Final = 1200
+"""Pixels of a picture: the page is at most 72 rem wide, 1152 pixels, and has a margin."""
+_HEIGHT: Final = 2200
+"""Pixels of a picture where the page does not say how high it is."""
 
 
 def in_form(page: str, suffix: str) -> str | bytes:
@@ -45,13 +50,20 @@ def _printed(browser: str, folder: Path, page: str, suffix: str) -> bytes:
     source.write_text(page, encoding="utf-8")
     form = ["--no-pdf-header-footer", f"--print-to-pdf={target}"]
     if suffix == ".png":
-        form = ["--window-size=1200,2200", f"--screenshot={target}"]
-    # As root, in a container, Chromium has no sandbox of its own; the page is ours and may not load anything.
-    command = [browser, *_FLAGS, "--no-sandbox", f"--user-data-dir={folder / 'profile'}", *form, source.as_uri()]
-    try:
-        done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise UsageError(f"{browser} does not print the report ({error}); write .html instead") from None
+        # A picture is as high as its window: the page says first how high it is.
+        drawn = _run(browser, folder, [f"--window-size={_WIDTH},{_HEIGHT}", "--dump-dom", source.as_uri()])
+        height = re.search(rb'data-height="(\d+)"', drawn.stdout)
+        form = [f"--window-size={_WIDTH},{int(height[1]) if height else _HEIGHT}", f"--screenshot={target}"]
+    done = _run(browser, folder, [*form, source.as_uri()])
     if not target.exists():
         raise UsageError(f"{browser} has not printed the report (exit status {done.returncode}); write .html instead")
     return target.read_bytes()
+
+
+def _run(browser: str, folder: Path, arguments: list[str]) -> subprocess.CompletedProcess[bytes]:
+    # As root, in a container, Chromium has no sandbox of its own; the page is ours and may not load anything.
+    command = [browser, *_FLAGS, "--no-sandbox", f"--user-data-dir={folder / 'profile'}", *arguments]
+    try:
+        return subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise UsageError(f"{browser} does not print the report ({error}); write .html instead") from None
