@@ -13,7 +13,7 @@ from tactfix.fitting.fit import FitCandidate, FitResult
 from tactfix.geometry.surfaces import Plane, Sphere
 from tactfix.report.json_report import array, fit_json, locate_json, number, text_of
 from tactfix.report.summary import _rotation_vector, summary
-from tactfix.report.text_report import fit_verdict_lines, matrix_text, surface_text, verdict_lines
+from tactfix.report.text_report import fit_status_lines, matrix_text, status_lines, surface_text
 from tactfix.results import Status
 from tactfix.wording import borne
 from tests.support.answers import BASE_FROM_FIXTURE, COVARIANCE, HALF_TURN, answer
@@ -131,14 +131,14 @@ def test_a_surface_as_text() -> None:
 
 
 def test_a_verdict_names_the_way_out() -> None:
-    lines = {status: "\n".join(verdict_lines(answer(status))) for status in STATUSES}
+    lines = {status: "\n".join(status_lines(answer(status))) for status in STATUSES}
     assert lines["located"] == ""
     assert "turns about the axis of bar" in lines["underdetermined"]
     assert "2 poses" in lines["ambiguous"]
     assert "touch ball from above" in lines["ambiguous"]
     assert "bar, row 1" in lines["inconsistent"]
     for status in STATUSES[1:]:
-        assert "\n".join(fit_verdict_lines(fitted(status))).startswith(status)
+        assert "\n".join(fit_status_lines(fitted(status))).startswith(status)
 
 
 def printed(status: Status, contacts: int = 3, color: bool = False, width: int = 80, **options: Any) -> str:

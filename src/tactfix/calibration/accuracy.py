@@ -49,7 +49,7 @@ def information(parts: tuple[Eliminated, ...], free: Bools) -> Floats:
 
 
 def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float) -> Floats:
-    """C (f, f) for A (r, f), prior sigmas (f,), those believed (f,), and the variance of a row.
+    """C (f, f) for A (r, f), prior sigmas (f,), those used for the estimate (f,), and the variance of a row.
 
     A parameter whose b is 0 is held at nominal, and its variance is that of its prior.
     """
@@ -92,7 +92,7 @@ def certainty(matrix: Floats, prior: Floats, believed: Floats, variance: float, 
 
 
 def _words(named: list[str]) -> str:
-    """What would tell a direction in which these parameters move together."""
+    """Which touches would determine a direction in which these parameters change together."""
     if any(name.startswith("tip") for name in named):
         remedy = "touch another plane, tilted against the first, with the tool turned to other directions"
     else:

@@ -4,7 +4,7 @@ Six parameters a joint are more than a chain has: along and about parallel axes 
 trades with where the base stands, the last one with the tip.
 
 1. The identification Jacobian of the tip's place is taken at random configurations over the joints' ranges.
-2. The motions of the base that the places allow come first: no touch on a fixture that may stand anywhere tells them.
+2. The motions of the base that the places allow come first: a fixture that may stand anywhere leaves them open.
 3. The parameters asked for follow: the tip, joint offsets, lengths and angles, each in the order of the chain. From
    each column, what those before it span is taken away (Gram-Schmidt, twice).
 4. A column of which something is left is kept, and its parameter estimated; one of which nothing is left, or that,

@@ -1,4 +1,4 @@
-"""One robot fitted to touches: the nominal one, how much of the prior is believed, and the estimate with it.
+"""One robot fitted to touches: the nominal one, the factor on the prior, and the estimate with it.
 
 1. The independent parameters are estimated, the others held at nominal (`independence`).
 2. The nominal robot, its tip and places fitted, starts the estimate with the full prior (`robust_start`).

@@ -1,7 +1,7 @@
 """From the nominal robot to the estimate with the full prior: where every calibration begins.
 
-1. Each fixture is placed with the robot as it is believed to be. Points alone need no search: their least squares have
-   one minimum, in closed form (Kabsch 1976). Else the search that `locate` uses gives all poses that explain the tip's
+1. Each fixture is placed, with the parameters at hand. Points alone need no search: their least squares have one
+   minimum, in closed form (Kabsch 1976). Else the search that `locate` uses gives all poses that explain the tip's
    places within what the robot may be off by.
 2. What is known of the place is imposed on these, and its own pose is one more.
 3. Where there are none, the 24 rotations of a cube start instead: the touches of a place may leave motions free, or the
@@ -156,7 +156,7 @@ def full(cell: Cell, groups: tuple[Group, ...], start: State, weights: Floats, f
 
 
 def tips(cell: Cell, free: Bools) -> Bools:
-    """Which of the free parameters (m,) are the tip's: mounted anew, it is fitted whatever is believed of the robot.
+    """Which of the free parameters (m,) are the tip's: mounted anew, it is fitted whatever the factor on the prior is.
 
     None where nothing else is free: then the tip is what is to be calibrated.
     """

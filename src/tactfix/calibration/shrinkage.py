@@ -1,18 +1,18 @@
-"""How much of the prior is believed: one factor from 0 to 1, chosen by leaving out one place after the other.
+"""The factor on the prior's sigmas, from 0 to 1, chosen by leaving out one place after the other.
 
-The residuals of the touches that a robot was fitted to cannot tell a calibrated robot from a spoilt one: surfaces are
-not flat, contacts press, and parameters take that up. What tells is another place.
+The residuals of the touches to which a robot was fitted do not show whether it is better than the nominal one: surfaces
+are not flat, contacts press, and the parameters absorb that. Residuals at another place do.
 
 1. No factor is tried that the nominal robot's residuals leave no room for (`room`).
 2. Without one place after the other, the robot is fitted with each factor, from large to small.
 3. The place left out is located with the robot as fitted; its mean squared residual over sigma is the score.
 4. The factor with the smallest mean score is taken, 0 where it is hardly better than the nominal robot.
 
-Two limits keep a few places from being believed too much:
+Two limits keep a few places from having too much influence:
 - sigma: where the residuals of the best fit are larger than sigma says, they and not sigma are weighed against the
 prior;
-- the prior is believed no further than the nominal robot's residuals leave room for: a prior that alone would make them
-  larger than they are is too wide, whatever the places left out say.
+- the factor is no larger than the nominal robot's residuals leave room for: a prior that alone would make them larger
+  than they are is too wide, whatever the residuals at the places left out are.
 """
 
 from typing import Final

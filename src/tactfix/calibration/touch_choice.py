@@ -81,7 +81,7 @@ def chosen_touches(
 
 def _taken(candidates: _Candidates, start: Touches, pool: Touches, add: int) -> tuple[_Candidates, list[int]]:
     """Each touch the best after those before it, at the place that has the fewest."""
-    # Evenly over the places: each is left out in turn, and the others must tell the robot then.
+    # Evenly over the places: each is left out in turn, and the others must determine the robot then.
     counts = Counter({place: start.places.count(place) for place in pool.places})
     left = set(range(len(pool)))
     chosen: list[int] = []

@@ -1,4 +1,4 @@
-"""Touches before they are made: what they would tell of the robot, and which others to add.
+"""Touches before they are made: how well they would determine the robot, and which others to add.
 
 At the nominal robot the planned touches have rows J = [robot, places] over sigma. With the priors W (the robot's, and
 next to nothing for a place of which nothing is known) all that is unknown would have the covariance

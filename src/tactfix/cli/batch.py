@@ -143,9 +143,9 @@ def command(
 
 def in_one_line(result: "LocateResult") -> str:
     """Why a result is not located; empty where it is."""
-    from tactfix.report.text_report import verdict_lines
+    from tactfix.report.text_report import status_lines
 
-    return "; ".join(line.strip() for line in verdict_lines(result))
+    return "; ".join(line.strip() for line in status_lines(result))
 
 
 def _spread(jobs: int | None, scheduler: str | None) -> "Spread":

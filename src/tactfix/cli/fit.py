@@ -63,7 +63,7 @@ def command(
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
     from tactfix.report.json_report import fit_json, text_of
-    from tactfix.report.text_report import fit_verdict_lines, surface_text
+    from tactfix.report.text_report import fit_status_lines, surface_text
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
         raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
@@ -83,7 +83,7 @@ def command(
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
     size = "" if radius is None else f" of radius {radius:g} {read.units}"
-    tell(fit_verdict_lines(result, LISTED_BY_JSON, size))
+    tell(fit_status_lines(result, LISTED_BY_JSON, size))
     tell(result.warnings, quiet=quiet)
     if for_people:
         from tactfix.report.fit_summary import print_fit

@@ -126,7 +126,7 @@ def command(
     from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
     from tactfix.localization.locate import locate
-    from tactfix.report.text_report import verdict_lines
+    from tactfix.report.text_report import status_lines
 
     point = None if at is None else np.array(vector(at, "--at"))
     style = chosen_format(format, as_json, output)
@@ -146,7 +146,7 @@ def command(
     text = render_pose(result, style, point, force=force, quiet=quiet, for_screen=on_screen(output))
     if text is not None:
         emit(text, output)
-    tell(verdict_lines(result, LISTED_BY_JSON))
+    tell(status_lines(result, LISTED_BY_JSON))
     if next_contact is not None:
         _write_next(fixture, result, read.contacts, next_contact)
     tell([] if result.tip is None else [result.tip.message], quiet=quiet)

@@ -97,7 +97,7 @@ def command(
     from tactfix.pose_formats.convert import find_dialect
     from tactfix.report.browser_print import in_form
     from tactfix.report.html_page import Judgement, Record, locate_page
-    from tactfix.report.text_report import verdict_lines
+    from tactfix.report.text_report import status_lines
 
     suffix = _ending(output)
     said_notes = _notes(notes or [])
@@ -151,7 +151,7 @@ def command(
 
         print_sentence(result, standard_error())
     emit(in_form(locate_page(record, read.contacts, result, judgement), suffix), output)
-    tell(verdict_lines(result))
+    tell(status_lines(result))
     tell(result.warnings, quiet=quiet)
     tell(judgement.exceeded)
     return Exit.NOT_ACCEPTABLE if judgement.exceeded else exit_of_status(result.status)

@@ -1,4 +1,4 @@
-"""The contacts that a design is judged by, without noise, on a fixture that stands at the origin.
+"""The contacts by which a design is checked, without noise, on a fixture that stands at the origin.
 
 They are a plan, contacts already made, or well spread ones on every feature.
 """

@@ -1,4 +1,4 @@
-"""The entries of a fixture file that are well formed, each judged by itself: what the rules look at."""
+"""The entries of a fixture file that are well formed, and what can be wrong with them."""
 
 from __future__ import annotations
 

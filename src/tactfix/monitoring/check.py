@@ -4,7 +4,7 @@
 2. The reference is brought to the fixture's units; without a covariance it is exact.
 3. The movement is compared with its covariance.
 4. The corner of the box around the fixture that moved farthest is told, and a bound for all points (95 %).
-5. The history of the same reference, with this check, tells a drift (`drift`).
+5. The history of the same reference, with this check, shows a drift (`drift`).
 """
 
 from collections.abc import Sequence

@@ -1,11 +1,11 @@
-"""Drift: a steady motion too small for any single check to tell from noise, seen in the last checks together.
+"""Drift: a steady motion that no single check can separate from noise, found in the last checks together.
 
 With motions x_i (6,) since the reference, i = 1 ... n, and weights w_i = (i - m) / sum((i - m)^2), m the mean of i, the
 least-squares slope is b = sum(w_i x_i). The weights sum to zero, so the error of the reference, which all checks share,
 cancels: without a drift cov(b) = sum(w_i^2 C_i), C_i by the contacts of the i-th check alone. T^2 = b^T cov(b)^-1 b is
 then chi-square with 6 degrees of freedom, for any number of checks from three on.
 
-1. The last checks are looked at, at most WINDOW; fewer than three tell no drift.
+1. The last checks are looked at, at most WINDOW; fewer than three show no drift.
 2. The weights w_i follow from their number.
 3. The slope is b, the motion from one check to the next.
 4. Its covariance is that of the contacts of each check alone.

@@ -11,7 +11,7 @@ from rich.text import Text
 from tactfix.fitting.result import FitResult
 from tactfix.geometry.surfaces import Plane, Point, Surface
 from tactfix.report.summary import freedom, residual_table, upright_table
-from tactfix.report.text_report import SIGMAS_95, fit_verdict_lines, surface_rows
+from tactfix.report.text_report import SIGMAS_95, fit_status_lines, surface_rows
 from tactfix.results import ContactResidual
 from tactfix.wording import decimals, fixed, with_unit
 
@@ -35,7 +35,7 @@ def print_fit(result: FitResult, file: IO[str]) -> None:
 def fit_summary(result: FitResult) -> RenderableType:
     """The answer in a sentence, and what speaks for it, as something that rich prints."""
     if result.surface is None:
-        return Text("\n".join([*fit_verdict_lines(result), *result.warnings]))
+        return Text("\n".join([*fit_status_lines(result), *result.warnings]))
     answer = Text.assemble((f"{result.kind} ", "bold"), (_sentence(result), "bold green"))
     return Group(Padding(answer, (0, 0, 1, 1)), _details(result, result.surface, ascii_only=False))
 

@@ -17,7 +17,7 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.locate_result import LocateResult
 from tactfix.report.html_scene import ELLIPSOID_SIGMAS, accused_rows, feature_colors, locate_figure, pose_colors
-from tactfix.report.text_report import matrix_text, reason_text, residual_text, sentence, verdict_lines
+from tactfix.report.text_report import matrix_text, reason_text, residual_text, sentence, status_lines
 from tactfix.values import frozen_value
 from tactfix.version import VERSION
 from tactfix.wording import borne
@@ -110,7 +110,7 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         result=result,
         colors=feature_colors(record.fixture),
         pose_colors=pose_colors(result),
-        verdict=[sentence(result)] if result.status == "located" else list(verdict_lines(result)),
+        verdict=[sentence(result)] if result.status == "located" else list(status_lines(result)),
         matrix=None if result.base_from_fixture is None else matrix_text(result.base_from_fixture),
         axes=_ellipsoid_axes(result.covariance),
         sigmas=_sigmas(result.covariance),

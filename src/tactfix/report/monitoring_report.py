@@ -13,7 +13,7 @@ from tactfix.monitoring.drift import Drift
 from tactfix.monitoring.guide import GuideStep
 from tactfix.report.compare_report import compare_json, compare_lines
 from tactfix.report.json_report import Json, array, locate_json, number
-from tactfix.report.text_report import verdict_lines
+from tactfix.report.text_report import status_lines
 from tactfix.version import VERSION
 
 CHECK_SCHEMA: Final = "tactfix/check/1"
@@ -26,7 +26,7 @@ _OF_COMPARE: Final = (
 def check_lines(check: CheckResult) -> list[str]:
     """Whether it has moved, then by how much in both frames, then the drift; why not, where it is not located."""
     if check.movement is None:
-        return [f"not checked: {line}" if k == 0 else line for k, line in enumerate(verdict_lines(check.result))]
+        return [f"not checked: {line}" if k == 0 else line for k, line in enumerate(status_lines(check.result))]
     drift = [] if check.drift is None else [drift_words(check.drift, check.result.units)]
     return [verdict(check), *compare_lines(check.movement), *drift]
 

@@ -142,7 +142,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     """What a plan is worth, and its table, in words."""
     at = vector(plan.worst_point).strip("()")
     yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
-    yield f"plan: {_verdict(plan)}"
+    yield f"plan: {_outcome(plan)}"
     yield f"plan: {plan.agreeing} of {plan.starts} starts of the search led to within one per cent of the best"
     if plan.tip_sigma is not None:
         yield f"plan: {_tip_told(plan)}"
@@ -158,7 +158,7 @@ def _tip_told(plan: Plan) -> str:
     return f"where the tip is unknown, locate finds it to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
 
 
-def _verdict(plan: Plan) -> str:
+def _outcome(plan: Plan) -> str:
     if plan.unique:
         return "unique: no second pose within ten sigma"
     if not plan.located:

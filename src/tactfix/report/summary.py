@@ -14,7 +14,7 @@ from rich.text import Text
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
 from tactfix.locate_result import LocateResult
-from tactfix.report.text_report import reason_text, residual_text, sentence, verdict_lines
+from tactfix.report.text_report import reason_text, residual_text, sentence, status_lines
 from tactfix.results import Candidate, ContactResidual, Status
 from tactfix.wording import decimals, fixed
 
@@ -45,7 +45,7 @@ def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None)
 
 def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool = False) -> RenderableType:
     """The answer in a sentence, what to do, and all that speaks for it, as something that rich prints."""
-    answer, *others = [sentence(result)] if result.status == "located" else verdict_lines(result)
+    answer, *others = [sentence(result)] if result.status == "located" else status_lines(result)
     name = (f"{result.fixture} ", "bold")
     lines = [Text.assemble(name, (answer, f"bold {_STATUS_COLORS[result.status]}")), *map(Text, others)]
     return Group(Padding(Group(*lines), (0, 0, 1, 1)), _details(result, at, ascii_only=ascii_only))
@@ -193,7 +193,7 @@ def _candidates(result: LocateResult) -> Table:
     table.columns[2].justify = "right"
     for number, candidate in enumerate(result.candidates[:_CANDIDATES_LISTED], 1):
         origin = " ".join(fixed(value, 4) for value in candidate.base_from_fixture[:3, 3])
-        table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _verdict(candidate))
+        table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _outcome(candidate))
     _keep_whole(table)
     more = len(result.candidates) - _CANDIDATES_LISTED
     if more > 0:
@@ -201,7 +201,7 @@ def _candidates(result: LocateResult) -> Table:
     return table
 
 
-def _verdict(candidate: Candidate) -> Text:
+def _outcome(candidate: Candidate) -> Text:
     if candidate.accepted:
         return Text("is left", "green")
     more = len(candidate.reasons) - 1

@@ -76,14 +76,14 @@ def surface_rows(surface: Surface) -> dict[str, Sequence[float]]:
 def sentence(result: LocateResult) -> str:
     """The answer in one sentence."""
     if result.status != "located":
-        return next(verdict_lines(result))
+        return next(status_lines(result))
     sigma = sigma_at(result)
     if sigma is None:
         return "located"
     return f"located; the origin is known to {SIGMAS_95 * sigma:.2g} {result.units} (95 %, along its worst direction)"
 
 
-def verdict_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
+def status_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
     """Why there is no pose, and what to do about it; nothing where the fixture is located.
 
     listed: where ambiguous poses are listed, after a semicolon.
@@ -116,10 +116,10 @@ def _reason_lines(candidates: "Sequence[Candidate | FitCandidate]") -> Iterator[
         yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
 
 
-def fit_verdict_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
+def fit_status_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
     """Why there is no surface; nothing where there is one.
 
-    listed: as of `verdict_lines`. size: the radius that was given, with its unit, in words after the kind.
+    listed: as of `status_lines`. size: the radius that was given, with its unit, in words after the kind.
     """
     match result.status:
         case "underdetermined":

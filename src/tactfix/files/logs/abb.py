@@ -79,7 +79,7 @@ class _Reader:
         self.other.append(lexer.line)
 
     def check_motions(self, problems: list[Problem]) -> None:
-        """All targets must be of one tool and work object, where motions tell them."""
+        """All targets must be of one tool and work object, where motions name them."""
         for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
             for line, tool, work_object in self.motions.get(name.upper(), []):
                 for what, value in (("the tool", tool), ("the work object", work_object)):

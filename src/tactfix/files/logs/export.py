@@ -42,7 +42,7 @@ def contact_csv(read: LogContacts) -> str:
 
 
 def _orientations(read: LogContacts) -> tuple[tuple[str, ...], list[list[float]]]:
-    """The names of the columns and their numbers in each row; none where the log tells no poses."""
+    """The names of the columns and their numbers in each row; none where the log has no poses."""
     numbers, rotations = DIALECTS.get(read.format_name), read.rotations
     if numbers is None or numbers.numbers is None or rotations is None or read.format_name not in _FORMAT_ORIENTATIONS:
         return (), [[]] * len(read.contacts)

@@ -145,7 +145,7 @@ class _Reader:
         self.talk.append(lexer.line)
 
     def check_taught(self, problems: list[Problem]) -> None:
-        """All contacts must have been taught with one tool and base, where FDAT tells them."""
+        """All contacts must have been taught with one tool and base, where FDAT names them."""
         for contact in self.contacts:
             line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
             for what, number in numbers:

@@ -47,7 +47,7 @@ class LogContacts:
 
     @property
     def rotations(self) -> Floats | None:
-        """base_from_flange, or that of the tool (n, 3, 3); None where a contact tells no pose."""
+        """base_from_flange, or that of the tool (n, 3, 3); None where a contact has no pose."""
         found = [contact.rotation for contact in self.contacts if contact.rotation is not None]
         return np.array(found) if len(found) == len(self.contacts) else None
 
@@ -247,7 +247,7 @@ def _points(contacts: Sequence[LogContact], tip_offset: Vector | None) -> Floats
 
 
 def _approaches(contacts: Sequence[LogContact]) -> Floats:
-    """Unit approaches (n, 3), nan where the log tells none."""
+    """Unit approaches (n, 3), nan where the log has none."""
     return np.array(
         [np.full(3, np.nan) if contact.approach is None else unit(contact.approach) for contact in contacts]
     )

@@ -59,7 +59,7 @@ LogReader: TypeAlias = Callable[[str, list[Problem]], Log]
 class LogFormat:
     """A log format by name.
 
-    compensated: whether its points may already be points of the surface, so that only an option can tell the tip.
+    compensated: whether its points may already be points of the surface, so that only an option can give the tip.
     frame: the frame that it reports in where somebody has to choose it, such as the active work coordinates; "" where
     the format itself fixes the frame.
     """

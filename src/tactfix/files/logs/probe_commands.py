@@ -64,7 +64,7 @@ class ProbeCommands:
         return any(code in _TOWARDS_WORK or code in _OUT_OF for code in block.codes("G"))
 
     def _direction(self, block: Block) -> Vector | None:
-        """Unit direction of the probe into the material, None where the command does not tell it."""
+        """Unit direction of the probe into the material, None where the command does not determine it."""
         self.mode(block)
         move = [sum(block.codes(axis)) for axis in "XYZ"]
         axes = sum(value != 0 for value in move)
