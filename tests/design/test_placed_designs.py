@@ -229,12 +229,17 @@ def test_the_command_line_says_where_the_fixture_stands(tmp_path, capsys):
     assert "placement" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("translation", "left"), [(40.0, True), (2.0, False)])
-def test_a_wrong_file_whose_pose_is_beyond_the_limits_would_show(translation, left):
-    """Two coordinates of the pin exchanged move the plate by 22 mm: two poses within 2 mm are never so far apart."""
+@pytest.mark.parametrize(
+    ("translation", "free", "left"), [(40.0, None, True), (2.0, None, False), (40.0, FLAT, True), (0.1, FLAT, False)]
+)
+def test_a_wrong_file_whose_pose_is_beyond_the_limits_would_show(translation, free, left):
+    """Two coordinates of the pin exchanged move the plate by 22 mm: two poses within 2 mm are never so far apart.
+
+    Where it lies flat they move it by 2 to 4 mm.
+    """
     cell = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     contacts = simulate(cell, base_from_fixture=np.eye(4), seed=2, count=12).contacts
-    cell = replace(cell, placement=Placement(UPRIGHT, (translation, np.radians(translation))))
+    cell = replace(cell, placement=Placement(UPRIGHT, (translation, np.radians(translation)), free=free))
     spots = design_check(cell, contacts, wishes=QUICK).blind_spots
     (axes,) = (spot for spot in spots if spot.error == "axes")
     assert axes.detectable

@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
-from tactfix.design.nominal_contacts import ERROR_SIGMAS, shift_of
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, shift_of
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
-from tactfix.diagnosis.hypotheses import Explanation, Hypothesis
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_search import searched_anew
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
@@ -20,6 +20,8 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
 from tactfix.localization.elimination import assess
 from tactfix.mistakes import BlindSpotCode
 from tactfix.placement import Placement
+from tactfix.poses.pose_fit import PoseFit
+from tactfix.poses.prior import contradiction
 from tactfix.poses.rigid import solution_at
 from tactfix.wording import listed
 
@@ -104,40 +106,53 @@ def _judged(
     spots = []
     for key, what in words.items():
         way = fits.get(key)
-        if way is None:
+        fit = None if way is None else _with_placement(case, way)
+        if fit is None:
             spots.append(no_pose(code, what))
         else:
-            chi2, pose = _with_placement(case, way)
+            chi2, pose = fit
             spots.append(spot_of(code, power_of(chi2, case.touched.dof), shift_of(pose, case.touched.corners), what))
     return spots
 
 
-def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats]:
-    """Chi-square and pose (4, 4) of an explanation; fitted again where something is known of the pose beforehand."""
+def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats] | None:
+    """Chi-square and pose (4, 4) of an explanation; fitted again where something is known of the pose beforehand.
+
+    None where every pose that is fitted again is beyond the limits.
+    """
     if case.touched.placement is None:
         return way.chi2, way.base_from_fixture
     problem = way.hypothesis.corrected(case.problem, way.values)
     touched = replace(case.touched, surfaces=problem.surfaces, sigmas=problem.sigmas)
-    fits = (refined(touched, problem.contacts, start) for start in (way.base_from_fixture, np.eye(4)))
-    best = min(fits, key=lambda fit: fit.chi2)
-    return best.chi2, best.base_from_fixture
+    fits = [refined(touched, problem.contacts, start) for start in (way.base_from_fixture, np.eye(4))]
+    best = min((fit for fit in fits if _is_possible(touched, problem, fit)), key=lambda fit: fit.chi2, default=None)
+    return None if best is None else (best.chi2, best.base_from_fixture)
+
+
+def _is_possible(touched: Touched, problem: Problem, fit: PoseFit) -> bool:
+    """Whether a pose fitted with what is known beforehand is not beyond its limits."""
+    limits = _limits(touched.placement)
+    if limits is None:
+        return True
+    pose = solution_at(fit.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
+    return contradiction(limits, pose, "", fitted=True) is None
 
 
 def _limits(placement: Placement | None) -> Placement | None:
-    """How far two poses within limits can be from each other, in the fixture's frame; none with directions held.
-
-    Such a pose is another after it has been fitted again (`_with_placement`).
-    """
-    if placement is None or placement.within is None or placement.free is not None:
+    """How far two poses within limits can be from each other, in the fixture's frame."""
+    if placement is None or placement.within is None:
         return None
     translation, rotation = placement.within
     return Placement(np.eye(4), (2 * translation, 2 * rotation))
 
 
 def _best_left(case: Case, one: Explanation) -> Explanation | None:
+    """The best of its poses against which nothing speaks; with directions held the limits are those of another fit."""
+    known = case.touched.placement
+    limits = _limits(known) if known is not None and known.free is None else None
     moved = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}
     touch = {name: box for name, box in case.fixture.touch.items() if name not in moved}
-    fixture = replace(case.fixture, touch=touch, placement=_limits(case.touched.placement))
+    fixture = replace(case.fixture, touch=touch, placement=limits)
     for way in one.ways:
         problem = way.hypothesis.corrected(case.problem, way.values)
         pose = solution_at(way.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
