@@ -1,5 +1,6 @@
 """What every command line is held to, and what becomes of a command that is stopped."""
 
+import json
 import os
 import signal
 import socket
@@ -140,6 +141,24 @@ def test_what_is_written_beside_the_result_goes_to_no_dash(
         "",
         f"tactfix: {option} - would mix with the result on standard output; name a file\n",
     )
+
+
+def test_a_history_that_cannot_be_appended_to_hides_no_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pose = str(tmp_path / "reference.json")
+    assert main(["locate", str(FIXTURE), str(CONTACTS), "--output", pose]) == 0
+    words = ["check", str(FIXTURE), str(CONTACTS), "--reference", pose, "--limit-translation", "5"]
+    assert main([*words, "--history", str(tmp_path / "nowhere" / "h.jsonl")]) == 3
+    out, err = capsys.readouterr()
+    assert "moved" in out.splitlines()[0]
+    assert "the check cannot be appended" in err
+
+
+def test_the_ending_of_the_output_chooses_json_for_two_poses_too(tmp_path: Path) -> None:
+    pose, written = str(CONTACTS.with_name("expected.json")), tmp_path / "moved.json"
+    assert main(["compare", pose, pose, "--output", str(written)]) == 0
+    assert json.loads(written.read_text(encoding="utf-8"))["distance"] == 0
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -91,9 +91,11 @@ def command(
     read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
     limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
     found = check(fixture, read.contacts, before, limits=limits, history=records, scale_sigma=scale_sigma)
-    if history is not None and found.record is not None:
-        append_history(history, found.record)
-    _emit(found, output, as_json=as_json)
+    try:
+        if history is not None and found.record is not None:
+            append_history(history, found.record)
+    finally:  # the verdict is told where the disk is full too
+        _emit(found, output, as_json=as_json)
     tell(found.warnings, quiet=quiet)
     if found.has_moved is None:
         return exit_of_status(found.result.status)

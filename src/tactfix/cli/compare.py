@@ -51,7 +51,7 @@ def command(
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))
     if junit is not None:
         write_whole(junit, compare_junit(movement, limits))
-    if as_json:
+    if as_json or (output is not None and output.suffix.lower() == ".json"):
         emit(text_of(compare_json(movement, limits)), output)
     else:
         emit_lines(compare_lines(movement), output)
