@@ -40,7 +40,8 @@ SHAPE_COMBINATIONS = 4096
 costs are computed before any of them is fitted."""
 FEW_FITS = 12
 """Starts that are fitted if contacts on a feature are flat within noise (`features_alone.is_flat`): its candidates
-are then thinned, and the result is not complete anyway."""
+are then thinned, and the result is not complete anyway. 4 change none of every tenth of the 200 contact sets of
+`tests.benchmarks.bench_relations`."""
 MOST_FALLEN = 32
 """Combinations that violate a relation and are listed as candidates: more than anybody reads."""
 SLACK_FACTOR = 3.0

@@ -47,7 +47,9 @@ FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
 """Distinct ends of placements that are fitted, those first that the approaches allow, then the best: half as many
-again as the eight solutions of a slab with few contacts on its hole. With more ends the result is not complete."""
+again as the eight solutions of a slab with few contacts on its hole. With more ends the result is not complete. 6
+change the candidates or warnings, not the status, of 6 of 20 sets, every tenth of the 200 contact sets of
+`tests.benchmarks.bench_relations`."""
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
 least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""

@@ -38,7 +38,8 @@ MOST_FOLLOWED = 3
 """Starts of one correction that are fitted, in order of predicted chi-square, whose error may exchange neighbours. 1
 gives the same diagnoses of every tenth of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 TRIAL_FIT_STEPS = 20
-"""Steps of each fit: its chi-square need only be compared with its limit."""
+"""Steps of each fit: its chi-square need only be compared with its limit. 10 give the same diagnoses of every tenth
+of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 MOST_TRIAL_FITS = 40
 """Fits of all corrections together: they bound the time of a diagnosis, 2 s with 30 contacts
 (`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
