@@ -187,6 +187,18 @@ def test_a_kuka_is_better_at_a_third_place() -> None:
 
 
 @pytest.mark.slow
+def test_a_kuka_with_offsets_alone_is_said_to_be_off_in_more() -> None:
+    """Of three pairs of places two are refused; the third makes the place held out worse, and is warned of."""
+    places = ("front", "left_back", "raised_left")
+    for held in places:
+        cell, made = touched_sockets("kuka_14", "iiwa14.urdf", places, OFFSETS)
+        result = calibrate(cell, made, hold_out=(held,))
+        assert result.status == ("calibrated" if held == "raised_left" else "underdetermined")
+        if result.status == "calibrated":
+            assert any("more of the robot is off than is unknown" in warning for warning in result.warnings)
+
+
+@pytest.mark.slow
 def test_a_panda_is_better_at_a_third_place() -> None:
     """10 mm become less than one; the mean in training is 0.53 mm: no rigid arm explains these touches better."""
     trained, before, _, mean = sockets("panda_1", "panda.urdf", ("back-high", "right"), "front")

@@ -100,7 +100,9 @@ def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
     found = [_NOTHING_CHECKS] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
         what = f"the residuals are {fit.noise:.2g} times what sigma allows for"
-        found.append(f"{what}: surfaces are not as the file says, or the robot bends; sigmas are scaled up by it")
+        wider = "" if "all" in fit.cell.unknown else "more of the robot is off than is unknown, "
+        causes = f"{wider}surfaces are not as the file says, or the robot bends"
+        found.append(f"{what}: {causes}; sigmas are scaled up by it")
     if fit.suspicious:
         named = listed([f"row {row}" for row in fit.suspicious[:10]])
         found.append(f"beyond noise: {named} (data snooping): touch there anew")
