@@ -113,10 +113,13 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
     """The joint fits near every pose of the rigid shapes, searched with the sigma of the contacts widened by the
     shape's.
 
-    If no pose explains even these, near the nearest miss; samples if they leave a motion free.
+    If no pose explains even these, the nearest miss as it stands; samples if they leave a motion free.
     """
     widened = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, widened, with_misses)
+    if not rigid.continuum and all(solution.chi2 > rigid.limit for solution in rigid.found):
+        misses = (replace(s, chi2=float(((s.residuals / problem.sigmas) ** 2).sum())) for s in rigid.found)
+        return replace(rigid, found=tuple(misses))
     starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     solutions = joint_solutions(fixture, problem, fits, rigid.continuum)
     return replace(solutions, complete=rigid.complete and starts.left_out > solutions.limit)
