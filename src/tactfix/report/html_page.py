@@ -113,7 +113,7 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
         verdict=[sentence(result)] if result.status == "located" else list(status_lines(result)),
         matrix=None if result.base_from_fixture is None else matrix_text(result.base_from_fixture),
         axes=_ellipsoid_axes(result.covariance),
-        sigmas=_sigmas(result.covariance),
+        sigmas=_sigmas(result.covariance, result.units),
         residual_scale=max([limits, *(abs(contact.residual) for contact in result.contacts)]),
         reason_text=reason_text,
         residual_text=residual_text,
@@ -180,13 +180,13 @@ def finite(figure: Mapping[str, Any]) -> Any:
     return json.loads(json.dumps(figure, allow_nan=False))
 
 
-def _sigmas(covariance: Floats | None) -> dict[str, float]:
+def _sigmas(covariance: Floats | None, units: str) -> dict[str, float]:
     """Sigma of each coordinate of the pose: degrees about, lengths along the base axes."""
     if covariance is None:
         return {}
     spread = np.sqrt(np.diag(covariance))
     turns = {f"turn about {axis} of base (deg)": float(np.rad2deg(spread[k])) for k, axis in enumerate("xyz")}
-    return {**{f"origin along {axis} of base": float(spread[3 + k]) for k, axis in enumerate("xyz")}, **turns}
+    return {**{f"origin along {axis} of base ({units})": float(spread[3 + k]) for k, axis in enumerate("xyz")}, **turns}
 
 
 def _ellipsoid_axes(covariance: Floats | None) -> list[tuple[float, list[float]]]:

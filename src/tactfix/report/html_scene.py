@@ -263,7 +263,7 @@ def _ellipsoid_trace(pose: Floats, covariance: Floats, size: float, units: str) 
     values, axes = np.linalg.eigh(covariance[3:, 3:])
     half_axes = factor * ELLIPSOID_SIGMAS * np.sqrt(np.maximum(values, 0.0))
     grid = pose[:3, 3] + ellipsoid_grid(half_axes, axes)
-    return _grid_trace(f"95 % of the origin, {factor:g} times larger", "#7f3fbf", grid)
+    return _grid_trace(f"95 %, {factor:g} times larger", "#7f3fbf", grid)
 
 
 def _candidate_traces(fixture: Fixture, candidate: Candidate, number: int, size: float) -> list[Trace]:
