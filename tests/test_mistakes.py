@@ -7,7 +7,8 @@ import pytest
 from tactfix.design.blind_spots import JUDGES
 from tactfix.design.design_check import design_check
 from tactfix.design.design_report import Wishes
-from tactfix.diagnosis.hypothesis_tests import AT_POSES, FROM_ALL_ROTATIONS, FROM_KNOWN_POSES
+from tactfix.diagnosis.hypothesis_tests import FROM_ALL_ROTATIONS, FROM_KNOWN_POSES
+from tactfix.diagnosis.residual_mistakes import AT_POSES
 from tactfix.explanations import explanations
 from tactfix.localization.locate import locate
 from tactfix.mistakes import (

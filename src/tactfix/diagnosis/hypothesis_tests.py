@@ -3,7 +3,8 @@
 1. Mistakes in a few contacts or one feature are fitted from the poses that the other contacts agree on
    (`trial_search`).
 2. Mistakes that concern all contacts are searched for from all rotations.
-3. Reversed approaches, a larger sigma and a displaced tip follow from the residuals at the known poses.
+3. Reversed approaches, a larger sigma and a displaced tip follow from the residuals at the known poses
+   (`residual_mistakes`).
 4. An explanation is kept if its chi-square is within its limit, and approaches, touch boxes and paths allow its pose.
 5. If one feature may stand elsewhere, exchanged coordinates and wrong signs that step 1 did not find are searched for
    from all rotations: those of points, and those whose pose is far from the known ones.
@@ -12,7 +13,6 @@
 7. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -29,11 +29,9 @@ from tactfix.diagnosis.contact_mistakes import (
     single_outliers,
     swaps,
     swaps_with_points,
-    tip_offsets,
     tips,
     units,
 )
-from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.fixture_mistakes import (
     all_diameters,
     coordinates_of_each,
@@ -51,13 +49,14 @@ from tactfix.diagnosis.fixture_mistakes import (
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.messages import diagnosis_of, one_of
 from tactfix.diagnosis.ranking import says_more, split_by_plausibility, without_generalizations
-from tactfix.diagnosis.trial_search import NO_CHANGE, TrialSearch, searched_anew
+from tactfix.diagnosis.residual_mistakes import AT_POSES
+from tactfix.diagnosis.trial_search import TrialSearch, searched_anew
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import moved
 from tactfix.mistakes import CAUSES, DiagnosisCode
-from tactfix.noise import SURE, SUSPICIOUS, chi_square_limit
+from tactfix.noise import SUSPICIOUS, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
@@ -112,12 +111,6 @@ test takes about as long as the report of a pose, and MOST_ENTRIES are reported.
 MOST_LEFT_OUT = 3
 """Contacts deleted together at most. Of 30 contacts there are 4,060 sets of three and 27,405 of four; four wrong
 contacts were not studied (`tests.validation.diagnosis` has three)."""
-COARSEST_SIGMA = 0.01
-"""Share of the contacts' spread above which no larger sigma is offered: with noise of a hundredth of the fixture
-nearly any pose fits."""
-MOST_TIMES = 30.0
-"""Largest factor on the sigma of the file that is offered: twice the largest of the mistakes that are studied, 15
-(`tests.validation.made_mistakes`); a larger one explains any mistake."""
 
 
 def mistakes_that_explain(
@@ -240,62 +233,3 @@ def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]
         count = f"{problem.dof} equation{'s' if problem.dof > 1 else ''} more than a pose needs"
         entry = replace(entry, message=f"{entry.message}. These contacts give only {count}: touch more places")
     return (entry, *rest)
-
-
-def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
-    """One factor on every sigma, if no normalised residual is an outlier after it."""
-    best = search.explanations([NO_CHANGE])[0]
-    factor = math.sqrt(best.chi2 / max(problem.dof, 1))
-    coarse = factor * float(problem.sigmas.max()) > COARSEST_SIGMA * problem.contacts.spread
-    if problem.dof < 2 or not 1 < factor < MOST_TIMES or coarse:
-        return []
-    solution = solution_at(best.base_from_fixture, problem.surfaces, problem.contacts, problem.sigmas)
-    found = normalized_residuals(problem.contacts, problem.sigmas, solution)
-    if (found.sizes > factor * found.limits(SUSPICIOUS)).any():
-        return []
-    hypothesis = Hypothesis("sigma", sigmas=factor)
-    score = problem.dof + hypothesis.penalty(problem) + math.log(len(problem.single.contacts))
-    ways = [replace(w, hypothesis=hypothesis, chi2=float(problem.dof), score=score, others=()) for w in best.ways]
-    return [replace(ways[0], others=tuple(ways[1:]))]
-
-
-def _tip_offset(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
-    return search.explanations(tip_offsets(problem))
-
-
-def _approaches(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:
-    found: dict[tuple[int, ...], list[Explanation]] = {}
-    for solution in solutions:
-        for one in _approaches_at(problem, solution):
-            found.setdefault(one.hypothesis.reversed, []).append(one)
-    return [replace(first, others=tuple(others)) for first, *others in found.values()]
-
-
-def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:
-    """At a pose that fits: all approaches reversed, or those that come out of the material there."""
-    contacts = problem.contacts
-    cosine = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, solution.normals), -1.0)
-    against = tuple(np.flatnonzero(cosine > SURE * solution.normal_sigmas).tolist())
-    if not against or solution.chi2 > chi_square_limit(problem.dof):
-        return []
-    given = tuple(np.flatnonzero(contacts.has_approach).tolist())
-    names = tuple(dict.fromkeys(contacts.features[i] for i in against))
-    ways = math.comb(len(given), len(against))
-    hypotheses = [
-        Hypothesis("approach", reversed=given),
-        Hypothesis("approach", index=against, features=names, alternatives=ways, reversed=against),
-    ]
-    return [
-        Explanation(h, np.zeros(0), solution.base_from_fixture, solution.chi2, solution.chi2 + h.penalty(problem))
-        for h in hypotheses
-        if len(against) < len(given) or not h.index
-    ]
-
-
-AtPoses: TypeAlias = Callable[[Problem, TrialSearch, Sequence[Solution]], list[Explanation]]
-AT_POSES: Final[Mapping[DiagnosisCode, AtPoses]] = {
-    "approach": _approaches,
-    "sigma": _sigma,
-    "tip_offset": _tip_offset,
-}
-"""Mistakes that follow from residuals and approaches at the known poses."""
