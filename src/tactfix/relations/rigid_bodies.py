@@ -39,8 +39,8 @@ MOST_THOROUGH = 4
 search takes ten times as long. With poses of more bodies the contacts are ambiguous in any case, and the poses found
 are marked as not complete."""
 FEW_BODY_STARTS = 250
-"""Starts that cover the rotations of each body, if there are many: the true pose of three bars is met by 4 to 160 of
-them."""
+"""Starts that cover the rotations of each body, if there are many: of 1,000, 18 to 734 meet the true pose of three
+bars, so that a quarter as many meet it at least four times."""
 RANKING_STARTS = 60
 """Start rotations of the robust fit that ranks bodies by how many contacts agree, if no pose fits: a tenth of
 `robust_poses.ROBUST_STARTS`, since only a diagnosis follows."""
