@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2 as chi_square
 
-from tactfix import LocateResult, UsageError, contacts_from_arrays, locate
+from tactfix import Fixture, LocateResult, UsageError, contacts_from_arrays, locate
 from tactfix.geometry.surfaces import Plane, Point, Sphere
 from tactfix.unknowns.equations import TipEquations
 from tests.support.flange_touches import (
@@ -434,3 +434,51 @@ def test_a_bound_that_is_said_is_not_asked_for() -> None:
         tip = locate(fixture_of(PLATE, within), contacts, unknown=["tip", "tip-radius"]).tip
         assert "is not certain" in tip.message
         assert ("say probe.tip_within" in tip.message) == is_asked
+
+
+def test_contacts_too_few_for_the_tip_are_told_where_it_is_far_off() -> None:
+    """One covering of the rotations meets no pose that fits a tip 26 mm off its place."""
+    rng = np.random.default_rng(3)
+    error = rng.normal(size=3) * rng.choice([0.3, 2.0, 8.0])
+    said = float(rng.choice([3.0, 2.0, 5.0]))
+    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), error, said_radius=said)
+    kept = sorted(rng.choice(18, int(rng.integers(6, 10)), replace=False).tolist())
+    assert len(kept) == 7
+    assert np.linalg.norm(error) > 26.0
+    result = locate(fixture_of(PLATE), problem.contacts.subset(kept), unknown=["tip", "tip-radius"])
+    assert result.status == "underdetermined"
+
+
+FOUR_BALLS = """
+tactfix: 1
+name: four-balls
+units: mm
+features: {a: {type: sphere, radius: 10}, b: {type: sphere, radius: 10}, c: {type: sphere, radius: 10},
+  d: {type: sphere, radius: 10}}
+distances:
+- {between: [a, b], value: 100}
+- {between: [a, c], value: 80}
+- {between: [b, c], value: 128.06248474865697}
+- {between: [a, d], value: 70}
+- {between: [b, d], value: 122.06555615733703}
+- {between: [c, d], value: 106.30145812734649}
+frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}
+"""
+
+
+@pytest.mark.parametrize("height", [70.0, -70.0])
+def test_a_wrong_contact_is_named_on_either_mirror_shape(height: float) -> None:
+    """Distances leave the fourth ball on either side: the contacts say which, and one of them is 1.5 mm off."""
+    rng = np.random.default_rng(1)
+    centres = {"a": (0, 0, 0), "b": (100, 0, 0), "c": (0, 80, 0), "d": (0, 0, height)}
+    names = [name for name in centres for _ in range(6)]
+    normals = rng.normal(size=(24, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    off = 0.01 * rng.normal(size=24)
+    off[4] += 1.5
+    turn = Rotation.random(random_state=rng)
+    points = turn.apply(np.array([centres[name] for name in names]) + (11.0 + off)[:, None] * normals)
+    contacts = contacts_from_arrays(names, points, turn.apply(-normals), sigma=0.01, tip_radius=1.0)
+    result = locate(Fixture.from_text(FOUR_BALLS), contacts, unknown=["tip-radius"])
+    assert result.status == "inconsistent"
+    assert [(cause.code, cause.rows) for cause in result.diagnosis[:1]] == [("outlier", (5,))]

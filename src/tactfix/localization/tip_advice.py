@@ -8,7 +8,7 @@ Free motions of tip and fixture together (`tip_motions`):
 4. Each motion is described by what would determine it: another orientation of the tool, or an opposite side.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,8 @@ from tactfix.diagnosis.messages import one_of
 from tactfix.diagnosis.ranking import INDISTINCT
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Surface, moved
+from tactfix.geometry.rigid import inverse
+from tactfix.geometry.surfaces import moved
 from tactfix.localization.free_motions import in_words, tidied
 from tactfix.localization.missing_contacts import missing_contact, touch_in_words
 from tactfix.localization.motion_words import vector
@@ -110,18 +111,19 @@ def suspects(
     unknown: frozenset[Unknown],
     fixture: Fixture,
     nearest: TipSolution,
-    surfaces: Mapping[str, Surface],
 ) -> tuple[Diagnosis, ...]:
     """The contacts whose deletion lets pose and tip explain the others; empty if there is none.
 
-    nearest: the best solution of all; each fit without one contact starts there. sigmas (n,) of the residuals.
+    nearest: the best solution of all; each fit without one contact starts there, on its shape of the fixture.
+    sigmas (n,) of the residuals.
     """
     found = []
+    pose, radius = nearest.solution.base_from_fixture, nearest.contacts.tip_radius
+    surfaces = {name: moved(inverse(pose), surface) for name, surface in nearest.solution.surfaces.items()}
     for i in range(len(contacts)):
         rest = np.delete(np.arange(len(contacts)), i)
         equations = TipEquations.build(surfaces, contacts.subset(rest), sigmas[rest], unknown, fixture.placement)
         dof = len(equations) - len(equations.columns)
-        pose, radius = nearest.solution.base_from_fixture, nearest.contacts.tip_radius
         trials, cost = descend(equations, equations.trials(pose[None], nearest.tip[None], radius))
         if dof > 0 and cost[0] <= chi_square_limit(dof):
             there = equations.poses(trials)[0]

@@ -82,7 +82,7 @@ def locate_with_tip(
         freed = tip_solutions(shapes, contacts, sigmas, unknown | {"tip"}, fixture.probe.tip_within, known)
         found = _tip_elsewhere(fixture, contacts, freed)
     if status == "inconsistent" and not found and solutions.found[0].solution.chi2 > solutions.limit:
-        found = suspects(contacts, sigmas, unknown, fixture, solutions.found[0], shapes[0])
+        found = suspects(contacts, sigmas, unknown, fixture, solutions.found[0])
     return replace(result, diagnosis=found, warnings=(*result.warnings, *(cause.message for cause in found)))
 
 

@@ -76,9 +76,9 @@ def tip_solutions(
     shapes: the surfaces of the fixture in its frame, for each shape that it can have; sigmas (n,) of the residuals;
     within: largest displacement of the tip from its reported place, None without a bound. At least one is unknown.
     """
-    dof, limit, misses = 0, 0.0, []
+    dof, limit, misses, searched = 0, 0.0, [], False
     for assumed, complete in _levels(contacts, sigmas, unknown, within):  # step 1
-        found = []
+        found, searched = [], searched or complete
         for surfaces in shapes:
             equations = TipEquations.build(surfaces, contacts, sigmas, unknown, placement)
             dof = len(equations) - len(equations.columns)
@@ -95,7 +95,8 @@ def tip_solutions(
             solutions.sort(key=lambda s: s.solution.chi2)
             return TipSolutions(tuple(solutions), dof, limit, complete and dof >= 0)
     _, surfaces, equations, nearest = min(misses, key=lambda miss: miss[0])
-    return TipSolutions((_solution(equations, surfaces, nearest, contacts),), dof, limit, complete=within is not None)
+    nearest_pose = _solution(equations, surfaces, nearest, contacts)
+    return TipSolutions((nearest_pose,), dof, limit, searched and dof >= 0)
 
 
 def _levels(
@@ -121,10 +122,13 @@ def _starts(
 ) -> Trials:
     """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2.
 
-    Without thorough the poses are those that one covering of the rotations finds.
+    Without thorough the poses are those that one covering of the rotations finds; if it finds none, those of the whole
+    search, which has the nearest misses at least.
     """
     single = one_equation_each(surfaces, contacts, sigmas)
     search = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement, thorough=thorough)
+    if not search.found and not thorough:
+        search = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement)
     fits = search.found[:TIP_START_POSES]
     tips = 0.5 * off * (TIP_STARTS if off else TIP_STARTS[:1])
     near = [] if placement is None else [placement.near]
