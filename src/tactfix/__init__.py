@@ -10,7 +10,7 @@ In:          load_fixture, Fixture.from_features, load_contacts, contacts_from_a
 Where:       locate, batch, check, compare, guide; fit for one surface alone
 Beforehand:  design_check, plan, simulate, qualify
 Robot:       load_cell, load_touches, calibrate, write_robot
-Out:         write_pose, html_report; to_json and to_dict of every result, from_json of locate, fit and qualify
+Out:         write_pose, html_report; to_json and to_dict of results, from_json of locate, fit and qualify
 Stacks:      cylinders_through_five, sphere_centers: many minimal problems at once
 Errors:      all are TactfixError; FileError has every problem of a file
 

@@ -89,14 +89,19 @@ def fixed(value: float, digits: int) -> str:
 
 
 def borne(value: float, sigma: float | None, sign: str = "") -> str:
-    """A number with the decimals that its sigma bears, never in powers of ten; at most six where there is none.
+    """A number with the decimals that its sigma bears, never in powers of ten.
+
+    Where there is no sigma: at most six decimals, or six digits of what is smaller than that.
 
     sign: "+" for a sign in any case.
     """
     if sigma is not None and sigma > 0:
         number = fixed(value, decimals(sigma))
     else:
-        number = fixed(value, decimals(0.0)).rstrip("0").rstrip(".")
+        # In m a length of which nothing says the sigma may be less than a millionth.
+        size = abs(float(value))
+        digits = 6 if size == 0 else min(12, max(6, 5 - math.floor(math.log10(size))))
+        number = fixed(value, digits).rstrip("0").rstrip(".")
     return number if number.startswith("-") else sign + number
 
 

@@ -157,6 +157,25 @@ def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
 NEST = {"a": (10.0, 20.0, 0.0), "b": (200.0, 30.0, 0.0), "c": (40.0, 150.0, 10.0), "d": (150.0, 140.0, 60.0)}
 
 
+@pytest.mark.parametrize(("true", "said"), [(2.0, 0.0), (2.0, 4.0), (0.0, 2.0)])
+def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: float, said: float) -> None:
+    """A point holds the tip's centre: only the contacts on the other features are off, by the error of the radius."""
+    rng = np.random.default_rng(4)
+    plate, ball = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), Sphere([60.0, 90.0, 15.0], 10.0)
+    fixture = placed({"plate": plate, "ball": ball, "seat": Point([180.0, 40.0, 5.0])})
+    normals = rng.normal(size=(5, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    flat = np.column_stack([rng.uniform(0.0, 200.0, (4, 2)), np.full(4, true)])
+    round_ = ball.center + (10.0 + true) * normals
+    points = np.vstack([flat, round_, np.tile([180.0, 40.0, 5.0], (2, 1))])
+    points = Rotation.random(random_state=rng).apply(points + SIGMA * rng.normal(size=points.shape))
+    names = ["plate"] * 4 + ["ball"] * 5 + ["seat"] * 2
+    result = locate(fixture, contacts_from_arrays(names, points, sigma=SIGMA, tip_radius=said))
+    assert result.status == "inconsistent"
+    assert result.diagnosis[0].code == "tip_radius"
+    assert result.diagnosis[0].value == pytest.approx(true, abs=0.3)
+
+
 @pytest.mark.parametrize("name", NEST)
 def test_exchanged_coordinates_of_a_seat_are_named(name: str) -> None:
     x, y, z = NEST[name]

@@ -20,12 +20,8 @@ _LONGEST_PATH: Final = 4096
 """Characters of a path (PATH_MAX of Linux): what is longer is no file's name."""
 _BESIDE_RESULT: Final = ("junit", "next_contact", "history")
 """Parameters that name a file to write beside the result."""
-
-
 _OUTPUTS: Final = ("output", *_BESIDE_RESULT)
 """Parameters that name a file to write."""
-
-
 _INPUTS: Final = (
     "contacts",
     "plan",

@@ -71,8 +71,9 @@ def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, 
 class Trials:
     """points (n, 3) in base; flanges (n, 3, 3): rotations of the flange if the tip's place in it is fitted, else None.
 
-    For each of T trials: weights (T, n), surfaces (T, n) by their row in the table, tip radii tips (T,), columns (T, n,
-    k): c, shifts (T, n, 3, k): D, and the unknowns: rotations (T, 3, 3), offsets (T, 3), numbers (T, k): q.
+    For each of T trials: weights (T, n), surfaces (T, n) by their row in the table, tip radii tips (T, n),
+    columns (T, n, k): c, shifts (T, n, 3, k): D, and the unknowns: rotations (T, 3, 3), offsets (T, 3),
+    numbers (T, k): q.
     """
 
     points: Floats
@@ -140,7 +141,7 @@ def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
     signs, normals = table.signs[rows], table.normals[rows]
     gradients = normals + (signs / np.where(sizes > 0, sizes, 1.0))[..., None] * flat
     residuals = np.einsum("tni,tni->tn", normals, arms) + signs * (sizes - table.radii[rows])
-    residuals -= trials.tips[:, None] + (trials.columns @ numbers[:, 0])[..., 0]
+    residuals -= trials.tips + (trials.columns @ numbers[:, 0])[..., 0]
     along = (np.swapaxes(trials.shifts, 2, 3) @ gradients[..., None])[..., 0] + trials.columns
     if trials.flanges is not None:
         along = -np.einsum("tni,tij,njk->tnk", gradients, trials.rotations, trials.flanges)

@@ -13,7 +13,7 @@ import numpy as np
 from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.diagnosis.trial_fits import SurfaceTable
 from tactfix.geometry.arrays import Bools
-from tactfix.geometry.surfaces import Cylinder, SidedSurface, Sphere
+from tactfix.geometry.surfaces import Cylinder, Point, SidedSurface, Sphere
 from tactfix.poses.search_frame import SearchFrame
 
 
@@ -31,7 +31,9 @@ class HypothesisRows:
         # Step 2.
         self.weights = np.tile(frame.length / single.sigmas, (len(hypotheses), 1))
         self.surfaces = np.tile(self.base, (len(hypotheses), 1))
-        self.tips = np.full(len(hypotheses), problem.contacts.tip_radius / frame.length)
+        self.tips = np.full(shape, problem.contacts.tip_radius / frame.length)
+        # A point holds the tip's centre, whatever its radius: its planes stay where the reported one puts them.
+        self.sized = np.array([not isinstance(problem.surfaces[n], Point) for n in problem.contacts.features])[self.of]
         self.columns, self.shifts = np.zeros((*shape, width)), np.zeros((*shape, 3, width))
         flanges = problem.contacts.flange_rotations if {h.free for h in hypotheses} == {"tip_offset"} else None
         self.flanges = None if flanges is None else flanges[single.of]
@@ -44,7 +46,7 @@ class HypothesisRows:
     def _fill(self, row: int, hypothesis: Hypothesis, changed: list[SidedSurface]) -> None:
         self.weights[row, np.isin(self.of, hypothesis.deleted)] = 0.0
         if hypothesis.tip is not None:
-            self.tips[row] = hypothesis.tip / self.frame.length
+            self.tips[row, self.sized] = hypothesis.tip / self.frame.length
         if hypothesis.labels is not None:
             for i in hypothesis.index:
                 self.surfaces[row, self.of == i] = self.names.index(hypothesis.labels[i])
@@ -52,7 +54,7 @@ class HypothesisRows:
             self.surfaces[row, self._on(name)] = len(self.names) + len(changed)
             changed.append(_sided(surface))
         if hypothesis.free == "tip":
-            self.columns[row, :, 0] = 1.0
+            self.columns[row, self.sized, 0] = 1.0
         elif hypothesis.free == "radius":
             surface = self.problem.surfaces[hypothesis.features[0]]
             assert isinstance(surface, Sphere | Cylinder)
