@@ -16,7 +16,8 @@ ORIENTATION_COLUMNS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a"
 """How the flange stood; see `flange_columns`."""
 _USUAL_COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
 COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACH_COLUMNS + ORIENTATION_COLUMNS, ()), "id", "sigma", "target")
-_WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[]([^()\[\]]*)[)\]]")
+_WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[](?!\s*[-+.0-9])([^()\[\]]+)[)\]]")
+"""A number in brackets, or nothing, is no unit: so measuring machines write coordinates, X(12.5)."""
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 _OF_A_MACHINE: Final = (
     "; for the log of a machine give " + Setting.LOG_FORMAT.word + ", or have tactfix import make a contact file of it"

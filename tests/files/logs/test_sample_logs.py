@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tactfix.errors import FileError
+from tactfix.files.contact_file import read_contact_file
 from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.logs import LOG_FORMATS
 from tactfix.files.logs.load import read_log
@@ -30,3 +32,18 @@ def test_a_sample_of_each_format_tells_the_same_touches(name):
         assert np.dot(normal, point) == pytest.approx(distance + reach)
         assert np.isnan(approach).all() or np.dot(normal, approach) == pytest.approx(-1)
     assert np.isfinite(log.approaches).all() == (name in ("grbl", "msr", "xyzijk", "ippdme", "dmis"))
+
+
+@pytest.mark.parametrize("name", LOG_FORMATS)
+def test_a_log_that_is_given_as_a_contact_file_is_told_from_one_in_one_line(name):
+    with pytest.raises(FileError) as caught:
+        read_contact_file(FOLDER / FILES[name])
+    assert len(caught.value.lines) == 1
+    assert "--contacts-format" in caught.value.on_command_line
+
+
+def test_answers_of_a_measuring_machine_alone_are_no_columns_in_units():
+    answers = b"00169 # X(-43.0), Y(15.0), Z(30.4), IJK(0, 0, 1), ER(1.0)\n"
+    with pytest.raises(FileError, match=r"no header row|no known column") as caught:
+        read_contact_file(answers)
+    assert "--contacts-format" in caught.value.on_command_line
