@@ -230,6 +230,7 @@ def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFix
 
 
 BAD_CELLS = {
+    "a decimal comma": (("sigma: 0.05", "sigma: 0,05"), "line 14.*05 stands alone after a comma; write a decimal"),
     "an unknown key": (("unknown: all", "unknwon: all"), "line 15, column 1: unknown key 'unknwon'; did you mean"),
     "an unknown parameter": (("unknown: all", "unknown: [joint_9.offset]"), "line 15, column 11: there is no para"),
     "no prior": (("joint_offset: 0.3, ", ""), "line 16, column 8: prior has no joint_offset, which joint_1"),

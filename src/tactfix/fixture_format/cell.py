@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, ValidationError
 
-from tactfix.fixture_format.entries import Finding, Path
+from tactfix.fixture_format.entries import Finding, Path, unknown_key
 from tactfix.fixture_format.entry_schema import Length, Name, Strict, Vector
 from tactfix.fixture_format.schema import Matrix, PlacementModel
 from tactfix.units import Unit
@@ -124,7 +124,7 @@ def _finding(error: Any) -> Finding:
         path = path[:1]
     where = ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
     if kind == "extra_forbidden":
-        return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(str(path[-1]), _known(path)), at_key=True)
+        return unknown_key(path, _known(path))
     if kind == "missing":
         parent = path[:-1]
         whole = where.rpartition(".")[0] or "the file"

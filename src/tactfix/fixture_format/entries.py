@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 from tactfix.fixture_format.json_schema import is_entry, is_section
@@ -21,6 +21,14 @@ class Finding:
     what: str
     remedy: str
     at_key: bool = False
+
+
+def unknown_key(path: Path, known: Iterable[str]) -> Finding:
+    """A key that nothing knows, or digits that a decimal comma in {sigma: 0,1} has made one; known may stand there."""
+    key = str(path[-1])
+    if key.isdecimal():
+        return Finding(path, f"{key} stands alone after a comma", "write a decimal point: 10.5, not 10,5", at_key=True)
+    return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(key, known), at_key=True)
 
 
 Entry: TypeAlias = Mapping[str, Any]

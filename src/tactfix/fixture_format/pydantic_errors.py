@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from tactfix.fixture_format.entries import Finding, Path
+from tactfix.fixture_format.entries import Finding, Path, unknown_key
 from tactfix.fixture_format.entry_schema import (
     AngleModel,
     CylinderModel,
@@ -72,11 +72,7 @@ def _finding(error: Any) -> Finding:
     kind, input_, context = error["type"], error["input"], error.get("ctx", {})
     path = _plain_path(error["loc"])
     if kind == "extra_forbidden":
-        known = _known_keys(error["loc"])
-        if str(path[-1]).isdecimal():
-            what = f"{path[-1]} stands alone after a comma"
-            return Finding(path, what, "write a decimal point: 10.5, not 10,5", at_key=True)
-        return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(str(path[-1]), known), at_key=True)
+        return unknown_key(path, _known_keys(error["loc"]))
     if kind == "missing":
         key = error["loc"][-1]
         parent = _plain_path(error["loc"][:-1])
