@@ -47,6 +47,16 @@ def test_what_is_no_decimal_number_is_a_usage_error(words: tuple[str, ...], caps
     assert len(err) < 300
 
 
+@pytest.mark.parametrize(("option", "text"), [("--sigma", "0,08"), ("--tip-radius", "-,5"), ("--max-rms", "+12,25")])
+def test_a_decimal_comma_is_shown_and_told_to_be_a_point(
+    option: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["locate", str(FIXTURE), str(CONTACTS), f"{option}={text}"]) == 2
+    assert (
+        capsys.readouterr().err == f"tactfix: {option} {text!r} is not a number; write a decimal point, as in 0.005\n"
+    )
+
+
 @pytest.mark.parametrize("starts", ["0", "10001", "1" * 30])
 def test_the_starts_of_a_plan_have_a_bound(starts: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", str(FIXTURE), "--starts", starts]) == 2

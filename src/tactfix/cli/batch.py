@@ -111,7 +111,7 @@ def command(
     from tactfix.report.batch_report import BatchCount, batch_json, batch_lines, find_writer, write_jsonl
 
     if as_json and output is None:
-        raise UsageError("--json prints what became of the sets; give their rows an --output")
+        raise UsageError("--json prints what became of the sets; write their rows to a file: --output FILE")
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
     offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
