@@ -216,4 +216,4 @@ class MissingExtraError(TactfixError):
 
     def __init__(self, extra: str, purpose: str) -> None:
         self.extra, self.purpose = extra, purpose
-        super().__init__(f"{purpose} needs an optional extra; install it with: pip install 'tactfix[{extra}]'")
+        super().__init__(f"{purpose} needs the extra '{extra}'; in the folder of tactfix: pip install '.[{extra}]'")

@@ -128,5 +128,5 @@ def test_a_dataframe() -> None:
 
 def test_without_pandas_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(tactfix.MissingExtraError, match=r"tactfix\[dataframe\]"):
+    with pytest.raises(tactfix.MissingExtraError, match=r"pip install '\.\[dataframe\]'"):
         contacts().to_dataframe()

@@ -168,9 +168,9 @@ def test_what_cannot_be(
 def test_an_extra_that_is_missing_is_named_before_any_work(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("pyarrow", "distributed"):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(MissingExtraError, match=r"tactfix\[batch\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install '\.\[batch\]'"):
         find_writer(".parquet")
-    with pytest.raises(MissingExtraError, match=r"tactfix\[dask\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install '\.\[dask\]'"):
         DaskCluster("tcp://127.0.0.1:1").open().__enter__()
     assert find_writer(".csv") is WRITERS[".csv"]
 

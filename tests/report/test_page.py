@@ -138,7 +138,7 @@ def test_the_page_asks_nobody_for_anything(located):
 
 def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
-    with pytest.raises(MissingExtraError, match=r"tactfix\[report\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install '\.\[report\]'"):
         page_of(*located)
 
 

@@ -98,7 +98,7 @@ def command(
     """Locate many contact sets of one fixture: a row for each, in their order, whatever becomes of it.
 
     A batch that was stopped goes on where it was when the same command is run again: until all is done, its rows are
-    kept beside the output, in FILE.partial.jsonl. parquet needs the extra 'tactfix[batch]', a cluster 'tactfix[dask]'.
+    kept beside the output, in FILE.partial.jsonl. parquet needs the extra 'batch', a cluster 'dask'.
 
     Exit status: 0 all are located and acceptable, 1 some are not (their rows say why), 3 none could be read.
     """

@@ -83,8 +83,8 @@ def command(
     """Locate a fixture, or check its design, and write the record as one HTML page that works offline.
 
     With CONTACTS: fixture and contacts in 3D, candidates and why they fell, residuals, uncertainty. Without: what
-    design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra: pip install
-    'tactfix[report]'. Exit status as of locate or design-check.
+    design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra 'report': pip
+    install '.[report]'. Exit status as of locate or design-check.
     """
     import numpy as np
 

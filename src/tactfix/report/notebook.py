@@ -43,7 +43,7 @@ _COLORS: Final = TerminalTheme(
 )
 """Black, red, green, yellow, blue, magenta, cyan, grey: of middle brightness, to be read on white and on black."""
 _FROM_JSON: Final = "This result was read from JSON, which holds no contacts: there is no scene."
-_WITHOUT_EXTRA: Final = "The scene needs: pip install 'tactfix[report]'"
+_WITHOUT_EXTRA: Final = "The scene needs the extra 'report'; in the folder of tactfix: pip install '.[report]'"
 
 
 def located_html(result: LocateResult) -> str:
