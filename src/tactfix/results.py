@@ -60,7 +60,8 @@ class NextContact:
     """The contact to make next: it tells the remaining poses apart best, or takes away a free motion.
 
     point (3,) on the surface and approach (3,) unit in base, None where no pose is known; point_in_fixture and
-    approach_in_fixture in the fixture frame. further: the other contacts that are missing at least, where more are.
+    approach_in_fixture in the fixture frame. A touch on a point has no approach: None. further: the other contacts that
+    are missing at least, where more are.
     """
 
     feature: str

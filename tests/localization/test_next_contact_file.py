@@ -1,11 +1,14 @@
 """The contacts to make next as a file: what it says is what the result says, and touching there settles the pose."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tactfix import load_contacts, load_fixture, locate
+from tactfix import guide, load_contacts, load_fixture, locate
+from tactfix.report.html_scene import locate_figure
+from tactfix.report.plan_csv import contact_csv
 from tactfix.simulation.simulate import simulate
 from tests.support.command_line import tactfix
 from tests.support.project import ROOT
@@ -64,3 +67,32 @@ def test_the_file_holds_the_next_contacts_and_they_hold_the_pose(tmp_path):
     assert done.returncode == 0
     assert "is not written" in done.stderr
     assert not missing.exists()
+
+
+def test_a_point_is_touched_next_without_an_approach(tmp_path):
+    """In text, JSON and report, whether the pose is known or not; the file leaves its cells empty."""
+    path, few, page = tmp_path / "jig.yaml", tmp_path / "few.csv", tmp_path / "few.html"
+    path.write_text(
+        "tactfix: 1\nname: jig\nunits: mm\nprobe: {tip_radius: 2.0, sigma: 0.08}\nfeatures:\n"
+        "  plate: {type: plane, point: [0, 0, 0], normal: [0, 0, 1]}\n"
+        "  pin: {type: cylinder, radius: 5.0, point: [0, 0, 0], direction: [0, 0, 1]}\n"
+        "  seat: {type: point, point: [240, 120, 12]}\n"
+    )
+    fixture = load_fixture(path)
+    made = simulate(fixture, seed=2).contacts
+    made = made.subset([i for i in range(len(made)) if made.features[i] != "seat"])
+    result = locate(fixture, made)
+    assert result.status == "underdetermined"
+    touch = result.next_contact
+    assert (touch.feature, touch.approach, touch.approach_in_fixture) == ("seat", None, None)
+    assert "moving along" not in touch.message
+    assert guide(fixture, made).advice == touch.message
+    assert result.to_dict()["next_contact"]["approach_in_fixture"] is None
+    few.write_text(contact_csv(made, "mm", []))
+    assert tactfix("locate", path, few, "--next-contact", tmp_path / "next.csv").returncode == 4
+    assert "\nseat,240.0,120.0,12.0,,," in (tmp_path / "next.csv").read_text()
+    assert tactfix("report", path, few, "--output", page).returncode == 4
+    # Where several poses are left, the point has a place in base: the scene shows it, and no way to it.
+    known = replace(result, next_contact=replace(touch, point=np.zeros(3)))
+    shown = [t for t in locate_figure(fixture, made, known)["data"] if t.get("legendgroup") == "next contact"]
+    assert [(trace["mode"], trace["x"]) for trace in shown] == [("markers", [0.0])]

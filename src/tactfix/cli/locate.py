@@ -40,7 +40,6 @@ from tactfix.cli.streams import standard_error
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.fixture import Fixture
     from tactfix.geometry.arrays import Floats
     from tactfix.locate_result import LocateResult
 
@@ -148,7 +147,7 @@ def command(
         emit(text, output)
     tell(status_lines(result, LISTED_BY_JSON))
     if next_contact is not None:
-        _write_next(fixture, result, read.contacts, next_contact)
+        _write_next(result, read.contacts, next_contact)
     tell([] if result.tip is None else [result.tip.message], quiet=quiet)
     tell(result.warnings, quiet=quiet)
     if for_people:
@@ -160,11 +159,11 @@ def command(
     return _judge(result, point, max_sigma, max_rms, strict=strict)
 
 
-def _write_next(fixture: "Fixture", result: "LocateResult", contacts: "Contacts", output: Path) -> None:
+def _write_next(result: "LocateResult", contacts: "Contacts", output: Path) -> None:
     """The contacts to make next as a file, where any are named."""
     from tactfix.report.plan_csv import next_contact_csv
 
-    text = next_contact_csv(fixture, result, contacts.tip_radius, float(contacts.sigmas.max()))
+    text = next_contact_csv(result, contacts.tip_radius, float(contacts.sigmas.max()))
     if text is None:
         tell([f"no contact is missing that could be named; {output} is not written"])
     else:

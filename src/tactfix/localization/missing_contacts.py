@@ -139,22 +139,24 @@ class _Candidates:
 
     def touch(self, number: int, sigma: float, known: bool) -> NextContact:
         """One of them in words; known: whether the pose is, so that it has a place in base."""
-        name, point, approach = self.names[number], self.points[number], -self.normals[number]
-        return touch_in_words(name, point, approach, self.pose if known else None, sigma)
+        name = self.names[number]
+        approach = None if isinstance(self.surfaces[name], Point) else -self.normals[number]
+        return touch_in_words(name, self.points[number], approach, self.pose if known else None, sigma)
 
 
 def touch_in_words(
-    feature: str, point: Floats, approach: Floats, base_from_fixture: Floats | None, sigma: float
+    feature: str, point: Floats, approach: Floats | None, base_from_fixture: Floats | None, sigma: float
 ) -> NextContact:
     """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base where the pose is known.
 
-    Its message gives place and approach, with the digits that are significant for this sigma.
+    approach: None on a point, which holds the tip from all sides. Its message gives place and approach, with the digits
+    that are significant for this sigma.
     """
     here, way, frame = point, approach, " of the fixture"
     if base_from_fixture is not None:
-        here = transform_points(base_from_fixture, point[None])[0]
-        way, frame = base_from_fixture[:3, :3] @ approach, ""
-    where = coordinates(here.tolist(), sigma)
-    message = f"touch {feature} at {where}{frame}, moving along {vector(np.round(way, 4))}"
+        here, frame = transform_points(base_from_fixture, point[None])[0], ""
+        way = None if approach is None else base_from_fixture[:3, :3] @ approach
+    moving = "" if way is None else f", moving along {vector(np.round(way, 4))}"
+    message = f"touch {feature} at {coordinates(here.tolist(), sigma)}{frame}{moving}"
     is_known = base_from_fixture is not None
     return NextContact(feature, here if is_known else None, way if is_known else None, message, point, approach)

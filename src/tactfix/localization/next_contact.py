@@ -60,7 +60,8 @@ def next_contact(
     if best is None or best[0] <= sigma:  # step 4
         return None
     margin, name, point, normal = best
-    touch = touch_in_words(name, point, -normal, base_from_fixture, sigma)
+    approach = None if isinstance(surfaces[name], Point) else -normal
+    touch = touch_in_words(name, point, approach, base_from_fixture, sigma)
     apart = f"{margin / sigma:.3g}" if margin < _FAR_APART * sigma else f"more than {_FAR_APART}"
     disagree = f"the poses disagree by {apart} sigma ({margin:.4g} {fixture.units})"
     return replace(touch, message=f"{touch.message}: {disagree}")

@@ -98,7 +98,6 @@ def turned_contact(fixture: Fixture, weakest: TipSolution) -> NextContact | None
         return found
     point, approach = found.point_in_fixture, found.approach_in_fixture
     assert point is not None
-    assert approach is not None
     touch = touch_in_words(found.feature, point, approach, None, float(weakest.contacts.sigmas.min()))
     # A contact in an orientation that was used already adds nothing about the tip.
     words = f"{touch.message}, with the tool turned about another axis than so far, the farther the better"

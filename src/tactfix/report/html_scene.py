@@ -230,12 +230,14 @@ def _accused_traces(contacts: Contacts, surfaces: Mapping[str, Surface], rows: s
 def _next_contact_traces(result: LocateResult, length: float) -> list[Trace]:
     """Where to touch next, and along which way; nothing where that is not known in base."""
     said = result.next_contact
-    if said is None or said.point is None or said.approach is None:
+    if said is None or said.point is None:
         return []
     x, y, z = ([float(value)] for value in said.point)
     legend = {"name": f"next contact, on {said.feature}", "legendgroup": "next contact"}
     marker = {"size": 7, "symbol": "diamond", "color": "#ff4081", "line": {"color": "#222", "width": 1}}
     point = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker, "hoverinfo": "name"}
+    if said.approach is None:  # on a point
+        return [{**point, **legend}]
     way = _line([said.point - length * said.approach, said.point], "#ff4081", 5)
     return [{**point, **legend}, {**way, **legend, "showlegend": False}]
 

@@ -89,7 +89,9 @@ class FreeMotionJson(TypedDict):
 
 
 class NextContactJson(TypedDict):
-    """The contact to make next; in base null where no pose is known. further: the others that are missing at least."""
+    """The contact to make next; in base null where no pose is known, without approach on a point. further: the others
+    that are missing at least.
+    """
 
     feature: str
     point: Vector | None

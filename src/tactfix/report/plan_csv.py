@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.motion_words import vector
 from tactfix.locate_result import LocateResult
@@ -114,7 +113,7 @@ def _targets(plan: Plan) -> Iterator[str]:
         yield f"plan: in base: {row}, {spreadsheet_cell(feature)}, {place}, {way}"
 
 
-def next_contact_csv(fixture: Fixture, result: LocateResult, tip_radius: float, sigma: float) -> str | None:
+def next_contact_csv(result: LocateResult, tip_radius: float, sigma: float) -> str | None:
     """The contacts to make next as a contact file like that of a plan: tip centres; None where none is named."""
     first = result.next_contact
     if first is None:
@@ -123,12 +122,12 @@ def next_contact_csv(fixture: Fixture, result: LocateResult, tip_radius: float, 
     touches = (first, *first.further)
     point, approach = ("point", "approach") if is_in_base else ("point_in_fixture", "approach_in_fixture")
     points = np.array([getattr(touch, point) for touch in touches])
-    ways = np.array([getattr(touch, approach) for touch in touches])
-    sided = np.array([fixture.features[touch.feature].type != "point" for touch in touches])[:, None]
+    given = [getattr(touch, approach) for touch in touches]
+    ways = np.array([np.full(3, np.nan) if way is None else way for way in given])  # None on a point
     contacts = Contacts(
         features=tuple(touch.feature for touch in touches),
-        points=points - np.where(sided, tip_radius, 0.0) * ways,
-        approaches=np.where(sided, ways, np.nan),
+        points=points - np.where(np.isnan(ways), 0.0, tip_radius * ways),
+        approaches=ways,
         sigmas=np.full(len(touches), sigma),
         tip_radius=tip_radius,
         rows=tuple(range(1, len(touches) + 1)),
