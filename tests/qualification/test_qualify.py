@@ -1,6 +1,7 @@
 """Probes qualified: certified data of NIST, and simulated probes that drift, slip, miss, and have lobes."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,6 +71,58 @@ def test_outliers_are_told_by_row_also_where_two_hide_each_other() -> None:
     assert "row 8, row 21" in found.warnings[0]
 
 
+def sigma_without_outliers(warnings: tuple[str, ...]) -> float:
+    """The figure of the warning, which bears three digits, and its unit."""
+    (told,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: see", text))]
+    return told
+
+
+@pytest.mark.parametrize("count", [10, 20, 40])
+def test_sigma_without_an_outlier_is_about_the_mean_of_the_others(count: int) -> None:
+    values = noise(8, count)
+    values[5] += 1.0
+    found = qualify(readings(values), units="mm")
+    assert found.outliers == (6,)
+    assert sigma_without_outliers(found.warnings) == pytest.approx(np.std(np.delete(values, 5), ddof=1), rel=5e-3)
+
+
+def test_sigma_without_outliers_is_that_of_the_other_touches_of_two_places() -> None:
+    values = np.concatenate([noise(3), 20 + noise(2)])
+    values[[7, 20, 50]] += [0.8, -0.6, 0.7]
+    places = np.delete(np.repeat([0, 1], 30), [7, 20, 50])
+    left = [np.delete(values, [7, 20, 50])[places == k] for k in (0, 1)]
+    expected = np.sqrt(sum(np.sum((of - of.mean()) ** 2) for of in left) / (57 - 2))
+    found = qualify(readings(values, ["a"] * 30 + ["b"] * 30), units="mm")
+    assert found.outliers == (8, 21, 51)
+    assert sigma_without_outliers(found.warnings) == pytest.approx(expected, rel=5e-3)
+
+
+def test_of_two_touches_of_a_place_neither_is_called_right() -> None:
+    values = noise(3, 40)
+    values[7] += 1.0
+    found = qualify(readings(values, np.repeat([f"p{k}" for k in range(20)], 2)), units="mm")
+    assert found.outliers == (7, 8)
+    left = np.delete(values, [6, 7]).reshape(-1, 2)
+    assert sigma_without_outliers(found.warnings) == pytest.approx(np.sqrt(left.var(axis=1, ddof=1).mean()), rel=5e-3)
+
+
+def test_sigma_without_an_outlier_on_a_ball_is_that_of_the_ball_of_the_others() -> None:
+    contacts = ball(4, 20, 0.002)
+    off = contacts.points.copy()
+    off[3] += 0.08 * (off[3] - [700.0, -300.0, 90.0])
+    found = qualify(replace(contacts, points=off), radius=12.7, units="mm")
+    assert found.outliers == (4,)
+    rest = qualify(contacts_from_arrays("ball", np.delete(off, 3, 0), sigma=1.0, tip_radius=0.0), radius=12.7)
+    assert sigma_without_outliers(found.warnings) == pytest.approx(rest.sigma, rel=5e-3)
+
+
+def test_drift_and_step_are_told_with_their_unit() -> None:
+    drifts = qualify(readings(noise(4) + 0.02 * np.arange(30)), units="mm").warnings
+    assert any(re.search(r"drift by [\d.]+ mm a touch", text) for text in drifts)
+    steps = qualify(readings(noise(5) + 0.3 * (np.arange(30) >= 18)), units="mm").warnings
+    assert any(re.search(r"are [\d.]+ mm more", text) for text in steps)
+
+
 def test_a_drift_is_told_with_its_sigma() -> None:
     found = qualify(readings(noise(4) + 0.02 * np.arange(30)))
     assert found.drift.per_touch == pytest.approx(0.02, abs=3 * found.drift.sigma)
@@ -107,6 +160,13 @@ def test_touches_of_different_places_are_noticed() -> None:
     points = np.column_stack([rng.normal(0, 0.01, 20), rng.uniform(-50, 50, (20, 2))])
     contacts = contacts_from_arrays("face", points, np.tile([1.0, 0, 0], (20, 1)), sigma=1.0, tip_radius=0.0)
     assert any("column target" in warning for warning in qualify(contacts).warnings)
+
+
+def test_touches_of_different_places_show_neither_drift_nor_step() -> None:
+    values = noise(5) + 20.0 * np.arange(30) + 300.0 * (np.arange(30) >= 18)
+    contacts = replace(readings(values), units="mm")
+    (warning,) = qualify(contacts, units="mm").warnings
+    assert "not all of one place" in warning
 
 
 @pytest.mark.parametrize("with_approaches", [True, False])
@@ -163,6 +223,39 @@ def test_the_effective_tip_radius_is_that_of_the_least_squares_ball(side: str) -
     assert found.tip_radius_sigma == pytest.approx(np.sqrt(covariance[3, 3]), rel=1e-4)
     assert abs(found.tip_radius - 3.02) < 4 * found.tip_radius_sigma
     assert not found.directions
+
+
+@pytest.mark.parametrize("side", ["outer", "inner"])
+@pytest.mark.parametrize("across", [0.002, 0.05])
+def test_touches_of_one_spot_are_no_touches_of_a_ball(side: str, across: float) -> None:
+    for seed in range(40):
+        points = np.random.default_rng(seed).normal([100, 50, 30], [across, across, 0.05], (20, 3))
+        spot = contacts_from_arrays("ball", points, np.tile([0, 0, -1.0], (20, 1)), sigma=1.0, tip_radius=0.0)
+        assert "do not spread over the ball" in qualify(spot, radius=12.7, side=side, units="mm").warnings[0]
+
+
+@pytest.mark.parametrize(("half_angle", "warned"), [(25.0, True), (40.0, True), (55.0, False), (90.0, False)])
+def test_a_cap_of_a_ball_has_to_be_wide_enough(half_angle: float, warned: bool) -> None:
+    rng = np.random.default_rng(2)
+    height = rng.uniform(np.cos(np.radians(half_angle)), 1.0, 300)
+    turn = rng.uniform(0, 2 * np.pi, 300)
+    across = np.sqrt(1 - height**2)
+    out = np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+    touched = contacts_from_arrays(
+        "ball", (15.72 + rng.normal(0, 0.002, 300))[:, None] * out, sigma=1.0, tip_radius=0.0
+    )
+    assert any("do not spread" in text for text in qualify(touched, radius=12.7).warnings) == warned
+
+
+def test_the_usual_five_touches_of_a_ball_spread_over_it() -> None:
+    slope = np.sqrt(0.5)
+    for low in ((1.0, 0.0), (slope, slope)):
+        out = np.array(
+            [[0, 0, 1.0], *([low[0] * x, low[0] * y, low[1]] for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)))]
+        )
+        points = (15.72 + np.random.default_rng(1).normal(0, 0.002, 5))[:, None] * out
+        found = qualify(contacts_from_arrays("ball", points, sigma=1.0, tip_radius=0.0), radius=12.7)
+        assert not any("do not spread" in text for text in found.warnings)
 
 
 def test_the_sigma_of_the_tip_radius_is_that_of_many_draws() -> None:

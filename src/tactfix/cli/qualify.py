@@ -44,7 +44,8 @@ def command(
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.qualification.qualify import qualify, touches_of_ball
+    from tactfix.qualification.ball import touches_of_ball
+    from tactfix.qualification.qualify import qualify
     from tactfix.report.json_report import text_of
     from tactfix.report.qualify_report import qualify_json, qualify_lines
 

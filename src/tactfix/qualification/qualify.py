@@ -6,31 +6,32 @@
 3. Their readings are deviations from the mean of their place: along the approach where all contacts say it, else in all
    directions.
 4. Sigma is the standard deviation of all readings, pooled over the places; outliers, a drift and a step are looked for
-   in their sequence (`sequence`).
+   in their sequence (`sequence`). Sigma without outliers is about the means, or the ball, of the other touches.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.errors import NotQualifiedError, UsageError
-from tactfix.feature import Feature
-from tactfix.fixture import Fixture
+from tactfix.errors import NotQualifiedError
 from tactfix.geometry.arrays import Floats, Ints, lengths, unit
 from tactfix.geometry.surfaces import Side, Sphere
 from tactfix.localizers.sphere import localize_sphere
+from tactfix.qualification.ball import about_best_ball, radius_sigma, unless_spread
 from tactfix.qualification.result import DirectionMean, QualifyResult
-from tactfix.qualification.sequence import drift, interval, is_significant, outliers, step
-from tactfix.settings import ONE_FEATURE
+from tactfix.qualification.sequence import AboutRest, drift, interval, is_significant, outliers, step
 from tactfix.units import factor
-from tactfix.wording import did_you_mean, listed
+from tactfix.wording import listed
 
 FEWEST_ON_BALL = 5
 """Touches of a ball that leave a degree of freedom beyond centre and radius."""
 FEWEST_FOR_MAP = 25
 """Touches of a ball from which on means by direction are told."""
+IN_ALL_DIRECTIONS = "not all touches say their approach: sigma is that of any one direction, rms over all three"
+"""The warning where deviations are taken in all directions."""
 _ACROSS = 20.0
 """Times their spread along the approach, which touches of one place do not exceed across it: a machine returns to a
 place about as well as its probe triggers there."""
@@ -98,36 +99,55 @@ def qualify(
     if radius is not None:
         return _of_ball(contacts, radius, side, units)  # steps 1 and 4
     places = _places(contacts, targets)  # step 2
-    readings, warnings = _deviations(contacts, places)  # step 3
+    readings = _deviations(contacts, places)  # step 3
     dof = (len(readings) - len(places)) * readings.shape[1]
     if dof < 1:
         raise NotQualifiedError("no place is touched twice; touch one again, or give the radius of the reference ball")
     spans = [_span(readings[place]) for place in places]
-    return _result(contacts, readings, places, dof, max(spans), warnings, units)  # step 4
+    about_rest = partial(_about_means, readings, places)
+    foreign = _of_several_places(contacts, places)
+    result = _result(contacts, readings, about_rest, places, dof, max(spans), foreign, units)  # step 4
+    return result if readings.shape[1] == 1 else replace(result, warnings=(*result.warnings, IN_ALL_DIRECTIONS))
+
+
+def _about_means(readings: Floats, places: Sequence[Ints], kept: Ints) -> tuple[Floats, Floats]:
+    """The readings of the touches kept about the means that these alone have at their places (`AboutRest`)."""
+    left = np.zeros(len(readings), dtype=bool)
+    left[kept] = True
+    centred, shares = readings.copy(), np.zeros(len(readings))
+    for place in places:
+        rest = place[left[place]]
+        if len(rest):
+            centred[rest] -= centred[rest].mean(axis=0)
+            shares[rest] = 1 - 1 / len(rest)
+    return centred[kept], shares[kept]
 
 
 def _result(
     contacts: Contacts,
     readings: Floats,
+    about_rest: AboutRest,
     places: Sequence[Ints],
     dof: int,
     span: float,
-    warnings: list[str],
+    foreign: list[str],
     units: str,
 ) -> QualifyResult:
-    """What repeated touches and those of a ball tell alike."""
+    """What repeated touches and those of a ball tell alike; foreign: why they are no such touches, if they are not."""
     sigma = float(np.sqrt((readings**2).sum() / dof))
-    far = outliers(readings, dof)
+    far = _with_partners(outliers(about_rest, len(readings), dof), places)
     sloped, stepped = drift(readings, places, dof), step(readings, contacts.rows, dof)
+    warnings = list(foreign)
     if far:
-        kept = np.delete(readings, far, axis=0)
-        rest = float(np.sqrt((kept**2).sum() / (dof - len(far) * readings.shape[1])))
+        rest = _length(_sigma_without(far, about_rest, places, dof, len(readings)), units)
         rows = ", ".join(contacts.label(i) for i in far)
-        warnings.append(f"outliers: {rows}; without them sigma is about {rest:.3g}: see what happened there")
-    if sloped is not None and is_significant(sloped, dof, readings.shape[1]):
-        warnings.append(f"the readings drift by {sloped.per_touch:.3g} a touch: wait until the machine is warm")
-    if stepped is not None:
-        warnings.append(f"from row {stepped.row} on the readings are {stepped.size:.3g} more: did the stylus slip?")
+        warnings.append(f"outliers: {rows}; without them sigma is about {rest}: see what happened there")
+    if not foreign and sloped is not None and is_significant(sloped, dof, readings.shape[1]):
+        slope = _length(sloped.per_touch, units)
+        warnings.append(f"the readings drift by {slope} a touch: wait until the machine is warm")
+    if not foreign and stepped is not None:
+        size = _length(stepped.size, units)
+        warnings.append(f"from row {stepped.row} on the readings are {size} more: did the stylus slip?")
     if dof < 10:
         warnings.append(f"{dof} degrees of freedom leave sigma very uncertain; make ten touches more")
     return QualifyResult(
@@ -145,6 +165,23 @@ def _result(
     )
 
 
+def _length(value: float, units: str) -> str:
+    return f"{value:.3g} {units}".rstrip()
+
+
+def _with_partners(far: Sequence[int], places: Sequence[Ints]) -> list[int]:
+    """The outliers, and where one of two touches of a place is one the other too: which of them is off is not known."""
+    pairs = [place.tolist() for place in places if len(place) == 2 and np.isin(place, far).any()]
+    return sorted({*far, *(i for pair in pairs for i in pair)})
+
+
+def _sigma_without(far: Sequence[int], about_rest: AboutRest, places: Sequence[Ints], dof: int, touches: int) -> float:
+    """Sigma of the touches that are no outliers, about their own means or their own ball."""
+    rest, _ = about_rest(np.delete(np.arange(touches), far))
+    emptied = sum(bool(np.isin(place, far).all()) for place in places)
+    return float(np.sqrt((rest**2).sum() / (dof - (len(far) - emptied) * rest.shape[1])))
+
+
 def _places(contacts: Contacts, targets: Sequence[str] | None) -> list[Ints]:
     """The numbers of the touches of each place."""
     said = [""] * len(contacts) if targets is None else list(targets)
@@ -152,22 +189,18 @@ def _places(contacts: Contacts, targets: Sequence[str] | None) -> list[Ints]:
     return [np.flatnonzero([key == place for key in keys]) for place in dict.fromkeys(keys)]
 
 
-def _deviations(contacts: Contacts, places: Sequence[Ints]) -> tuple[Floats, list[str]]:
+def _deviations(contacts: Contacts, places: Sequence[Ints]) -> Floats:
     """How far the touches (n, k) are from the mean of their place, along the approach or in all directions."""
     # From the first of them: far from the origin nothing is lost.
     points = contacts.points - contacts.points[0]
     for place in places:
         points[place] -= points[place].mean(axis=0)
-    elsewhere = _of_several_places(contacts, places)
     if not contacts.has_approach.all():
-        return points, [
-            *elsewhere,
-            "not all touches say their approach: sigma is that of any one direction, rms over all three",
-        ]
+        return np.asarray(points)
     along = np.zeros((len(points), 1))
     for place in places:
         along[place, 0] = -(points[place] @ _common_approach(contacts, place))
-    return along, elsewhere
+    return along
 
 
 def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
@@ -217,20 +250,22 @@ def _of_ball(contacts: Contacts, radius: float, side: Side, units: str) -> Quali
     normals = unit(arms)
     readings = (lengths(arms) - ball.radius)[:, None]
     dof = len(contacts) - 4
-    result = _result(contacts, readings, [np.arange(len(contacts))], dof, float(np.ptp(readings)), [], units)
-    rows = np.hstack([normals, np.ones((len(contacts), 1))])
-    known = float(np.sqrt(np.linalg.inv(rows.T @ rows)[3, 3])) * result.sigma
+    known = radius_sigma(normals)
+    foreign = unless_spread(ball.radius, known, readings, dof)
+    about_rest = partial(about_best_ball, contacts.points, ball)
+    span = float(np.ptp(readings))
+    result = _result(contacts, readings, about_rest, [np.arange(len(contacts))], dof, span, foreign, units)
     tip = ball.radius - radius if side == "outer" else radius - ball.radius
     flanges = contacts.flange_rotations
     outward = normals if side == "outer" else -normals
     seen = outward if flanges is None else np.einsum("nij,ni->nj", flanges, outward)
     warnings = list(result.warnings)
-    if tip < 0:
+    if tip < 0 and not foreign:
         warnings.append(f"the tip's radius comes out as {tip:.4g}: is the radius of the ball right, and the side?")
     return replace(
         result,
         tip_radius=tip,
-        tip_radius_sigma=known,
+        tip_radius_sigma=known * result.sigma,
         directions=_map(readings[:, 0], seen, result.sigma) if len(contacts) >= FEWEST_FOR_MAP else (),
         direction_frame="base" if flanges is None else "flange",
         warnings=tuple(warnings),
@@ -247,20 +282,3 @@ def _map(readings: Floats, normals: Floats, sigma: float) -> tuple[DirectionMean
         for k, count in enumerate(np.bincount(nearest, minlength=len(BALL_DIRECTIONS)))
         if count
     )
-
-
-def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = None) -> tuple[Feature, Contacts]:
-    """The sphere that contacts touch, and those that touch it; name: which, where they touch several.
-
-    Raises UsageError where it is none, or not the only one.
-    """
-    balls = [one for one, feature in fixture.features.items() if feature.type == "sphere"]
-    if name is not None and name not in balls:
-        raise UsageError(f"{fixture.name} has no sphere {name!r}; {did_you_mean(name, balls)}")
-    touched = [one for one in balls if one in contacts.by_feature and name in (None, one)]
-    if not touched:
-        what = f"no contact touches {name or f'a sphere of {fixture.name}'}"
-        raise UsageError(f"{what}; touch a ball of known radius from all sides")
-    if len(touched) > 1:
-        raise UsageError(f"the contacts touch {listed(touched)}, and one is the reference ball; " + ONE_FEATURE)
-    return fixture.features[touched[0]], contacts.on(touched[0])

@@ -3,23 +3,30 @@
 Readings (n, k) are deviations from the means of their places, along k directions. Each of the three is told where
 readings that only scatter would show one like it in at most one set of a thousand.
 
-1. Outliers: the farthest reading is taken off, one after the other, each over the scatter of those left (generalized
-   extreme studentized deviate; B. Rosner, Technometrics 25, 1983).
+1. Outliers: the farthest reading is taken off, one after the other, each over the scatter of those left about their own
+   mean, and over what of the touch's own variance is left in it (generalized extreme studentized deviate; B. Rosner,
+   Technometrics 25, 1983).
 2. A drift: the least-squares slope over the sequence, against its standard deviation (F test).
 3. A step: the change of the mean that lowers the sum of squares most, by Student's t; the probability is multiplied by
    the number of places where it could be (Bonferroni).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.qualification.result import Drift, Step
 
+AboutRest = Callable[[Ints], tuple[Floats, Floats]]
+"""Of some touches, by number: their readings (m, k) about the means or the ball of these alone, and which share (m,) of
+a touch's variance is left in its reading."""
 TOLD_BY_CHANCE = 1e-3
 """How often an outlier, a drift or a step is told of readings that only scatter: once in a thousand sets, as
 SUSPICIOUS."""
+LEAST_SHARE = 1e-6
+"""The share of its variance below which a reading only holds its own mean or ball, and tells nothing of the touch: a
+touch alone at its place has 0."""
 MOST_OUTLIERS = 10
 """Outliers that are taken out one after the other at most."""
 LEAST_SIDE = 3
@@ -36,7 +43,7 @@ def interval(sigma: float, dof: int) -> tuple[float, float]:
     return tuple(float(sigma * np.sqrt(dof / chdtri(dof, tail))) for tail in (0.025, 0.975))  # type: ignore[return-value]
 
 
-def outliers(readings: Floats, dof: int) -> list[int]:
+def outliers(about_rest: AboutRest, touches: int, dof: int) -> list[int]:
     """The readings that are outliers, by number, by the generalized extreme studentized deviate (step 1).
 
     The farthest reading is taken off, one after the other, and those up to the last that was too far are outliers: two
@@ -44,21 +51,23 @@ def outliers(readings: Floats, dof: int) -> list[int]:
     """
     from scipy.special import stdtrit
 
-    size = np.sqrt((readings**2).sum(axis=1))
-    left = np.arange(len(size))
+    left = np.arange(touches)
     taken: list[int] = []
     last = 0
-    for number in range(min(MOST_OUTLIERS, len(size) // 4)):
-        rest = dof - number * readings.shape[1]
-        if rest < 3:
+    for number in range(min(MOST_OUTLIERS, touches // 4)):
+        readings, shares = about_rest(left)
+        directions = readings.shape[1]
+        rest = dof - number * directions
+        if rest < max(3, directions + 1):
             break
-        scale = float(np.sqrt((readings[left] ** 2).sum() / rest))
-        worst = int(left[np.argmax(size[left])])
-        quantile = float(stdtrit(rest - 1, 1 - TOLD_BY_CHANCE / (2 * len(left) * readings.shape[1])))
-        limit = (len(left) - 1) * quantile / np.sqrt((rest - 1 + quantile**2) * len(left))
-        taken.append(worst)
-        left = left[left != worst]
-        if scale > 0 and size[worst] > limit * scale * np.sqrt(readings.shape[1]):
+        scale = float(np.sqrt((readings**2).sum() / rest))
+        size = np.sqrt((readings**2).sum(axis=1) / np.maximum(shares, LEAST_SHARE))
+        worst = int(np.argmax(size))
+        quantile = float(stdtrit(rest - 1, 1 - TOLD_BY_CHANCE / (2 * len(left) * directions)))
+        limit = quantile * np.sqrt(rest / (rest - 1 + quantile**2))
+        taken.append(int(left[worst]))
+        left = np.delete(left, worst)
+        if scale > 0 and size[worst] > limit * scale * np.sqrt(directions):
             last = number + 1
     return sorted(taken[:last])
 
