@@ -1,6 +1,7 @@
 """Contact files: what they say arrives in the fixture's units, however they are written."""
 
 import io
+import re
 import sys
 from pathlib import Path
 
@@ -394,3 +395,39 @@ def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fi
     for head, options in (("# tip_offset: 0, 0, 120\n", None), ("", ContactOptions(tip_offset=(0, 0, 120)))):
         with pytest.raises(FileError, match="a tip offset is given, and no column says how the flange stood"):
             load_contacts((head + contact_text()).encode(), paper, options)
+
+
+@pytest.mark.parametrize(
+    ("head", "units", "told"),
+    [
+        ("# units: m", None, r"2000 mm \(2 m\) does not fit into bore, a bore of radius 20 mm; is '# units: m' right"),
+        ("", "in", r"radius 50.8 mm \(2 in\) does not fit into bore, .* is --units in right\? else check tip_radius"),
+        ("# units: um", "m", r"is --units m right"),
+    ],
+)
+def test_a_tip_that_fits_into_no_bore_that_was_touched_asks_for_the_unit(
+    tmp_path: Path, head: str, units: str | None, told: str
+) -> None:
+    """With the file's name; the same tip where the bore was not touched, or its radius is sought, is none's concern."""
+    text = "tactfix: 1\nname: jig\nunits: mm\nprobe: {sigma: 0.08}\nfeatures:\n"
+    text += "  plate: {type: plane, point: [0, 0, 0], normal: [0, 0, 1]}\n"
+    text += "  big: {type: sphere, radius: 9000, side: inner, center: [0, 0, 9]}\n"
+    text += "  bore: {type: cylinder, radius: 20, side: inner, point: [0, 0, 0], direction: [0, 0, 1]}\n"
+    fixture, file = load_fixture(written(tmp_path, text)), tmp_path / "m.csv"
+    file.write_text(f"{head}\n# tip_radius: 2\nfeature,x,y,z\nplate,0,0,0\nbig,0,0,0\nbore,0,0,0\n")
+    with pytest.raises(FileError, match="does not fit into") as caught:
+        load_contacts(file, fixture, ContactOptions(units=units))
+    (line,) = caught.value.on_command_line.splitlines()
+    assert line.startswith(f"{file}: a tip of ")
+    assert re.search(told, line)
+    load_contacts(file, fixture, ContactOptions(units=units, unknown=frozenset({"tip-radius"})))
+    file.write_text(file.read_text().replace("bore,0,0,0\n", ""))
+    load_contacts(file, fixture, ContactOptions(units=units))
+
+
+def test_a_tip_too_large_in_the_unit_of_the_fixture_asks_for_no_unit(tmp_path: Path) -> None:
+    text = "tactfix: 1\nname: jig\nunits: mm\nprobe: {sigma: 0.08}\n"
+    text += "features:\n  bore: {type: sphere, radius: 2, side: inner, center: [0, 0, 9]}\n"
+    file = b"# tip_radius: 2\nfeature,x,y,z\nbore,0,0,0\n"
+    with pytest.raises(FileError, match=r"radius 2 mm does not fit into bore, .* 2 mm; check tip_radius, and"):
+        load_contacts(file, load_fixture(written(tmp_path, text)))

@@ -76,6 +76,7 @@ def _read(
     table = replace(table, decimal=decimal_mark(table, numeric, problems))
     settings = _settle(options, header, fixture, table, problems)
     features = _features(table, fixture, problems)
+    problems += _tip_problems(options, header, fixture, settings, features)
     points = numbers(table, ("x", "y", "z"), problems)
     flanges = flange_rotations(table, problems)
     approaches = _approaches(table, flanges, problems)
@@ -161,6 +162,29 @@ def _flange_problems(options: ContactOptions, header: Header, settings: Settings
         given = Setting.TIP_OFFSET.word + " or " + Setting.UNKNOWN.to("tip")
         remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or give " + given
         yield Problem("pose is flange, and nothing says where the tip is", remedy)
+
+
+def _tip_problems(
+    options: ContactOptions,
+    header: Header,
+    fixture: Fixture | None,
+    settings: Settings | None,
+    features: Sequence[str],
+) -> Iterator[Problem]:
+    """The bore that is too small for the tip that the file or an option gives: then a unit may be the mistake."""
+    said = header.settings.tip_radius if options.tip_radius is None else options.tip_radius
+    if fixture is None or settings is None or said is None or "tip-radius" in options.unknown:
+        return
+    touched = [fixture.features[name] for name in set(features) if name in fixture.features]
+    bores = [(one.radius, one.name) for one in touched if one.side == "inner" and one.radius is not None]
+    radius, name = min(bores, default=(np.inf, ""))
+    tip, units, units_of_file = said * settings.scale, settings.target_units, settings.units
+    if tip >= radius:
+        in_file = "" if units_of_file == units else f" ({said:g} {units_of_file})"
+        what = f"a tip of radius {tip:g} {units}{in_file} does not fit into {name}, a bore of radius {radius:g} {units}"
+        remedy = f"check tip_radius, and the radius and side of {name}"
+        unit = f"'# units: {units_of_file}'" if options.units is None else Setting.UNITS.to(units_of_file)
+        yield Problem(what, "is " + unit + " right? else " + remedy if in_file else remedy)
 
 
 def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) -> tuple[str, ...]:
