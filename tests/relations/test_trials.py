@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import tactfix
 from tactfix.relations import branch_fits
 from tactfix.relations.features_alone import thickness
-from tactfix.relations.trials import MOST_TRIAL_FITS, Trials
+from tactfix.relations.trials import MOST_FITS_FROM_MISS, MOST_TRIAL_FITS, Trials
 from tests.relations.touched_parts import few_contacts_on
 from tests.validation.relation_geometry import KINDS, Angle
 from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
@@ -131,3 +131,15 @@ def test_one_bad_contact_is_named_where_a_feature_cannot_be_located_alone(seed, 
     result = tactfix.locate(fixture, replace(contacts, points=points))
     assert result.status == "inconsistent"
     assert any(contacts.rows[2] in cause.rows for cause in result.diagnosis)
+
+
+def test_a_correction_that_loses_a_feature_leaves_the_others_their_fits(tmp_path):
+    """Fits from the nearest miss are limited by themselves."""
+    part, touched, noise = touched_part("bar on plate")
+    fixture, contacts = read(part, touched, noise, tmp_path)
+    trials = Trials(fixture, contacts)
+    lost = contacts.subset([i for i in range(len(contacts)) if i not in contacts.by_feature["bar"][2:]])
+    trials.solutions(lost)
+    for _ in range(MOST_FITS_FROM_MISS + 1):
+        trials.solutions(contacts)
+    assert not trials.is_cut

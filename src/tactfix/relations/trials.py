@@ -41,10 +41,11 @@ TRIAL_FIT_STEPS = 20
 """Steps of each fit: its chi-square need only be compared with its limit. 10 give the same diagnoses of every tenth
 of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 MOST_TRIAL_FITS = 40
-"""Fits of all corrections together: they bound the time of a diagnosis, 2 s with 30 contacts
-(`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
+"""Fits of all corrections together that start at located features: they bound the time of a diagnosis, 2 s with 30
+contacts (`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
 MOST_FITS_FROM_MISS = 10
-"""The same if fits start at the nearest miss: far from a minimum each takes 50 ms where relations are exact."""
+"""The same of those that start at the nearest miss, counted by themselves: far from a minimum each takes 50 ms where
+relations are exact."""
 
 
 @frozen_value
@@ -54,17 +55,18 @@ class PreparedCorrection:
     contacts: Contacts
     problem: JointProblem
     starts: tuple[Start, ...]
+    is_from_miss: bool
 
 
 class Trials:
-    """Tests of corrections of the contacts of one fixture; is_cut: whether MOST_TRIAL_FITS left one without a fit."""
+    """Tests of corrections of the contacts of one fixture; is_cut: whether a limit of fits left one without a fit."""
 
     def __init__(self, fixture: Fixture, contacts: Contacts, miss: Mapping[str, Surface] | None = None) -> None:
         """miss: the surfaces that come nearest to the contacts, where fits start if a feature cannot be located."""
         self.fixture, self.contacts, self.scale = fixture, contacts, fixture_scale(fixture)
-        self._miss, self._most_fits = miss, MOST_TRIAL_FITS
+        self._miss = miss
         self.is_cut = False
-        self._fits = 0
+        self._left, self._left_from_miss = MOST_TRIAL_FITS, MOST_FITS_FROM_MISS
         self._prepared: dict[int, PreparedCorrection] = {}
         self._located: dict[tuple[str, float, bytes, bytes], Sequence[FeatureCandidate] | None] = {}
         self._flat = {name for name in contacts.by_feature if is_flat(fixture.features[name], contacts.on(name))}
@@ -104,19 +106,26 @@ class Trials:
         return prepared.starts[0].cost if prepared.starts else np.inf
 
     def solutions(self, contacts: Contacts, with_misses: bool = False) -> Solutions:
-        """The joint fits of feasible contacts, with the covariance of the linear model; none after MOST_TRIAL_FITS.
+        """The joint fits of feasible contacts, with the covariance of the linear model; none beyond the limits.
 
         If nothing fits, the nearest miss, unless without with_misses. Raises FrameError if the recipe gives no frame.
         """
         prepared = self._prepared.get(id(contacts)) or self._prepare(contacts, with_misses)
         fits = []
         for start in prepared.starts:
-            if self._fits >= self._most_fits:
+            if not self._may_fit(prepared.is_from_miss):
                 self.is_cut = True
                 break
-            self._fits += 1
             fits.append(branch_fit(prepared.problem, start, TRIAL_FIT_STEPS))  # step 4
         return joint_solutions(self.fixture, prepared.problem, fits, curved=False)
+
+    def _may_fit(self, is_from_miss: bool) -> bool:
+        """Whether a fit is left of MOST_TRIAL_FITS, or of MOST_FITS_FROM_MISS; it is counted."""
+        if is_from_miss:
+            self._left_from_miss -= 1
+            return self._left_from_miss >= 0
+        self._left -= 1
+        return self._left >= 0
 
     def _prepare(self, contacts: Contacts, with_misses: bool) -> PreparedCorrection:
         sigmas = residual_sigmas(self.fixture, contacts)
@@ -127,15 +136,11 @@ class Trials:
             if found is not None:
                 located[name] = sorted(_approached(found, contacts.on(name)), key=lambda candidate: candidate.chi2)
         combinations = combinations_of(self.fixture, contacts, located, COMBINATIONS_PER_CORRECTION)
-        if combinations is None:
-            self._most_fits = MOST_FITS_FROM_MISS
-            surfaces: Sequence[Mapping[str, Surface]] = self._nearer_miss(contacts)
-        else:
-            surfaces = combinations.surfaces
+        surfaces = self._nearer_miss(contacts) if combinations is None else combinations.surfaces
         starts = starts_from(problem, surfaces, with_misses)
-        return PreparedCorrection(contacts, problem, starts.followed[:MOST_FOLLOWED])
+        return PreparedCorrection(contacts, problem, starts.followed[:MOST_FOLLOWED], combinations is None)
 
-    def _nearer_miss(self, contacts: Contacts) -> list[Mapping[str, Surface]]:
+    def _nearer_miss(self, contacts: Contacts) -> Sequence[Mapping[str, Surface]]:
         """The nearest miss, if corrected contacts come nearer to it; nothing if they do not, or if there is none."""
         if self._miss is None or self._gap(self._miss, contacts) >= self._gap(self._miss, self.contacts):
             return []
