@@ -81,8 +81,9 @@ def find_zeros_near(
 ) -> Zeros:
     """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
 
-    around_all: around all of them, for rotations that are samples of more; without thorough around none, and complete
-    where each zero was met twice and the rotations are all there are.
+    around_all: around all of them, for rotations that are samples of more; without thorough around none, and samples of
+    more are then never complete. Here a zero counts as found where it was met twice, not OFTEN: the rotations are those
+    of all zeros, not chosen by chance.
 
     Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
     the other features leave on a line is met from either end of it, and so both places where it may be are found.

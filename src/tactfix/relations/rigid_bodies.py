@@ -5,7 +5,9 @@
    are covered again, by as many starts as a single body would get.
 3. The bodies with a pose are searched for all of their poses, unless these bodies are too many.
 4. The other bodies count as searched if every pose that was met, of any body, was met often: a pose as rare as the
-   rarest of these is missed once in some four hundred problems. If no pose was met, this is unknown.
+   rarest of these is missed once in some four hundred problems. Where the directions touched leave a few rotations
+   only, starts are at these, and two meetings of each pose are enough (`poses.search.find_zeros_near`). If no pose was
+   met, this is unknown.
 5. Poses that the contacts do not distinguish are merged, and each is given in the frames that the recipe allows.
 """
 
