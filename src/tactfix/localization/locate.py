@@ -180,6 +180,7 @@ def _result(
     suspicious = (
         residual_warnings(fixture, contacts, left[0], solutions.dof) if left and status != "underdetermined" else ()
     )
+    is_open = status == "underdetermined" and not solutions.partial
     return LocateResult(
         fixture=fixture.name,
         units=fixture.units,
@@ -193,7 +194,7 @@ def _result(
         candidates=(*candidates, *solutions.fallen),
         surfaces=agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
         contacts=contact_residuals(contacts, best) if best else (),
-        warnings=() if status == "underdetermined" else _warnings(solutions, assessments, left, suspicious),
+        warnings=() if is_open else _warnings(solutions, assessments, left, suspicious),
         diagnosis=suspicious,
     )
 
@@ -228,10 +229,9 @@ def _with_next_contact(
 def _with_free_motions(
     result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
 ) -> LocateResult:
-    samples = left or solutions.found
     # Contacts in special position leave a motion free in some poses and not in others.
-    weakest = max(samples, key=lambda sample: len(sample.free_twists), default=None)
-    motions = free_motions(fixture, contacts, weakest) if weakest else ()
+    weakest = max(left or solutions.found, key=lambda sample: len(sample.free_twists), default=None)
+    motions = free_motions(fixture, contacts, weakest) if weakest and (left or not solutions.partial) else ()
     if weakest is not None:
         from tactfix.localization.missing_contacts import missing_contact
 

@@ -104,8 +104,9 @@ def _without_impossible_path(
 def status_of(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) -> Status:
     """The status if these solutions are left (step 4)."""
     if not left:
-        # Too few contacts to be inconsistent: no sample of the continuum passed the tests.
-        return "underdetermined" if solutions.continuum or solutions.dof < 0 else "inconsistent"
+        # Too few contacts to be inconsistent: no sample of the continuum, or of the many poses, passed the tests.
+        is_open = solutions.continuum or solutions.partial or solutions.dof < 0
+        return "underdetermined" if is_open else "inconsistent"
     if solutions.continuum or solutions.dof < 0 or all(is_underdetermined(solution, contacts) for solution in left):
         return "underdetermined"
     return "located" if len(left) == 1 else "ambiguous"

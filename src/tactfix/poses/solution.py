@@ -57,7 +57,8 @@ class Found(Generic[Pose]):
 
     limit: the chi-square, with dof degrees of freedom, up to which a pose explains the contacts; if none does, the
     nearest misses are kept. complete: whether the search met its criteria of having found all. continuum: they are
-    samples of a free motion. fallen: combinations that explain the contacts of each feature and violate a relation.
+    samples of a free motion. partial: some of many isolated poses, so that rejecting all of them settles nothing.
+    fallen: combinations that explain the contacts of each feature and violate a relation.
     aside: for a measured pose, the further poses of the contacts alone, if these determine the pose; None if another
     search is needed for them.
     """
@@ -67,6 +68,7 @@ class Found(Generic[Pose]):
     limit: float
     complete: bool
     continuum: bool
+    partial: bool = False
     fallen: tuple[Candidate, ...] = ()
     aside: tuple[Pose, ...] | None = None
 
