@@ -69,8 +69,10 @@ LEAST_GAIN = 0.5
 """Share by which another tip radius must lower chi-square, by the linear model, to be located again: the true one
 lowers it by nearly all, and each location costs a search."""
 LATEST = 0.01
-"""Share of the contacts' spread: a probe that reports points of the surface may trigger late by this much at most. That
-is 1 mm on a fixture of 100 mm, as far as a slow force threshold of a robot lets it press."""
+"""Share of the contacts' spread: a probe that reports points of the surface may trigger late by this much at most.
+Overtravel is a length of the probe, whatever the fixture's size, but no contact file bounds it. So the share is a
+choice without a source, which holds in every unit: 1 mm on 100 mm. On a fixture of 10 mm it leaves out a trigger
+0.2 mm late; on one of several metres it admits tens of millimetres."""
 UNITS_MEANT = {
     25.4: "inches where mm is said",
     1 / 25.4: "mm where inches are said",
