@@ -51,7 +51,6 @@ def test_it_is_named_among_many_contacts_too(fault):
     contacts = simulate(RICH, seed=1, fault=Fault(fault), orientations=4, count=60, **PROBE).contacts
     first = locate(RICH, contacts).diagnosis[0]
     assert (first.code, first.one_of) == (mistake.cause, False)
-    assert ("judged by 30 contacts" in first.message) == (not first.rows)
 
 
 def test_design_check_judges_the_same_mistakes():

@@ -7,7 +7,7 @@ unit, wrong contacts, swapped labels.
 1. Contacts are ordered by the fall of chi-square when they are deleted at the best pose (`deletion`).
 2. The corrections are put in stages. If a pose fits and only approaches reject it, approaches come first, else units
    and tip radii. Single contacts follow, then a few of many contacts together, and swapped labels last. Of many
-   contacts only the few are left to the stages, and all other mistakes are tested on PART of them.
+   contacts only the few are left to the stages, and all other mistakes to `many_contacts`.
 3. A correction that is not feasible (`feasibility`) is dropped: nearly all units and most swaps are.
 4. The others are located again, which takes a tenth of a second or more each. The first stage that leaves a pose ends
    the search.
@@ -16,7 +16,6 @@ unit, wrong contacts, swapped labels.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import chain, islice
 from typing import TypeAlias
 
@@ -42,12 +41,10 @@ from tactfix.diagnosis.deletion import CaseDeletion
 from tactfix.diagnosis.feasibility import Feasibility
 from tactfix.diagnosis.hypotheses import Problem
 from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
-from tactfix.diagnosis.messages import one_of
+from tactfix.diagnosis.many_contacts import mistakes_of_all
 from tactfix.diagnosis.ranking import INDISTINCT
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
-from tactfix.poses.all_poses import spread_indices
-from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import few_shapes, fixture_scale
@@ -59,13 +56,8 @@ MOST_SHAPES = 2
 in two frames. `few_shapes` returns the shapes of at most two bodies."""
 MANY = 48
 """Contacts from which on a few wrong ones are looked for by their residuals first (`few_of_many`), and mistakes that
-concern all contacts are judged by PART of them. With 96, 3 of the 42 sets of `contact_faults` lose their diagnosis,
-and all take 2.4 times as long; with 24 nothing changes."""
-PART = 30
-"""Well spread contacts of many by which mistakes in the fixture or the whole file are judged. The time of a
-diagnosis is published for 30 contacts (`tests.benchmarks.bench_diagnosis`), and grows with their number. With 15 and
-with 60, a larger sigma is named for one of the 42 sets of `contact_faults` and no longer for another (8 wrong of 56
-and of 60)."""
+concern all contacts are searched for with a part of them (`many_contacts`). With 96, 3 of the 42 sets of
+`contact_faults` lose their diagnosis, and all take 2.4 times as long; with 24 nothing changes."""
 Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
 """The chi-square of the pose of corrected contacts, and a remark if it is weakly determined; None if no pose is
 left."""
@@ -97,24 +89,9 @@ def diagnosed(
     )
     sigmas = np.hypot(residual_sigmas(fixture, contacts), slack)
     problems = [Problem(shape, contacts, sigmas) for shape in shapes[:MOST_SHAPES]]
-    explain = mistakes_that_explain if len(contacts) < MANY else _mistakes_of_all
+    explain = mistakes_that_explain if len(contacts) < MANY else mistakes_of_all
     found = [explain(fixture, problem, solutions, accepts) for problem in problems]
     return min((one for one in found if one), key=lambda one: one[0].chi2 or 0.0, default=())
-
-
-def _mistakes_of_all(
-    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
-) -> tuple[Diagnosis, ...]:
-    """The mistakes that explain PART of many contacts, without those that concern single contacts."""
-    index = spread_indices(problem.contacts, PART)
-    part = Problem(problem.surfaces, problem.contacts.subset(index), problem.sigmas[index])
-    known = [solution_at(s.base_from_fixture, part.surfaces, part.contacts, part.sigmas) for s in solutions]
-    entries = mistakes_that_explain(fixture, part, known, accepts)
-    kept = ([cause for cause in entry.causes or (entry,) if not cause.rows] for entry in entries)
-    judged = f" (judged by {len(index)} contacts)"
-    return tuple(
-        one_of([replace(cause, message=cause.message + judged) for cause in causes]) for causes in kept if causes
-    )
 
 
 def staged_diagnosis(
@@ -146,7 +123,7 @@ def staged_diagnosis(
         # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
         stages = [approaches(contacts, against), units]
     elif trials is None and len(contacts) >= MANY:
-        stages = []  # `_mistakes_of_all` tests them on PART of the contacts
+        stages = []  # `mistakes_of_all` searches for them with a part of the contacts
     else:
         stages = [units, tip_radii(fixture, contacts, solve)]
     if fits or len(contacts) < MANY:

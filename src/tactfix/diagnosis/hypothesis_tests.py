@@ -13,7 +13,7 @@
 7. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Final, TypeAlias
@@ -117,27 +117,39 @@ def mistakes_that_explain(
     fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
 ) -> tuple[Diagnosis, ...]:
     """The mistakes that explain the contacts, most plausible first; solutions: poses that nearly fit without any."""
-    known = [solution.base_from_fixture for solution in solutions]
-    search = TrialSearch(problem, known)
-    found = search.explanations(_all(FROM_KNOWN_POSES, problem))  # step 1
-    found += searched_anew(problem, _all(FROM_ALL_ROTATIONS, problem))  # step 2
+    return ranked_diagnoses(fixture, problem, dict(accepted_explanations(fixture, problem, solutions, accepts)))
+
+
+def accepted_explanations(
+    fixture: Fixture,
+    problem: Problem,
+    solutions: Sequence[Solution],
+    accepts: Accepts,
+    codes: Collection[DiagnosisCode] = CAUSES,
+) -> list[tuple[Explanation, str]]:
+    """The mistakes of these codes that explain the contacts, each with its remark; solutions as above."""
+    search = TrialSearch(problem, [solution.base_from_fixture for solution in solutions])
+    found = search.explanations(_all(FROM_KNOWN_POSES, problem, codes))  # step 1
+    found += searched_anew(problem, _all(FROM_ALL_ROTATIONS, problem, codes))  # step 2
     # Step 3.
-    found += [one for code in CAUSES if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
-    accepted = _accepted(fixture, problem, found, accepts)  # step 4
-    accepted += _accepted(fixture, problem, _other_coordinates(problem, accepted), accepts)  # step 5
+    found += [one for code in codes if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
+    accepted = tested(fixture, problem, found, accepts)  # step 4
+    accepted += tested(fixture, problem, _other_coordinates(problem, accepted), accepts)  # step 5
     if not any(_is_enough(problem, one) for one, _ in accepted):  # step 6
         # There are many of them, each takes a search, and they are rare.
-        accepted += _accepted(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
-    for size in range(2, MOST_LEFT_OUT + 1):
+        accepted += tested(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
+    for size in range(2, MOST_LEFT_OUT + 1) if "outlier" in codes else ():
         if problem.dof < size or _is_settled(problem, [one for one, _ in accepted], size):
             break
         sets = outliers(problem, search.sets_to_leave_out(size))
-        accepted += _accepted(fixture, problem, search.explanations(sets), accepts)
-    return _ranked(fixture, problem, dict(accepted))  # step 7
+        accepted += tested(fixture, problem, search.explanations(sets), accepts)
+    return accepted
 
 
-def _all(makers: Mapping[DiagnosisCode, FromProblem], problem: Problem) -> list[Hypothesis]:
-    return [hypothesis for code in CAUSES if code in makers for hypothesis in makers[code](problem)]
+def _all(
+    makers: Mapping[DiagnosisCode, FromProblem], problem: Problem, codes: Collection[DiagnosisCode]
+) -> list[Hypothesis]:
+    return [hypothesis for code in codes if code in makers for hypothesis in makers[code](problem)]
 
 
 def _other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, str]]) -> list[Explanation]:
@@ -172,7 +184,7 @@ def _limit(problem: Problem, one: Explanation, probability: float) -> float:
     return chi_square_limit(problem.dof - one.hypothesis.numbers(problem), probability)
 
 
-def _accepted(
+def tested(
     fixture: Fixture, problem: Problem, found: Sequence[Explanation], accepts: Accepts
 ) -> list[tuple[Explanation, str]]:
     """Those within their limit of chi-square that no other test rejects, each with its remark."""
@@ -222,7 +234,8 @@ def _comes_out(corrected: Problem, base_from_fixture: Floats) -> bool:
     return bool((np.einsum("ij,ij->i", corrected.contacts.approaches, normals) > PLAINLY_OUT).any())
 
 
-def _ranked(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]) -> tuple[Diagnosis, ...]:
+def ranked_diagnoses(fixture: Fixture, problem: Problem, accepted: dict[Explanation, str]) -> tuple[Diagnosis, ...]:
+    """The most plausible of them, those as one entry that the contacts cannot distinguish (step 7)."""
     if not accepted:
         return ()
     alike, others = split_by_plausibility(without_generalizations(problem, list(accepted)))

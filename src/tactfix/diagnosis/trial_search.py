@@ -61,21 +61,23 @@ name the same contacts first in all 12 sets with two or three wrong ones of draw
 
 
 class TrialSearch:
-    """One problem, and the poses from which hypotheses on it are fitted."""
+    """One problem, and the poses from which hypotheses on it are fitted: the known ones, and robust ones."""
 
-    def __init__(self, problem: Problem, known: Sequence[Floats] = ()) -> None:
+    def __init__(self, problem: Problem, known: Sequence[Floats] = (), *, most_robust: int = ROBUST_POSES) -> None:
         self.problem = problem
         self.single = problem.single
         self.frame = SearchFrame.of(self.single.surfaces, self.single.contacts)
-        self.rotations, self.offsets = self._poses(known)  # step 1
+        self.rotations, self.offsets = self._poses(known, most_robust)  # step 1
 
-    def _poses(self, known: Sequence[Floats]) -> tuple[Floats, Floats]:
-        smallest = float(self.single.sigmas.min())
-        equations = self.frame.equations(self.single.surfaces, self.single.contacts, smallest / self.single.sigmas)
-        robust = robust_poses(equations, smallest / self.frame.length, ROBUST_POSES)
+    def _poses(self, known: Sequence[Floats], most_robust: int) -> tuple[Floats, Floats]:
         turns = np.array([pose[:3, :3].T for pose in known]).reshape(-1, 3, 3)
         origins = np.array([self.frame.base_origin - pose[:3, 3] for pose in known]).reshape(-1, 3)
         shifts = ((turns @ origins[..., None])[..., 0] - self.frame.fixture_origin) / self.frame.length
+        if not most_robust:
+            return turns, shifts
+        smallest = float(self.single.sigmas.min())
+        equations = self.frame.equations(self.single.surfaces, self.single.contacts, smallest / self.single.sigmas)
+        robust = robust_poses(equations, smallest / self.frame.length, most_robust)
         return np.concatenate([robust.rotations, turns]), np.concatenate([robust.offsets, shifts])
 
     def explanations(self, hypotheses: Sequence[Hypothesis]) -> list[Explanation]:
