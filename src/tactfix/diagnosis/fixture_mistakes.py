@@ -123,8 +123,8 @@ def _ways_mapped(surface: Surface, matrix: Floats) -> list[Surface]:
     ways = [whole]
     if isinstance(surface, Plane | Cylinder):
         ways.append(replace(surface, point=matrix @ surface.point))
-    different = [way for way in ways if not _is_same(surface, way)]
-    return different[:1] if len(different) == 2 and _is_same(*different) else different
+    different = [way for way in ways if not is_same(surface, way)]
+    return different[:1] if len(different) == 2 and is_same(*different) else different
 
 
 def exchanged_axes(problem: Problem) -> list[Hypothesis]:
@@ -196,7 +196,7 @@ def exchange(a: int, b: int) -> Floats:
 
 def changed_by(surface: Surface, matrix: Floats) -> bool:
     """Whether mapping the coordinates by an orthogonal matrix (3, 3) changes the surface."""
-    return not _is_same(surface, mapped(surface, matrix))
+    return not is_same(surface, mapped(surface, matrix))
 
 
 def _mirrors() -> list[tuple[Floats, str]]:
@@ -216,6 +216,7 @@ def mapped(surface: Surface, matrix: Floats) -> Surface:
             return Point(matrix @ surface.point)
 
 
-def _is_same(one: Surface, other: Surface) -> bool:
+def is_same(one: Surface, other: Surface) -> bool:
+    """Whether two surfaces of one feature agree but for rounding."""
     point = one.center if isinstance(one, Sphere) else one.point
     return same_surface(one, other, UNCHANGED_SHARE * max(float(np.abs(point).max()), math.ulp(1.0)), UNCHANGED_SHARE)

@@ -39,6 +39,7 @@ from tactfix.diagnosis.fixture_mistakes import (
     exchanged_axes,
     exchanged_coordinates,
     exchanges,
+    is_same,
     places,
     radii,
     reflections,
@@ -134,7 +135,7 @@ def accepted_explanations(
     # Step 3.
     found += [one for code in codes if code in AT_POSES for one in AT_POSES[code](problem, search, solutions)]
     accepted = tested(fixture, problem, found, accepts)  # step 4
-    accepted += tested(fixture, problem, _other_coordinates(problem, accepted), accepts)  # step 5
+    accepted += tested(fixture, problem, other_coordinates(problem, accepted), accepts)  # step 5
     if not any(_is_enough(problem, one) for one, _ in accepted):  # step 6
         # There are many of them, each takes a search, and they are rare.
         accepted += tested(fixture, problem, searched_anew(problem, reorderings(problem)), accepts)
@@ -152,7 +153,7 @@ def _all(
     return [hypothesis for code in codes if code in makers for hypothesis in makers[code](problem)]
 
 
-def _other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, str]]) -> list[Explanation]:
+def other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, str]]) -> list[Explanation]:
     """The exchanged coordinates and wrong signs of one feature that are not accepted yet, if one may stand elsewhere.
 
     If the coordinates of one of two pins are exchanged, exchanging those of the other leaves the same residuals, at
@@ -161,9 +162,15 @@ def _other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, s
     said = [one.hypothesis for one, _ in accepted if one.hypothesis.code in ELSEWHERE_CODES and one.hypothesis.features]
     if not said:
         return []
-    known = {(one.code, one.features, one.note) for one in said}
-    asked = [h for h in coordinates_of_each(problem) if (h.code, h.features, h.note) not in known]
+    asked = [h for h in coordinates_of_each(problem) if not any(_is_same_correction(h, one) for one in said)]
     return searched_anew(problem, asked)
+
+
+def _is_same_correction(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether two corrections of one feature's coordinates are one: those of its place alone are another."""
+    if (one.code, one.features, one.note) != (other.code, other.features, other.note):
+        return False
+    return all(is_same(surface, other.surfaces[name]) for name, surface in one.surfaces.items())
 
 
 def _is_settled(problem: Problem, accepted: Sequence[Explanation], size: int) -> bool:
