@@ -46,6 +46,26 @@ def test_bar_and_bore_with_a_tip(side, radius):
     assert (result.sigma["radius"][0] == 0) == (radius is not None)
 
 
+@pytest.mark.parametrize("side", ["outer", "inner"])
+@pytest.mark.parametrize("radius", [6.0, None])
+def test_the_side_that_would_fit_is_told(side, radius):
+    points, approaches = _bar(np.random.default_rng(1), 9, 6.0, 1.5, side, 1e-4)
+    wrong = "inner" if side == "outer" else "outer"
+    result = fit("cylinder", _contacts(points, approaches, tip=1.5), radius, wrong)
+    assert result.status == "inconsistent"
+    assert any(text.startswith(f"--side {side} would fit") for text in result.warnings)
+
+
+@pytest.mark.parametrize("radius", [1.0, None])
+def test_no_side_is_told_where_neither_fits(radius):
+    """One touch from inside among others from outside; a tip of 1.5 goes into no bore of radius 1."""
+    points, approaches = _bar(np.random.default_rng(1), 9, 6.0, 1.5, "outer", 1e-4)
+    approaches[4] *= -1
+    result = fit("cylinder", _contacts(points, approaches, tip=1.5), radius, "outer")
+    assert result.status == "inconsistent"
+    assert not any("--side" in text for text in result.warnings)
+
+
 def test_residuals_are_positive_out_of_the_material():
     rng = np.random.default_rng(2)
     for side in ("outer", "inner"):

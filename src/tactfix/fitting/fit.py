@@ -3,6 +3,7 @@
 1. The localizer of the feature gives every surface that the contacts allow (`tactfix.localizers`).
 2. Each falls by its fit (chi-square against sigma, radius) or by the approaches (eq. 11), with its reason (`trial`).
 3. The status follows from how many are left, and from how well the contacts determine the best.
+4. Where none is left the other side, outer or inner, is tried too, and a warning says that it would fit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.errors import DegenerateContactsError, UsageError
+from tactfix.errors import DegenerateContactsError, TipDoesNotFitError, UsageError
 from tactfix.fitting.result import FitCandidate, FitResult
 from tactfix.fitting.trial import judged, surface_below_tip
 from tactfix.geometry.arrays import Floats
@@ -85,6 +86,8 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
     if kind == "plane" and radius is not None:
         raise UsageError("a plane has no radius")
     answer = _answer(kind, contacts, radius, side)
+    if answer.status == "inconsistent" and kind != "plane":
+        answer = replace(answer, warnings=(*answer.warnings, *_of_other_side(kind, contacts, radius, side)))
     return replace(answer, units=contacts.units, contacts=contacts)
 
 
@@ -102,6 +105,17 @@ def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Sid
     if radius is not None and dof == 1:
         candidates += _of_other_radius(kind, contacts, side, radius)
     return _of_candidates(kind, contacts, candidates, dof, radius is not None)
+
+
+def _of_other_side(kind: SidedType, contacts: Contacts, radius: float | None, side: Side) -> tuple[str, ...]:
+    """A warning where the contacts locate a surface of the other side."""
+    other: Side = "inner" if side == "outer" else "outer"
+    try:
+        fits = _answer(kind, contacts, radius, other).status == "located"
+    except TipDoesNotFitError:
+        return ()
+    touched = "from inside, a bore or socket" if other == "inner" else "from outside, a boss or ball"
+    return (f"--side {other} would fit: was it touched {touched}?",) if fits else ()
 
 
 def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
