@@ -1,6 +1,7 @@
 """tactfix simulate from the command line: pipes, files, truth in comments, refusals."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -107,3 +108,14 @@ def test_refusals(arguments, status, said, capsys):
     out, err = capsys.readouterr()
     assert not out
     assert said in err
+
+
+def test_contacts_that_were_made_are_no_plan(tmp_path):
+    made = tmp_path / "made.csv"
+    assert tactfix("simulate", CELL, "--seed", 7, "--output", made).returncode == 0
+    done = tactfix("simulate", CELL, made)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert re.match(
+        rf"tactfix: {re.escape(str(made))}: row \d+: this touch is \d+ mm off \w+ in the fixture", done.stderr
+    )
+    assert "tactfix plan makes one" in done.stderr

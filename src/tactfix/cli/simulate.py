@@ -8,6 +8,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
 from tactfix.cli.output import emit, emit_program
+from tactfix.errors import FileError
 from tactfix.mistakes import FAULT_KINDS
 
 if TYPE_CHECKING:
@@ -80,12 +81,18 @@ def command(
     from tactfix.report.plan_json import simulation_json
     from tactfix.simulation.faults import parse_fault
     from tactfix.simulation.simulate import simulate
+    from tactfix.simulation.touches import NoPlanError
 
     asked = None if fault is None else parse_fault(fault)
     fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
-    simulation = simulate(fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked, orientations)
+    try:
+        simulation = simulate(
+            fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked, orientations
+        )
+    except NoPlanError as error:
+        raise FileError("standard input" if plan == "-" else str(plan), [error.problem]) from None
     if as_json:
         emit(text_of(simulation_json(simulation)), output)
     else:

@@ -122,7 +122,8 @@ def simulate(
     ------
     UsageError
         For less than one orientation, where nothing says sigma or tip_radius, where the fixture's relations do not
-        place its features, where a feature cannot be reached, or where plan and count are both given.
+        place its features, where a feature cannot be reached, where the contacts are no plan, or where
+        plan and count are both given.
     TipDoesNotFitError
         A tip that is not smaller than a bore.
 

@@ -7,10 +7,11 @@ import numpy as np
 
 from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
-from tactfix.errors import UsageError
+from tactfix.errors import Problem, UsageError
 from tactfix.geometry.arrays import Floats, circle_axes, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, feet, outward_normals
 from tactfix.simulation.fixture_faults import Touches
+from tactfix.wording import borne, with_unit
 
 CONE_DEG = 20.0
 """Half angle (degrees) of the cone around the inward normal in which a random touch comes: as square as a hand or a
@@ -27,18 +28,33 @@ _PLACES_PER_TOUCH = 64
 """Points to choose from for each random touch: some fall where the probe cannot come, and the rest must still leave
 a choice."""
 
+_PLAN_REMEDY: Final = (
+    "a plan says in the fixture frame where to touch, while contacts that were made are in base; "
+    "tactfix plan makes one, and without a plan the touches are random"
+)
+
+
+class NoPlanError(UsageError):
+    """Contacts are not on the fixture in its own frame; whoever knows their file's name makes a FileError of it."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(problem.text)
+
 
 def planned_touches(access: Access, plan: Contacts) -> Touches:
-    """Where the plan's contacts touch; square to the surface where it does not say the approach."""
+    """Where the plan's contacts touch; square to the surface where it does not say the approach.
+
+    Raises NoPlanError for a touch that is far from its surface.
+    """
     surfaces = access.surfaces
     points = np.array([feet(surfaces[f], p) for f, p in zip(plan.features, plan.points, strict=True)])
     off = lengths(points - plan.points) - plan.tip_radius
     if off.max() > _PLAN_OFF * plan.spread:
         worst = int(off.argmax())
-        raise UsageError(
-            f"{plan.label(worst)} is {off[worst]:.3g} off {plan.features[worst]}: a plan is in the fixture frame; "
-            f"contacts that were made in base are none"
-        )
+        far = with_unit(borne(float(f"{off[worst]:.3g}"), None), plan.units)
+        what = f"this touch is {far} off {plan.features[worst]} in the fixture frame, so the contacts are no plan"
+        raise NoPlanError(Problem(what, _PLAN_REMEDY, row=plan.rows[worst]))
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
     return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches, access.tip_radius)
