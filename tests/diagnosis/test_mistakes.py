@@ -143,15 +143,6 @@ def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixt
     assert any(is_named(case, cause) for cause in (first.causes or (first,)))
 
 
-def test_the_sigma_of_another_machine_is_named_with_the_one_that_fits():
-    """A hundred times too small, as of a measuring machine in the file of a robot."""
-    patches, counts = FIXTURES["plate, pin, ball"]
-    _, contacts = touched(patches, counts, np.random.default_rng(3))
-    first = locate(placed(patches), replace(contacts, sigmas=contacts.sigmas / 100)).diagnosis[0]
-    assert first.code == "sigma"
-    assert first.value == pytest.approx(SIGMA, rel=0.5)
-
-
 @pytest.mark.parametrize("draw", [7, 24])
 def test_exchanged_coordinates_of_either_of_two_pins_are_one_entry(draw):
     """The file of one pin exchanged is that of the other exchanged, turned over: no contact can tell."""

@@ -2,6 +2,7 @@
 
 from random import Random
 
+import numpy as np
 import pytest
 
 import tactfix
@@ -23,6 +24,17 @@ def test_right_contacts_are_not_inconsistent_where_the_search_did_not_settle(see
     assert not any(candidate.accepted for candidate in result.candidates)
     assert any("did not settle" in warning for warning in result.warnings)
     assert not result.free_motions
+
+
+def test_the_only_fit_left_of_a_partial_sample_is_not_located(tmp_path):
+    """One of the solutions that were fitted passes all tests; the right one was not among them."""
+    fixture, contacts, truth = few_contacts_on("three bars by angles", 1, tmp_path, (30.0, 0.02), 3)
+    result = tactfix.locate(fixture, contacts)
+    left = [candidate.base_from_fixture for candidate in result.candidates if candidate.accepted]
+    assert len(left) == 1
+    assert np.abs(left[0] - truth.base_from_fixture)[:3, :3].max() > 0.1
+    assert result.status == "underdetermined"
+    assert result.base_from_fixture is None
 
 
 @pytest.mark.parametrize(("fitted", "statuses"), [(12, {"underdetermined"}), (128, {"located", "ambiguous"})])

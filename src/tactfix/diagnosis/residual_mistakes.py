@@ -24,9 +24,9 @@ from tactfix.poses.solution import Solution
 COARSEST_SIGMA = 0.01
 """Share of the contacts' spread above which no larger sigma is offered: with noise of a hundredth of the fixture
 nearly any pose fits."""
-MOST_TIMES = 300.0
-"""Largest factor on the sigma of the file that is offered: a measuring machine's sigma, 0.001 mm, left in the file of a
-robot, 0.1 to 0.3 mm. COARSEST_SIGMA bounds it on small parts."""
+MOST_TIMES = 30.0
+"""Largest factor on the sigma of the file that is offered: twice the largest of the mistakes that are studied, 15
+(`tests.validation.made_mistakes`); with 50 times sigma contacts on another fixture are explained."""
 
 
 def _sigma(problem: Problem, search: TrialSearch, solutions: Sequence[Solution]) -> list[Explanation]:

@@ -109,4 +109,7 @@ def status_of(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
         return "underdetermined" if is_open else "inconsistent"
     if solutions.continuum or solutions.dof < 0 or all(is_underdetermined(solution, contacts) for solution in left):
         return "underdetermined"
-    return "located" if len(left) == 1 else "ambiguous"
+    if len(left) == 1:
+        # Of many poses that the contacts leave, only some were fitted: the one that passed need not be the right one.
+        return "underdetermined" if solutions.partial else "located"
+    return "ambiguous"
