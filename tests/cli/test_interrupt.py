@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tactfix.cli.app import StopSignals
+
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "robot-cell-plate.yaml"
 ENTRY = """
 import signal
@@ -39,6 +41,24 @@ def test_an_interrupt_ends_in_silence_or_one_line_and_never_in_a_traceback(secon
     assert ran.returncode in (-signal.SIGINT, 130)
     # On a busy machine the interrupt may come before the call: a traceback of the script alone.
     assert ran.stderr in (b"", b"tactfix: interrupted\n") or b'File "/' not in ran.stderr
+
+
+def test_an_interrupt_within_the_import_machinery_is_raised_when_that_is_over() -> None:
+    """There an exception would be printed as one that is ignored, and the command would go on."""
+    machinery = compile(
+        "signal.raise_signal(signal.SIGINT); left.append(True)", "<frozen importlib._bootstrap>", "exec"
+    )
+    left: list[bool] = []
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with StopSignals() as stop:
+            exec(machinery, {"signal": signal, "left": left})
+            assert left
+            with pytest.raises(KeyboardInterrupt):
+                time.sleep(5)
+            assert stop.received == signal.SIGINT
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_what_is_imported_before_an_interrupt_can_be_told_is_next_to_nothing() -> None:

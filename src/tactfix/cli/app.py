@@ -19,6 +19,9 @@ from tactfix.cli.streams import discard, refusal, say, settle
 from tactfix.errors import TactfixError
 
 _SIGNAL_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_IMPORT_SECONDS: Final = 0.01
+"""Seconds after which a signal that came within Python's import machinery is looked at again: it stays there for less
+than a millisecond at a time, and nobody notices a hundredth of a second."""
 
 
 class StopSignals:
@@ -43,8 +46,14 @@ class StopSignals:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
-    def _stop(self, number: int, _: FrameType | None) -> None:
+    def _stop(self, number: int, frame: FrameType | None) -> None:
         self.received = number
+        if frame is not None and frame.f_code.co_filename.startswith("<frozen importlib"):
+            # In the callbacks of an import an exception is printed and lost: it is raised when that is over.
+            again = threading.Timer(_IMPORT_SECONDS, signal.raise_signal, [number])
+            again.daemon = True
+            again.start()
+            return
         raise KeyboardInterrupt
 
     @property
