@@ -53,7 +53,7 @@ def test_the_side_that_would_fit_is_told(side, radius):
     wrong = "inner" if side == "outer" else "outer"
     result = fit("cylinder", _contacts(points, approaches, tip=1.5), radius, wrong)
     assert result.status == "inconsistent"
-    assert any(text.startswith(f"--side {side} would fit") for text in result.warnings)
+    assert any(text.startswith(f"the {side} side would fit") for text in result.warnings)
 
 
 @pytest.mark.parametrize("radius", [1.0, None])

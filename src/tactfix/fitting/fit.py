@@ -115,7 +115,7 @@ def _of_other_side(kind: SidedType, contacts: Contacts, radius: float | None, si
     except TipDoesNotFitError:
         return ()
     touched = "from inside, a bore or socket" if other == "inner" else "from outside, a boss or ball"
-    return (f"--side {other} would fit: was it touched {touched}?",) if fits else ()
+    return (f"the {other} side would fit: was it touched {touched}?",) if fits else ()
 
 
 def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
