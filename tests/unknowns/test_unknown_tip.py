@@ -12,6 +12,7 @@ from scipy.stats import chi2 as chi_square
 from tactfix import Fixture, LocateResult, UsageError, contacts_from_arrays, locate
 from tactfix.geometry.surfaces import Plane, Point, Sphere
 from tactfix.unknowns.equations import TipEquations
+from tactfix.unknowns.search import tip_solutions
 from tests.support.flange_touches import (
     NOMINAL,
     PLATE,
@@ -482,3 +483,15 @@ def test_a_wrong_contact_is_named_on_either_mirror_shape(height: float) -> None:
     result = locate(Fixture.from_text(FOUR_BALLS), contacts, unknown=["tip-radius"])
     assert result.status == "inconsistent"
     assert [(cause.code, cause.rows) for cause in result.diagnosis[:1]] == [("outlier", (5,))]
+
+
+@pytest.mark.parametrize("seed", [1, 10])
+def test_a_nearest_miss_of_too_few_contacts_is_not_complete(seed: int) -> None:
+    """One covering of the rotations was searched, though probe.tip_within bounds the tip."""
+    rng = np.random.default_rng(seed)
+    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), 3.0 * rng.normal(size=3))
+    contacts = problem.contacts.subset(sorted(rng.choice(18, 8, replace=False).tolist()))
+    found = tip_solutions([PLATE], contacts, contacts.sigmas, frozenset(["tip"]), 0.3)
+    assert found.dof < 0
+    assert found.found[0].solution.chi2 > found.limit
+    assert not found.complete
