@@ -1,10 +1,7 @@
 """Placements followed side by side: they end where contacts and relations have the features, whatever holds them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import tactfix
 from tactfix.geometry.charts import dimension, displaced
@@ -14,8 +11,9 @@ from tactfix.relations import samples
 from tactfix.relations.joint_problem import JointProblem
 from tactfix.relations.placements import settled
 from tactfix.relations.realization import fixture_scale
+from tests.relations.touched_parts import turned_part
 from tests.validation.relation_geometry import KINDS, Angle
-from tests.validation.relation_touches import by_geometry, by_relations, touches
+from tests.validation.relation_touches import by_geometry, by_relations
 
 ANGLE = {"slab with hole": 20.0, "pins of equal lean": 20.0}
 
@@ -24,16 +22,10 @@ def touched_part(kind, folder, seed, noise=0.0, most=99):
     """Fixture files, the touches, and what is read of them; most: contacts a feature."""
     rng = np.random.default_rng([seed, *kind.encode()])
     degrees = ANGLE.get(kind, 60.0)
-    part = KINDS[kind].make(Angle(degrees, 0.0, degrees, 0.0))
-    base = np.eye(4)
-    base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
-    touched = touches(part, base, rng, nominal=False)
-    few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < most]
-    parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
-    touched = replace(touched, names=tuple(touched.names[i] for i in few), **parts)
+    part, touched = turned_part(kind, rng, Angle(degrees, 0.0, degrees, 0.0), most)
     (folder / "relations.yaml").write_text(by_relations(part))
     (folder / "geometry.yaml").write_text(by_geometry(part))
-    (folder / "contacts.csv").write_text(touched.csv(0.01, noise * rng.standard_normal(len(few))))
+    (folder / "contacts.csv").write_text(touched.csv(0.01, noise * rng.standard_normal(len(touched.names))))
     fixture = tactfix.load_fixture(folder / "relations.yaml")
     return part, touched, fixture, tactfix.load_contacts(folder / "contacts.csv", fixture)
 

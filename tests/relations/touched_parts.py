@@ -7,8 +7,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import tactfix
-from tests.validation.relation_geometry import KINDS, Angle
+from tests.validation.relation_geometry import KINDS, Angle, Part
 from tests.validation.relation_touches import Touched, by_relations, touches
+
+
+def turned_part(kind: str, rng: np.random.Generator, angle: Angle, most: int) -> tuple[Part, Touched]:
+    """A part of a kind, and touches of it in a turned base, at most so many on each feature."""
+    part = KINDS[kind].make(angle)
+    base = np.eye(4)
+    base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
+    touched = touches(part, base, rng, nominal=False)
+    few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < most]
+    parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
+    return part, replace(touched, names=tuple(touched.names[i] for i in few), **parts)
 
 
 def few_contacts_on(
@@ -16,14 +27,8 @@ def few_contacts_on(
 ) -> tuple[tactfix.Fixture, tactfix.Contacts, Touched]:
     """A part in a turned base, noisy contacts, at most so many on each feature; angle: value and sigma in the file."""
     rng = np.random.default_rng([seed, *kind.encode()])
-    part = KINDS[kind].make(Angle(*angle, angle[0], 0.0))
-    base = np.eye(4)
-    base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
-    touched = touches(part, base, rng, nominal=False)
-    few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < most]
-    parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
-    touched = replace(touched, names=tuple(touched.names[i] for i in few), **parts)
+    part, touched = turned_part(kind, rng, Angle(*angle, angle[0], 0.0), most)
     (folder / "fixture.yaml").write_text(by_relations(part))
-    (folder / "contacts.csv").write_text(touched.csv(0.01, rng.standard_normal(len(few))))
+    (folder / "contacts.csv").write_text(touched.csv(0.01, rng.standard_normal(len(touched.names))))
     fixture = tactfix.load_fixture(folder / "fixture.yaml")
     return fixture, tactfix.load_contacts(folder / "contacts.csv", fixture), touched
