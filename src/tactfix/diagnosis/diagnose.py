@@ -47,7 +47,7 @@ from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
-from tactfix.relations.realization import few_shapes, fixture_scale
+from tactfix.relations.realization import few_shapes, shape_sigma
 from tactfix.relations.trials import Trials
 from tactfix.results import Diagnosis
 
@@ -84,10 +84,7 @@ def diagnosed(
         return staged()
     if len(contacts) >= MANY and (few := staged()):
         return few
-    slack = float(
-        np.linalg.norm([r.sigma * (fixture_scale(fixture) if r.kind == "angle" else 1.0) for r in fixture.relations])
-    )
-    sigmas = np.hypot(residual_sigmas(fixture, contacts), slack)
+    sigmas = np.hypot(residual_sigmas(fixture, contacts), shape_sigma(fixture))
     problems = [Problem(shape, contacts, sigmas) for shape in shapes[:MOST_SHAPES]]
     explain = mistakes_that_explain if len(contacts) < MANY else mistakes_of_all
     found = [explain(fixture, problem, solutions, accepts) for problem in problems]

@@ -30,7 +30,7 @@ from tactfix.geometry.nearest import distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.probe import residual_sigmas
-from tactfix.relations.realization import fixture_scale, realize
+from tactfix.relations.realization import realize, shape_sigma
 
 
 class Feasibility:
@@ -42,9 +42,7 @@ class Feasibility:
     def __init__(self, fixture: Fixture, rows: frozenset[int]) -> None:
         self.fixture, self.rows = fixture, rows
         self.shapes = realize(fixture)
-        scale = fixture_scale(fixture)
-        slack = [r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]
-        self.slack = SURE * float(np.linalg.norm(slack))
+        self.slack = SURE * shape_sigma(fixture)
 
     def is_feasible(self, contacts: Contacts) -> bool:
         """Whether the contacts of these rows do not rule out every pose of every shape."""

@@ -23,7 +23,7 @@ from tactfix.relations.combinations import Combinations, combinations, located_a
 from tactfix.relations.equations import Equation
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
-from tactfix.relations.realization import bodies, body_number, fixture_scale
+from tactfix.relations.realization import bodies, body_number, fixture_scale, shape_sigma
 from tactfix.relations.rigid_bodies import Body, body_solutions
 from tactfix.relations.samples import sampled_solutions
 from tactfix.results import Candidate, Reason
@@ -115,7 +115,7 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
 
     If no pose explains even these, the nearest miss as it stands; samples if they leave a motion free.
     """
-    widened = np.hypot(problem.sigmas, SLACK_FACTOR * _slack(fixture, problem.scale))
+    widened = np.hypot(problem.sigmas, SLACK_FACTOR * shape_sigma(fixture))
     rigid = body_solutions(fixture, bodies(fixture), problem.contacts, widened, with_misses)
     if not rigid.continuum and all(solution.chi2 > rigid.limit for solution in rigid.found):
         misses = (replace(s, chi2=float(((s.residuals / problem.sigmas) ** 2).sum())) for s in rigid.found)
@@ -123,11 +123,6 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
     starts, fits = _fits(problem, [solution.surfaces for solution in rigid.found], with_misses)
     solutions = joint_solutions(fixture, problem, fits, rigid.continuum)
     return replace(solutions, complete=rigid.complete and starts.left_out > solutions.limit)
-
-
-def _slack(fixture: Fixture, scale: float) -> float:
-    """The standard deviation (length) of the shape that the relations leave."""
-    return float(np.linalg.norm([r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]))
 
 
 def _broken_candidates(

@@ -152,6 +152,12 @@ def fixture_scale(fixture: Fixture) -> float:
     return max(lengths, default=0.0) or max(radii, default=1.0)
 
 
+def shape_sigma(fixture: Fixture) -> float:
+    """The standard deviation (length) of the shape: the sigmas of all relations, angles times the fixture's scale."""
+    scale = fixture_scale(fixture)
+    return float(np.linalg.norm([r.sigma * (1.0 if r.kind == "distance" else scale) for r in fixture.relations]))
+
+
 def random_surface(feature: Feature, scale: float, rng: Random) -> Surface:
     """A surface of the feature's kind and size, anywhere within about scale of the origin, in any direction."""
     # The standard library's generator: importing numpy.random takes a sixth of numpy's own import.
