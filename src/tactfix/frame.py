@@ -12,9 +12,9 @@ import numpy as np
 from tactfix.errors import TactfixError
 from tactfix.fixture import AxisRule, Fixture, FrameRecipe, OriginRule
 from tactfix.geometry.arrays import Floats, cross, dot, lengths, unit
-from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points, other_point
+from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, foot, nearest_points
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of, reference_point
 
 NO_DIRECTION = 1e-6
 """Sine of the angle, and share of the features' distance, below which a direction cannot be built."""
@@ -96,9 +96,9 @@ def _origin(rule: OriginRule, surfaces: Mapping[str, Surface]) -> Floats:
     chosen = [surfaces[name] for name in rule.features]
     match rule.kind, chosen:
         case "center_of", [(Sphere() | Point()) as sphere]:
-            return other_point(sphere)
+            return reference_point(sphere)
         case "foot_of", [(Sphere() | Point()) as sphere, surface]:
-            return foot(surface, other_point(sphere))
+            return foot(surface, reference_point(sphere))
         case "foot_of", [Cylinder() as one, Cylinder() as axis]:
             if lengths(cross(one.direction, axis.direction)).min() < ALMOST_PARALLEL:
                 names = " and ".join(rule.features)

@@ -15,7 +15,6 @@ import numpy as np
 
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, circle_axes, unit
-from tactfix.geometry.nearest import other_point
 from tactfix.geometry.surfaces import (
     Cylinder,
     Plane,
@@ -25,6 +24,7 @@ from tactfix.geometry.surfaces import (
     Surface,
     outward_normals,
     radius_of,
+    reference_point,
 )
 
 _EDGE = 1e-9
@@ -107,7 +107,7 @@ def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: f
     """The box with its open sides closed: at radius from the point of the plane or axis nearest to centre (3,)."""
     match surface:
         case Sphere() | Point():
-            anchor, extent = other_point(surface), radius_of(surface)
+            anchor, extent = reference_point(surface), radius_of(surface)
         case Cylinder():
             anchor = surface.point + ((centre - surface.point) @ surface.direction) * surface.direction
             extent = radius + surface.radius
@@ -180,7 +180,7 @@ def _bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats]:
     """Corners of a box around the part of the surface in a box that bounds it."""
     match surface:
         case Sphere() | Point():
-            low, high = other_point(surface) - radius_of(surface), other_point(surface) + radius_of(surface)
+            low, high = reference_point(surface) - radius_of(surface), reference_point(surface) + radius_of(surface)
         case Cylinder():
             rim = surface.radius * np.sqrt(np.clip(1 - surface.direction**2, 0.0, 1.0))
             ends = surface.point + np.outer(axial_interval(surface, box), surface.direction)

@@ -6,10 +6,10 @@ from itertools import permutations
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, unit
-from tactfix.geometry.nearest import other_point
+from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.scale import SPECIAL_POSITION, anchor_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
+from tactfix.geometry.scale import SPECIAL_POSITION
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, reference_point
 from tactfix.values import frozen_value
 
 
@@ -32,10 +32,10 @@ def misplaced(surfaces: Mapping[str, Surface], off: float) -> Iterator[Misplaced
 
 
 def separation(from_surface: Surface, to_surface: Surface) -> Floats | None:
-    """The unit direction (3,) along which their distance is measured; None where they have none.
+    """The unit direction (3,) along which their distance is measured; None if there is none.
 
-    Distances as in the fixture file: between centres, axes, and parallel planes. Where it is zero any direction square
-    to both will do for two axes, and none is taken for the rest.
+    Distances as in the fixture file: between centres, axes, and parallel planes. Two axes at distance zero have their
+    common perpendicular; other features at distance zero have no direction.
     """
     match from_surface, to_surface:
         case (Plane() as plane, other) | (other, Plane() as plane):
@@ -43,9 +43,9 @@ def separation(from_surface: Surface, to_surface: Surface) -> Floats | None:
         case Cylinder(), Cylinder():
             return _between_axes(from_surface, to_surface)
         case ((Sphere() | Point()), _):
-            return _along(anchor_of(to_surface, other_point(from_surface)) - other_point(from_surface))
+            return _along(foot(to_surface, reference_point(from_surface)) - reference_point(from_surface))
         case _, (Sphere() | Point()):
-            return _along(other_point(to_surface) - anchor_of(from_surface, other_point(to_surface)))
+            return _along(reference_point(to_surface) - foot(from_surface, reference_point(to_surface)))
         case _:  # pragma: no cover - all pairs of the four types stand above
             return None
 
@@ -67,7 +67,7 @@ def _between_axes(first: Cylinder, second: Cylinder) -> Floats | None:
     square = np.cross(first.direction, second.direction)
     if np.linalg.norm(square) > SPECIAL_POSITION:
         return unit(square)
-    return _along(anchor_of(second, first.point) - first.point)
+    return _along(foot(second, first.point) - first.point)
 
 
 def _along(vector: Floats) -> Floats | None:

@@ -17,9 +17,10 @@ from tactfix.design.touch_regions import reach_of, regions_meet
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, Frozen
 from tactfix.geometry.motions import Fixed, Line, are_parallel, common_motions
+from tactfix.geometry.nearest import anchored
 from tactfix.geometry.rigid import homogeneous, rotation_angle
-from tactfix.geometry.scale import Tolerance, anchored, middle_of, tolerance_for
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved
+from tactfix.geometry.scale import Tolerance, middle_of, tolerance_for
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, reference_point
 from tactfix.localization.motion_words import line_in_words
 from tactfix.values import frozen_value
 from tactfix.wording import listed
@@ -103,7 +104,7 @@ def _arrows(surfaces: list[Surface], tolerance: Tolerance) -> _Arrows:
             kinds.append(kind)
 
     for surface in surfaces:
-        point = surface.center if isinstance(surface, Sphere) else surface.point
+        point = reference_point(surface)
         distance = float(np.linalg.norm(point))
         is_off = distance > tolerance.length
         match surface:

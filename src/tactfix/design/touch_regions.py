@@ -18,7 +18,7 @@ import numpy as np
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.scale import block_of, size_of
-from tactfix.geometry.surfaces import Sphere, Surface, radius_of
+from tactfix.geometry.surfaces import Surface, radius_of, reference_point
 
 _OPEN_SIDE = 1e3
 """Fixture sizes at which an open side of a box is closed, so that the small systems stay bounded: no contact on the
@@ -35,7 +35,7 @@ def regions_meet(
     """
     if box is None and image_box is None:
         return True
-    point = surface.center if isinstance(surface, Sphere) else surface.point
+    point = reference_point(surface)
     normals, offsets = _faces(box, image_box, image_from_surface, point, length)  # step 1
     block = block_of(surface)
     corners = _stationary(np.zeros((3, 3)), normals, offsets, (3,))

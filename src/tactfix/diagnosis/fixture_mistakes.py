@@ -10,7 +10,7 @@ import numpy as np
 from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.nearest import same_surface
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 from tactfix.mistakes import DiagnosisCode
 
 AXIS_LETTERS = "xyz"
@@ -218,5 +218,5 @@ def mapped(surface: Surface, matrix: Floats) -> Surface:
 
 def is_same(one: Surface, other: Surface) -> bool:
     """Whether two surfaces of one feature agree but for rounding."""
-    point = one.center if isinstance(one, Sphere) else one.point
+    point = reference_point(one)
     return same_surface(one, other, UNCHANGED_SHARE * max(float(np.abs(point).max()), math.ulp(1.0)), UNCHANGED_SHARE)

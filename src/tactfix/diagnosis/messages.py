@@ -8,7 +8,7 @@ from tactfix.contacts import Contacts
 from tactfix.diagnosis.contact_faults import late_question, tip_words, unit_question
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved, reference_point
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.probe import implied_probe_sigma
 from tactfix.results import Diagnosis
@@ -157,7 +157,7 @@ def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Val
         return surface.radius, (
             f"with radius {fixed(surface.radius, digits)} instead of {given.radius:g} {units} of {name} {CONSISTENT}"
         )
-    place = tuple(_point(surface).tolist())
+    place = tuple(reference_point(surface).tolist())
     return place, (
         f"without {name} all agree; its contacts put it at {_coordinates_of(surface, digits)}, the file says "
         f"{_coordinates_of(given, digits)} {units}"
@@ -191,15 +191,11 @@ def _coordinates(hypothesis: Hypothesis) -> str:
     return f"with {hypothesis.note} of {what} of the other sign in the fixture file {CONSISTENT}: is it mirrored?"
 
 
-def _point(surface: Surface) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64]]":
-    return surface.center if isinstance(surface, Sphere) else surface.point
-
-
 def _coordinates_of(surface: Surface, digits: int) -> str:
     """The coordinates of its place, without those along an axis or in a plane that is parallel to x, y or z."""
     direction = surface.direction if isinstance(surface, Cylinder) else np.zeros(3)
     shown = np.abs(direction) < 1 - 1e-9
     if isinstance(surface, Plane):
         shown = np.abs(surface.normal) > 1e-9
-    pairs = zip("xyz", _point(surface).tolist(), shown.tolist(), strict=True)
+    pairs = zip("xyz", reference_point(surface).tolist(), shown.tolist(), strict=True)
     return ", ".join(f"{axis} {fixed(value, digits)}" for axis, value, is_shown in pairs if is_shown)

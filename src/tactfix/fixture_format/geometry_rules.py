@@ -14,7 +14,7 @@ from tactfix.fixture_format.feature_rules import CONTRADICTION_SIGMAS
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import EPS, Floats
 from tactfix.geometry.nearest import angle_between, distance_between
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of, reference_point
 
 _PARALLEL_AS_TYPED = 1e-4
 """Sine of the angle between directions that count as parallel: twice the rounding, 5e-5, of components that are
@@ -143,7 +143,7 @@ def _size(surfaces: Mapping[str, Surface]) -> float:
     """How large the fixture is: the largest coordinate or radius in it."""
     lengths = [
         max(
-            float(np.abs(s.center if isinstance(s, Sphere) else s.point).max()),
+            float(np.abs(reference_point(s)).max()),
             radius_of(s),
         )
         for s in surfaces.values()

@@ -39,7 +39,7 @@ Frozen: TypeAlias = Annotated[Floats, frozen]
 
 
 def _frozen_unit(vectors: ArrayLike) -> Floats:
-    """The unit vectors; vectors of length one are kept to the bit, so that copies and JSON give the same value."""
+    """The unit vectors; vectors of length one are kept bit by bit, so that copies and JSON give the same value."""
     given = frozen(vectors)
     squares = np.add.reduce(given * given, axis=-1)
     return given if (np.abs(squares - 1.0) <= 4 * EPS).all() else frozen(unit(given))
@@ -50,7 +50,7 @@ UnitVector: TypeAlias = Annotated[Floats, _frozen_unit]
 
 
 def dot(a: Floats, b: Floats) -> Floats:
-    """a . b of vectors (..., 3) as (..., 1), which may multiply vectors; of two single vectors a number."""
+    """a . b of vectors (..., 3), with shape (..., 1) to multiply vectors; of two vectors (3,) a number."""
     return np.asarray(a @ b if a.ndim == b.ndim == 1 else np.einsum("...i,...i->...", a, b)[..., None])
 
 
@@ -70,18 +70,16 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 _OTHER_CAP = -0.913
-"""z below which `basis_across` turns -z instead of z to the direction: the basis jumps at that circle of directions.
-The circle is small, and no direction along an axis, in a plane of axes in whole degrees, or of small whole numbers
-lies on it or within noise of it."""
+"""z below which `basis_across` starts from -z: the basis is discontinuous on this circle of directions. No direction
+along an axis, in a plane of axes in whole degrees, or of small whole numbers lies on it or within noise of it."""
 
 
 def basis_across(directions: Floats) -> Floats:
-    """Two unit vectors (..., 2, 3) perpendicular to unit vectors directions (..., 3) and each other, right-handed with
-    them.
+    """Two orthonormal vectors (..., 2, 3) that are right-handed with unit vectors directions (..., 3).
 
-    The axes x and y after the least rotation that takes z to the direction; around -z the same with -z for z. It is
-    exact for directions along the axes, smooth around them, and well conditioned everywhere. It is written out for
-    speed, because every step of every refinement needs it.
+    The axes x and y after the least rotation that takes z to the direction; near -z, that takes -z there. Exact for
+    directions along the axes, smooth around them, and well conditioned everywhere; written out for speed, because
+    every step of every refinement needs it.
     J. R. Frisvad, "Building an orthonormal basis from a 3D unit vector without normalization", Journal of Graphics
     Tools 16 (2012); T. Duff et al., "Building an orthonormal basis, revisited", JCGT 6 (2017).
     """
@@ -110,11 +108,10 @@ UNIT_AXES = np.eye(3)
 
 
 def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors (..., 3) perpendicular to unit vectors directions (..., 3) and to each other, to sample circles.
+    """Two orthonormal vectors (..., 3), right-handed with unit vectors directions (..., 3), to sample circles.
 
-    A point of the circle around a direction is u cos(angle) + v sin(angle); u, v and the direction are right-handed.
-    For sampling only (else `basis_across`): they jump where two components are equal, and stay as they are because
-    equal seeds must give equal files.
+    A point of the circle around a direction is u cos(angle) + v sin(angle). For sampling only: they are discontinuous
+    where two components are equal, but kept, because equal seeds must give equal files. Else `basis_across`.
     """
     u = unit(cross(directions, UNIT_AXES[np.argmin(np.abs(directions), axis=-1)]))
     return u, cross(directions, u)

@@ -1,7 +1,7 @@
-"""Small displacements of surfaces in their own coordinates: as many numbers as the surface has degrees of freedom.
+"""Small displacements of surfaces in local coordinates: as many numbers as the surface has degrees of freedom.
 
-plane: tilt (2, rad, about its given point), shift along the normal. sphere and point: shift (3). cylinder: tilt (2,
-rad), shift square to the axis (2), at its given point. The two directions across come from `basis_across`.
+plane: tilt (2, rad) about its reference point, shift along the normal. sphere and point: shift (3). cylinder: tilt (2,
+rad) about its reference point, shift perpendicular to the axis (2). `basis_across` gives the two directions of a tilt.
 """
 
 from dataclasses import replace
@@ -10,16 +10,25 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats, basis_across, cross, unit
 from tactfix.geometry.nearest import direction_of, foot
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radial_directions, residuals
+from tactfix.geometry.surfaces import (
+    Cylinder,
+    Plane,
+    Point,
+    Sphere,
+    Surface,
+    outward_normals,
+    reference_point,
+    residuals,
+)
 
 
 def dimension(surface: Surface) -> int:
-    """Degrees of freedom of the surface in space: plane 3, sphere 3, point 3, cylinder 4."""
+    """Degrees of freedom of the surface: plane 3, sphere 3, point 3, cylinder 4."""
     return 4 if isinstance(surface, Cylinder) else 3
 
 
 def across(surface: Plane | Cylinder) -> Floats:
-    """Two unit vectors (2, 3) square to the normal or axis and to each other."""
+    """Two orthonormal vectors (2, 3) perpendicular to the normal or axis."""
     return basis_across(direction_of(surface))
 
 
@@ -40,7 +49,7 @@ def displaced(surface: Surface, step: Floats) -> Surface:
 
 
 def equations(surface: Surface, points: Floats, tip_radius: float) -> Floats:
-    """The equations (n, k) of tip centres points (n, 3) that touch: the residual, or three offsets from a point."""
+    """The residuals (n, 1) of contacts with tip centres points (n, 3), or the offsets (n, 3) from a point feature."""
     if isinstance(surface, Point):
         return np.asarray(points - surface.point)
     return residuals(surface, points, tip_radius)[:, None]
@@ -57,20 +66,18 @@ def residual_jacobian(surface: Plane | Sphere | Cylinder, points: Floats) -> Flo
     """Derivative (n, dimension) of the residuals of tip centres points (n, 3) with respect to a displacement."""
     match surface:
         case Sphere():
-            sign = 1.0 if surface.side == "outer" else -1.0
-            return np.asarray(-sign * radial_directions(surface, points))
+            return -outward_normals(surface, points)
         case Plane():
             arms = points - surface.point
             return np.column_stack([arms @ across(surface).T, -np.ones(len(points))])
         case Cylinder():
-            sign = 1.0 if surface.side == "outer" else -1.0
-            outward = radial_directions(surface, points) @ across(surface).T
+            outward = outward_normals(surface, points) @ across(surface).T
             height = (points - surface.point) @ surface.direction
-            return np.asarray(-sign * np.hstack([height[:, None] * outward, outward]))
+            return np.asarray(-np.hstack([height[:, None] * outward, outward]))
 
 
 def material_displacement(surface: Surface, point: Floats) -> Floats:
-    """How a point (3,) carried by the surface moves (3, dimension) with a displacement; of planes along the normal."""
+    """Derivative (3, dimension) of a point (3,) fixed to the surface by a displacement; of planes along the normal."""
     match surface:
         case Sphere() | Point():
             return np.eye(3)
@@ -83,22 +90,21 @@ def material_displacement(surface: Surface, point: Floats) -> Floats:
 
 
 def rigid_displacements(surface: Surface, centre: Floats) -> Floats:
-    """The displacements (dimension, 6) that a unit rotation about centre (3,) and a unit translation cause."""
-    turn, shift = np.eye(3), np.eye(3)
-    point = surface.center if isinstance(surface, Sphere) else surface.point
-    moves = np.hstack([cross(turn, point - centre).T, shift])
+    """Derivative (dimension, 6) of the displacement by rotations about centre (3,) and translations along the axes."""
+    turns, shifts = np.eye(3), np.eye(3)
+    moves = np.hstack([cross(turns, reference_point(surface) - centre).T, shifts])
     if isinstance(surface, Sphere | Point):
         return moves
     basis = across(surface)
-    tilts = np.hstack([basis @ cross(turn, direction_of(surface)).T, np.zeros((2, 3))])
+    tilts = np.hstack([basis @ cross(turns, direction_of(surface)).T, np.zeros((2, 3))])
     rows = direction_of(surface)[None] if isinstance(surface, Plane) else basis
     return np.vstack([tilts, rows @ moves])
 
 
 def displacement_between(one: Surface, other: Surface) -> Floats | None:
-    """The displacement (dimension,) that lays one on the other, to first order; None where they are of two types.
+    """The displacement (dimension,) that takes one to the other, to first order.
 
-    Of the two directions of an axis the nearer one counts; normals that differ by more than a right angle have none.
+    None for two types of surface, and for normals more than a right angle apart. Axes have no sign.
     """
     match one, other:
         case Sphere(), Sphere():

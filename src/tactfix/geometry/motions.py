@@ -14,7 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Frozen, basis_across
-from tactfix.geometry.scale import Tolerance, anchored, middle_of
+from tactfix.geometry.nearest import anchored
+from tactfix.geometry.scale import Tolerance, middle_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.values import frozen_value
 
@@ -33,7 +34,7 @@ class Prismatic:
 
 @frozen_value
 class Line:
-    """A line: point (3,), direction (3,) unit, its sign open."""
+    """A line: point (3,), unit direction (3,) without a sign."""
 
     point: Frozen
     direction: Frozen
@@ -62,7 +63,7 @@ class Spherical:
 
 @frozen_value
 class Planar:
-    """Translations square to normal (3,) and rotations about every line along it."""
+    """Translations perpendicular to normal (3,) and rotations about every line along it."""
 
     normal: Frozen
 
@@ -71,7 +72,7 @@ Motions: TypeAlias = Fixed | Prismatic | Revolute | Cylindrical | Spherical | Pl
 
 
 def motions_of(surface: Surface) -> Motions:
-    """The connected group that lays one unbounded surface on itself."""
+    """The connected group of motions that map one unbounded surface onto itself."""
     match surface:
         case Plane():
             return Planar(surface.normal)
@@ -88,7 +89,7 @@ def common_motions(surfaces: Iterable[Surface], tolerance: Tolerance) -> Motions
     listed = list(surfaces)
     if not listed:
         raise ValueError("a fixture has at least one feature")
-    # Lines are compared at their points: these are taken near the fixture, wherever the file put them on the axis.
+    # Lines are compared at their reference points: these are moved near the fixture.
     middle = middle_of(listed)
     groups = [motions_of(anchored(surface, middle)) for surface in listed]  # step 1
     common = groups[0]
@@ -111,9 +112,9 @@ def dimension(motions: Motions) -> int:
 
 
 def twists(motions: Motions) -> Floats:
-    """A basis (k, 6) of the group's Lie algebra: rotation (3,) unit, translation (3,) of the point at the origin.
+    """A basis (k, 6) of the group's Lie algebra: unit rotation (3,), translation (3,) of the point at the origin.
 
-    Translations come first, with rotation exactly zero and unit length.
+    Translations come first, of unit length and with a rotation of exactly zero.
     """
     match motions:
         case Fixed():
@@ -142,7 +143,7 @@ def _rotation(point: Floats, direction: Floats) -> Floats:
     return np.concatenate([direction, np.cross(point, direction)])
 
 
-# Groups in this order: the first of two is tested for motions that the second contains, so that each pair occurs once.
+# The order in which two groups are compared, so that each pair occurs once.
 _SIMPLER_FIRST = (Fixed, Prismatic, Revolute, Cylindrical, Spherical, Planar)
 
 
@@ -157,42 +158,34 @@ def intersection(a: Motions, b: Motions, tolerance: Tolerance) -> Motions:
         case Revolute():
             return first if _holds_rotation(second, first.line, tolerance) else Fixed()
         case Cylindrical():
-            # A screw about the line lies in another group only when its rotation and translation both do.
-            return _of_line(
-                first.line,
-                _holds_rotation(second, first.line, tolerance),
-                _holds_translation(second, first.line.direction, tolerance),
-            )
+            return _with_axis(first, second, tolerance)
         case Spherical():
             return _with_sphere(first, second, tolerance)
         case Planar():
-            return _planes(first, second, tolerance)
+            return _of_two_planes(first, second, tolerance)
 
 
-def _of_line(line: Line, rotates: bool, slides: bool) -> Motions:
-    """The group of a line's rotations, translations, both or neither."""
+def _with_axis(axis: Cylindrical, other: Motions, tolerance: Tolerance) -> Motions:
+    """The motions of an axis that another group also contains: a screw only if it contains rotation and translation."""
+    rotates = _holds_rotation(other, axis.line, tolerance)
+    slides = _holds_translation(other, axis.line.direction, tolerance)
     if rotates and slides:
-        return Cylindrical(line)
-    if rotates:
-        return Revolute(line)
-    return Prismatic(line.direction) if slides else Fixed()
+        return axis
+    return Revolute(axis.line) if rotates else Prismatic(axis.line.direction) if slides else Fixed()
 
 
 def _with_sphere(sphere: Spherical, other: Motions, tolerance: Tolerance) -> Motions:
-    """Rotations about a centre that lie in a further spherical or planar group too."""
-    match other:
-        case Planar():
-            return Revolute(Line(sphere.center, other.normal))
-        case Spherical():
-            between = other.center - sphere.center
-            distance = float(np.linalg.norm(between))
-            return sphere if distance <= tolerance.length else Revolute(Line(sphere.center, between / distance))
-        case _:  # pragma: no cover - intersection() sorts the simpler groups to the front
-            raise AssertionError(other)
+    """The rotations about a centre that a second spherical or planar group also contains."""
+    if isinstance(other, Planar):
+        return Revolute(Line(sphere.center, other.normal))
+    assert isinstance(other, Spherical)
+    between = other.center - sphere.center
+    distance = float(np.linalg.norm(between))
+    return sphere if distance <= tolerance.length else Revolute(Line(sphere.center, between / distance))
 
 
-def _planes(first: Planar, second: Motions, tolerance: Tolerance) -> Motions:
-    """Two planes: the same motions where parallel, else the translation along their common line."""
+def _of_two_planes(first: Planar, second: Motions, tolerance: Tolerance) -> Motions:
+    """The motions of two planes: those of one if parallel, else the translations along their common line."""
     assert isinstance(second, Planar)
     edge = np.cross(first.normal, second.normal)
     sine = float(np.linalg.norm(edge))
@@ -227,7 +220,7 @@ def _holds_rotation(group: Motions, line: Line, tolerance: Tolerance) -> bool:
 
 
 def are_parallel(a: Floats, b: Floats, tolerance: Tolerance) -> bool:
-    """Whether two unit vectors (3,) lie along one line."""
+    """Whether two unit vectors (3,) are parallel, with either sign."""
     return bool(np.linalg.norm(np.cross(a, b)) <= tolerance.angle)
 
 

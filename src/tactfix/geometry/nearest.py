@@ -1,12 +1,14 @@
-"""Nearest points of planes, axes and centres, the distances and angles between features, and whether two are the same.
+"""Nearest points of planes, axes and centres; distances and angles between features; equality of two surfaces.
 
-Where vectors are (..., 3) a surface may be a stack: many positions of it, as `charts.displaced` makes.
+If vectors have shape (..., 3), a surface may be a stack of positions, as from `charts.displaced`.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, cross, dot
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 
 PARALLEL = 1e-9
 """Sine of the angle below which two directions are parallel: a million times the rounding of unit vectors, and far
@@ -23,37 +25,37 @@ def foot(surface: Surface, point: Floats) -> Floats:
         case Plane():
             return np.asarray(point - dot(point - surface.point, surface.normal) * surface.normal)
         case Sphere() | Point():
-            return other_point(surface)
+            return reference_point(surface)
         case Cylinder():
             return np.asarray(surface.point + dot(point - surface.point, surface.direction) * surface.direction)
+
+
+def anchored(surface: Surface, near: Floats) -> Surface:
+    """The same surface, with the reference point of a plane or axis moved to its point nearest to near (3,)."""
+    return surface if isinstance(surface, Sphere | Point) else replace(surface, point=foot(surface, near))
 
 
 def nearest_points(one: Surface, other: Surface, parallel: bool = False) -> tuple[Floats, Floats]:
     """The point (..., 3) of one that is nearest to other and the reverse: feet of the common perpendicular.
 
-    Of axes that are parallel, or known to be so whatever they look like, of planes, and where an axis meets a plane,
-    the pair next to the given point of the first or of the axis.
+    If it is not unique (parallel axes, planes, an axis and a plane), the pair at the reference point of the first, or
+    of the axis. parallel: treat two axes as parallel whatever their directions.
     """
     match one, other:
         case ((Sphere() | Point()), _):
-            return other_point(one), foot(other, other_point(one))
+            return reference_point(one), foot(other, reference_point(one))
         case _, (Sphere() | Point()):
-            return foot(one, other_point(other)), other_point(other)
+            return foot(one, reference_point(other)), reference_point(other)
         case Cylinder(), Cylinder():
             return _between_axes(one, other, parallel)
         case Cylinder(), Plane():
             return one.point, foot(other, one.point)
         case _:
-            return foot(one, other_point(other)), other_point(other)
-
-
-def other_point(surface: Surface) -> Floats:
-    """The given point (..., 3) of a plane or axis, or the centre."""
-    return surface.center if isinstance(surface, Sphere) else surface.point
+            return foot(one, reference_point(other)), reference_point(other)
 
 
 def _between_axes(one: Cylinder, other: Cylinder, parallel: bool) -> tuple[Floats, Floats]:
-    """Feet of the common perpendicular of two axes; of parallel ones those at the given point of the first."""
+    """Feet of the common perpendicular of two axes; of parallel ones those at the reference point of the first."""
     normal = cross(one.direction, other.direction)
     square = dot(normal, normal)
     if parallel or square.max() < ALMOST_PARALLEL**2:
@@ -70,23 +72,23 @@ def direction_of(surface: Plane | Cylinder) -> Floats:
 
 
 def distance_between(one: Surface, other: Surface, parallel: bool = False) -> float:
-    """The distance that the fixture file means (length): between centres and axes, in space.
+    """The distance of two features as a fixture file defines it (length): between centres and axes.
 
-    With a plane the signed distance along its normal, outward positive; of two planes along that of the first. The file
+    From a plane it is signed, positive along its outward normal; from two planes along that of the first. The file
     gives that sign to spheres only.
     """
     match one, other:
         case Plane(), _:
-            return float((other_point(other) - one.point) @ one.normal)
+            return float((reference_point(other) - one.point) @ one.normal)
         case _, Plane():
-            return float((other_point(one) - other.point) @ other.normal)
+            return float((reference_point(one) - other.point) @ other.normal)
         case _:
             a, b = nearest_points(one, other, parallel)
             return float(np.linalg.norm(b - a))
 
 
 def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
-    """The angle in rad: between outward normals 0 to pi; an axis has no sign, so with one it is 0 to pi/2."""
+    """The angle in rad: 0 to pi between outward normals, 0 to pi/2 if one is an axis, which has no sign."""
     a, b = direction_of(one), direction_of(other)
     cosine = float(a @ b)
     if isinstance(one, Cylinder) or isinstance(other, Cylinder):
@@ -95,7 +97,7 @@ def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
 
 
 def same_surface(one: Surface, other: Surface, length: float, angle: float = 1e-6) -> bool:
-    """Whether two surfaces of one type agree to a length and an angle (rad), near the given point of the first."""
+    """Whether two surfaces have one type and agree to a length and an angle (rad) at the first's reference point."""
     match one, other:
         case Sphere(), Sphere():
             return bool(np.linalg.norm(one.center - other.center) <= length)

@@ -1,8 +1,8 @@
 """Rigid motions as 4x4 homogeneous matrices: x_base = R x_fixture + t, column vectors, det R = +1.
 
-Frames live in names: base_from_fixture takes fixture coordinates to base coordinates.
-A twist is (rotation (3,), translation (3,)); as perturbation of a pose it acts as R_true = exp([d_rot]) R,
-t_true = t + d_t: base axes, rotation about the fixture's origin. The covariance of a pose is in this order.
+Names give the frames: base_from_fixture takes fixture coordinates to base coordinates.
+A twist is (rotation (3,), translation (3,)). A small twist (d_rot, d_t) changes a pose to exp([d_rot]) R, t + d_t: base
+axes, rotation about the fixture's origin. The covariance of a pose is in this order.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def skew(vectors: Floats) -> Floats:
 
 
 def axial(matrices: Floats) -> Floats:
-    """The vectors v (..., 3) of the skew part [v]x of matrices (..., 3, 3): of a rotation its axis times the sine."""
+    """The vectors v (..., 3) of the skew part [v] of matrices (..., 3, 3); of a rotation: its axis times its sine."""
     m = matrices - np.swapaxes(matrices, -1, -2)
     return np.stack([m[..., 2, 1], m[..., 0, 2], m[..., 1, 0]], axis=-1) / 2
 

@@ -51,7 +51,7 @@ class Cylinder:
 class Point:
     """The place point (3,) at which a seat, cone, nest or mark fixes the centre of the tip, whatever its radius.
 
-    A surface without extent: a contact on it gives all three coordinates, and it has no side.
+    A contact on it gives three equations, and it has no side.
     """
 
     point: Frozen
@@ -62,13 +62,13 @@ SidedSurface: TypeAlias = Plane | Sphere | Cylinder
 Surface: TypeAlias = SidedSurface | Point
 
 _UP = np.array([0.092, 0.188, 1.0])
-"""Defines which of its two ends an axis points to. Oblique on purpose: no direction in whole degrees in steps of
-five, or of whole numbers up to ten, is perpendicular to it, so that neither rounding nor little noise reverses such
-an axis."""
+"""The half space that the signed direction of an axis lies in. Oblique on purpose: no direction in whole degrees in
+steps of five, or of whole numbers up to ten, is perpendicular to it, so that neither rounding nor little noise
+reverses such an axis."""
 
 
 def signed_axis(direction: Floats) -> Floats:
-    """One of the two unit directions (3,) of an axis, the same one whichever of them is given: up, in most cases."""
+    """Of the two unit directions (3,) of an axis the one along _UP, whichever of them is given."""
     return direction if direction @ _UP > 0 else -direction
 
 
@@ -96,7 +96,7 @@ def rescaled(surface: SidedSurface, origin: Floats, length: float) -> SidedSurfa
 @overload
 def rescaled(surface: Surface, origin: Floats, length: float) -> Surface: ...
 def rescaled(surface: Surface, origin: Floats, length: float) -> Surface:
-    """The surface in a frame with its origin there (3,), the axes parallel, and length as its unit of length."""
+    """The surface in a frame with parallel axes, origin (3,) and length as its unit of length."""
     match surface:
         case Plane() | Point():
             return replace(surface, point=(surface.point - origin) / length)
@@ -106,13 +106,18 @@ def rescaled(surface: Surface, origin: Floats, length: float) -> Surface:
             return replace(surface, point=(surface.point - origin) / length, radius=surface.radius / length)
 
 
+def reference_point(surface: Surface) -> Floats:
+    """The centre (..., 3), or the point that defines a plane, axis or point feature."""
+    return surface.center if isinstance(surface, Sphere) else surface.point
+
+
 def radius_of(surface: Surface, without: float = 0.0) -> float:
-    """The radius of a sphere or cylinder; what planes and points count for without one."""
+    """The radius of a sphere or cylinder; the value of without for planes and points."""
     return surface.radius if isinstance(surface, Sphere | Cylinder) else without
 
 
 def standoff(surface: Surface, tip_radius: float) -> float:
-    """How far the tip's centre stands off the place that it touches: its radius, and nothing on a point."""
+    """The distance of the tip's centre from the place touched: the tip radius, or 0 on a point."""
     return 0.0 if isinstance(surface, Point) else tip_radius
 
 
@@ -128,21 +133,15 @@ def offset_radius(name: str, radius: float, side: Side, tip_radius: float) -> fl
 
 
 def radial(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
-    """Vectors (..., 3) from the centre, or square from the axis, to points (..., 3)."""
+    """Vectors (..., 3) from the centre, or perpendicularly from the axis, to points (..., 3)."""
     if not isinstance(surface, Cylinder):
-        return np.asarray(points - (surface.center if isinstance(surface, Sphere) else surface.point))
+        return np.asarray(points - reference_point(surface))
     arm = points - surface.point
     return np.asarray(arm - (arm @ surface.direction)[..., None] * surface.direction)
 
 
-def radial_directions(surface: Sphere | Cylinder | Point, points: Floats) -> Floats:
-    """Unit vectors (..., 3) from the centre, or square from the axis, to points (..., 3); any such on it."""
-    arms = radial(surface, points)
-    return _directions(surface, arms, lengths(arms))
-
-
 def _directions(surface: Sphere | Cylinder | Point, arms: Floats, distances: Floats) -> Floats:
-    """Radial vectors (..., 3) over their lengths (...)."""
+    """Radial vectors (..., 3) over their lengths (...); at the centre or on the axis any radial unit vector."""
     size = distances[..., None]
     if not size.all():
         anywhere = basis_across(surface.direction)[0] if isinstance(surface, Cylinder) else np.eye(3)[0]
@@ -151,7 +150,7 @@ def _directions(surface: Sphere | Cylinder | Point, arms: Floats, distances: Flo
 
 
 def _outward(surface: Sphere | Cylinder | Point) -> float:
-    """1 where the outward normal points away from the centre or axis, -1 in a bore."""
+    """1 if the outward normal points away from the centre or axis, -1 for an inner surface."""
     return -1.0 if isinstance(surface, Sphere | Cylinder) and surface.side == "inner" else 1.0
 
 
@@ -163,16 +162,17 @@ def _off(surface: Sphere | Cylinder | Point, distances: Floats, tip_radius: floa
 
 
 def outward_normals(surface: Surface, points: Floats) -> Floats:
-    """Unit outward normals (..., 3) of the surface below points (..., 3); of a point the direction away from it."""
+    """Unit outward normals (..., 3) at the feet of points (..., 3); of a point feature the direction away from it."""
     if isinstance(surface, Plane):
         return np.full(points.shape, surface.normal)
-    return _outward(surface) * radial_directions(surface, points)
+    arms = radial(surface, points)
+    return _outward(surface) * _directions(surface, arms, lengths(arms))
 
 
 def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
-    """How far (...,) tip centres (..., 3) are from touching: along the outward normal, positive out of the material.
+    """Signed distances (...,) of tip centres (..., 3) from the offset surface, positive along the outward normal.
 
-    Of a point, whatever the tip's radius, the distance in space: the length of three residuals, one along each axis.
+    Of a point, whatever the tip radius, the distance in space: the length of three residuals, one along each axis.
     """
     if isinstance(surface, Plane):
         return np.asarray((points - surface.point) @ surface.normal - tip_radius)
@@ -180,7 +180,7 @@ def residuals(surface: Surface, points: Floats, tip_radius: float) -> Floats:
 
 
 def residuals_and_normals(surface: Surface, points: Floats, tip_radius: float) -> tuple[Floats, Floats]:
-    """`residuals` and `outward_normals`, with what both need worked out once: every step of a refinement needs both."""
+    """`residuals` and `outward_normals` together, for speed: every step of a refinement needs both."""
     if isinstance(surface, Plane):
         return residuals(surface, points, tip_radius), outward_normals(surface, points)
     arms = radial(surface, points)
@@ -189,5 +189,5 @@ def residuals_and_normals(surface: Surface, points: Floats, tip_radius: float) -
 
 
 def feet(surface: Surface, points: Floats) -> Floats:
-    """The nearest points (..., 3) of the surface to points (..., 3): where a tip with its centre there touches."""
+    """The points (..., 3) of the surface that are nearest to points (..., 3): where a tip centred there touches."""
     return np.asarray(points - residuals(surface, points, 0.0)[..., None] * outward_normals(surface, points))

@@ -19,9 +19,8 @@ from tactfix.geometry.motions import (
     is_on,
     twists,
 )
-from tactfix.geometry.nearest import other_point
 from tactfix.geometry.scale import Tolerance, middle_of
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 from tactfix.results import FreeMotion
 from tactfix.wording import listed
 
@@ -91,7 +90,9 @@ def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
     coaxial = [n for n, s in surfaces.items() if isinstance(s, Cylinder) and _is_axis(s, line, tolerance)]
     if coaxial:
         return f"the axis of {listed(coaxial)}"
-    balls = [n for n, s in surfaces.items() if isinstance(s, Sphere | Point) and is_on(other_point(s), line, tolerance)]
+    balls = [
+        n for n, s in surfaces.items() if isinstance(s, Sphere | Point) and is_on(reference_point(s), line, tolerance)
+    ]
     if _span(balls, surfaces) > tolerance.length:
         return f"the line through {listed(balls)}"
     for name, s in surfaces.items():
@@ -145,7 +146,7 @@ def _widened(tolerance: Tolerance, arm: Floats) -> Tolerance:
 
 def _span(balls: Sequence[str], surfaces: Surfaces) -> float:
     """The largest distance between the centres of the named spheres, 0 for fewer than two."""
-    centers = [other_point(surfaces[name]) for name in balls]
+    centers = [reference_point(surfaces[name]) for name in balls]
     return max((float(np.linalg.norm(a - b)) for a in centers for b in centers), default=0.0)
 
 

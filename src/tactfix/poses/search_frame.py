@@ -11,7 +11,7 @@ from tactfix.geometry.arrays import Floats, cross
 from tactfix.geometry.nearest import foot
 from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized
 from tactfix.geometry.scale import middle_of
-from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, rescaled
+from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, reference_point, rescaled
 from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations, pose_equations
 from tactfix.poses.placement_terms import with_placement
@@ -77,7 +77,7 @@ class SearchFrame:
         those vectors, or square to two of them.
         """
         touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
-        kept = [s.center if isinstance(s, Sphere) else s.point for s in touched]
+        kept = [reference_point(s) for s in touched]
         kept += [s.normal for s in touched if isinstance(s, Plane)]
         axes = [s.direction for s in touched if isinstance(s, Cylinder)]
         candidates = [v for v in [*kept, *axes, *(cross(a, b) for a, b in combinations(axes, 2))] if v @ v > 1e-6]
@@ -91,7 +91,7 @@ class SearchFrame:
         return found
 
     def _scale(self, surface: SidedSurface) -> SidedSurface:
-        """The surface in the search's frame, its point moved to where the fixture's middle projects."""
+        """The surface in the search's frame, with the reference point of a plane or axis nearest to the origin."""
         if not isinstance(surface, Sphere):
             surface = replace(surface, point=foot(surface, self.fixture_origin))
         return rescaled(surface, self.fixture_origin, self.length)

@@ -21,8 +21,8 @@ import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, cross
 from tactfix.geometry.charts import across, material_displacement
-from tactfix.geometry.nearest import foot, nearest_points, other_point
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.nearest import foot, nearest_points
+from tactfix.geometry.surfaces import Cylinder, Plane, Surface, reference_point
 from tactfix.relations.angles import Linear
 
 
@@ -31,7 +31,7 @@ def side(one: Surface, other: Surface, value: float, sign: float) -> Linear:
     if not isinstance(one, Plane):
         residual, second, first = side(other, one, value, sign)
         return residual, first, second
-    far = other_point(other)
+    far = reference_point(other)
     near, along = foot(one, far), sign * one.normal
     residual = np.array([float((far - one.point) @ along) - value])
     return residual, *_feet_apart(one, other, near, far, along)

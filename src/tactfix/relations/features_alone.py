@@ -10,8 +10,7 @@ from tactfix.contacts import Contacts
 from tactfix.feature import Feature
 from tactfix.fixture import Fixture, Relation
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.nearest import other_point
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, offset_radius, reference_point
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
@@ -105,7 +104,7 @@ def _distance(relation: Relation, surface: Surface, sigma: float) -> Distance:
     widened = float(np.hypot(relation.sigma, NEIGHBOUR_SIGMAS * sigma))
     match surface:
         case Sphere() | Point():
-            return CenterDistance(other_point(surface), relation.value, widened)
+            return CenterDistance(reference_point(surface), relation.value, widened)
         case Cylinder():
             return AxisDistance(surface.point, surface.direction, relation.value, widened)
         case Plane():

@@ -30,8 +30,8 @@ from tactfix.contacts import Contacts
 from tactfix.feature import Feature
 from tactfix.fixture import Fixture, Relation
 from tactfix.geometry.arrays import TINY, Bools, Floats, basis_across, cross, lengths, unit
-from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, other_point
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
+from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 from tactfix.relations.equations import off
 from tactfix.relations.joint_problem import JointProblem
 from tactfix.relations.parallels import parallel_pairs
@@ -98,7 +98,7 @@ def _length(problem: JointProblem) -> float:
 
 
 def _places(surfaces: Sequence[Surface]) -> Places:
-    points = np.array([other_point(surface) for surface in surfaces])
+    points = np.array([reference_point(surface) for surface in surfaces])
     directions = [direction_of(surface) for surface in surfaces if isinstance(surface, Plane | Cylinder)]
     return points, np.array(directions or np.zeros_like(points))
 

@@ -26,9 +26,9 @@ from tactfix.fixture import Fixture
 from tactfix.frame import FrameError, frames
 from tactfix.geometry.arrays import TINY, unit
 from tactfix.geometry.charts import dimension, displaced, rigid_displacements
-from tactfix.geometry.nearest import foot, other_point, same_surface
+from tactfix.geometry.nearest import foot, same_surface
 from tactfix.geometry.rigid import inverse
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, signed_axis
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, moved, reference_point, signed_axis
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.equations import carried, chart_lengths, columns_of, stacked
 
@@ -211,7 +211,7 @@ def _are_enough(fixture: Fixture, surfaces: Mapping[str, Surface], scale: float)
 
 def _rigid_motions(surfaces: Mapping[str, Surface], scale: float) -> int:
     """How many motions of one rigid body move any of the surfaces."""
-    centre = np.mean([other_point(surface) for surface in surfaces.values()], axis=0)
+    centre = np.mean([reference_point(surface) for surface in surfaces.values()], axis=0)
     together = np.vstack([rigid_displacements(surface, centre) for surface in surfaces.values()])
     together[:, 3:] *= scale
     together /= chart_lengths(surfaces, scale)[:, None]
