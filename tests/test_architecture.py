@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.project import ROOT
+from tests.support.project import ROOT, syntax_nodes
 
 SOURCE = ROOT / "src"
 MODULES = {
@@ -31,9 +31,9 @@ def test_the_tool_finds_nothing(command: tuple[str, ...]) -> None:
 
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
     """Each module imported anywhere in a file, and whether that happens as soon as the file is."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    at_once = set(map(id, tree.body))
-    for node in ast.walk(tree):
+    nodes = syntax_nodes(path)
+    at_once = {id(node) for node in ast.iter_child_nodes(nodes[0])}
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from ((alias.name, id(node) in at_once) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:

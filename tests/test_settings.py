@@ -15,7 +15,7 @@ import tactfix
 from tactfix import settings
 from tactfix.cli.application import COMMANDS, command_of
 from tactfix.settings import Setting, Wording, joined, on_command_line
-from tests.support.project import ROOT
+from tests.support.project import ROOT, syntax_nodes
 
 SOURCE = ROOT / "src" / "tactfix"
 SETTINGS = {setting.name: setting.value for setting in Setting}
@@ -51,9 +51,9 @@ def test_a_setting_is_an_option_of_a_command_and_an_argument_of_python(name: str
 
 def texts(module: Path) -> Iterator[str]:
     """Every text of a module that is not a docstring."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
-    alone = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
+    nodes = syntax_nodes(module)
+    alone = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in alone:
             yield node.value
 
@@ -91,11 +91,11 @@ def test_no_setting_is_set_into_an_f_string() -> None:
     for module in sorted(SOURCE.rglob("*.py")):
         if module.name == "settings.py":
             continue
-        tree = ast.parse(module.read_text(encoding="utf-8"))
-        for value in (node for node in ast.walk(tree) if isinstance(node, ast.FormattedValue)):
+        nodes = syntax_nodes(module)
+        from_settings = "tactfix.settings" in {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+        for value in (node for node in nodes if isinstance(node, ast.FormattedValue)):
             names = {part.id for part in ast.walk(value) if isinstance(part, ast.Name)}
             attributes = {part.attr for part in ast.walk(value) if isinstance(part, ast.Attribute)}
-            from_settings = "tactfix.settings" in {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
             if "remedy" in attributes or (from_settings and names & {"Setting", *WORDINGS}):
                 found.append(f"{module.name}: {ast.unparse(value)}")
     assert found == []
