@@ -1,12 +1,12 @@
 """Mistakes in the contact file: contacts off their surface, wrong labels, a wrong unit, a wrong tip."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 
-from tactfix.diagnosis.contact_faults import UNITS_MEANT
+from tactfix.contacts import Contacts
 from tactfix.diagnosis.hypotheses import Hypothesis, Problem
 from tactfix.geometry.surfaces import Point
 
@@ -17,19 +17,77 @@ small, a displaced tip and a displaced fixture are the same to within a thousand
 LEAST_SPREAD = 30.0
 """Least spread of the contacts, in sigma, after a change of their unit. Contacts that are closer together fit any
 pose, and a search takes long; a fixture is thousands of sigma wide."""
+LATEST = 0.01
+"""Share of the contacts' spread: a probe that reports points of the surface may trigger late by this much at most.
+Overtravel is a length of the probe, whatever the fixture's size, but no contact file bounds it. So the share is a
+choice without a source, which holds in every unit: 1 mm on 100 mm. On a fixture of 10 mm it leaves out a trigger
+0.2 mm late; on one of several metres it admits tens of millimetres."""
+UNITS_MEANT = {
+    25.4: "inches where mm is said",
+    1 / 25.4: "mm where inches are said",
+    1e3: "metres where mm is said, or mm where micrometres are",
+    1e-3: "mm where metres are said, or micrometres where mm is",
+    1e3 / 25.4: "metres where inches are said",
+    25.4e-3: "inches where metres are said",
+    1e6: "metres where micrometres are said",
+    1e-6: "micrometres where metres are said",
+    25.4e3: "inches where micrometres are said",
+    1 / 25.4e3: "micrometres where inches are said",
+}
+"""Factors between any two units that a contact file may have (mm, m, um, inch), each with the mistake that it
+undoes."""
+
+
+def deleted(contacts: Contacts, index: Sequence[int], alternatives: float = 1.0) -> Hypothesis:
+    """The contacts of this index (from 0) are wrong: they are deleted."""
+    features = tuple(dict.fromkeys(contacts.features[i] for i in index))
+    return Hypothesis("outlier", tuple(index), features, alternatives, deleted=tuple(index))
+
+
+def relabelled(contacts: Contacts, i: int, feature: str, alternatives: float = 1.0) -> Hypothesis:
+    """Contact i is on another feature."""
+    labels = (*contacts.features[:i], feature, *contacts.features[i + 1 :])
+    return Hypothesis("relabel", (i,), (feature,), alternatives, labels=labels)
+
+
+def swapped(contacts: Contacts, i: int, k: int, alternatives: float = 1.0) -> Hypothesis:
+    """The labels of contacts i and k, on different features, are swapped."""
+    labels = list(contacts.features)
+    labels[i], labels[k] = labels[k], labels[i]
+    return Hypothesis("swapped_labels", (i, k), (labels[k], labels[i]), alternatives, labels=tuple(labels))
+
+
+def reversed_approaches(contacts: Contacts, index: Sequence[int], alternatives: float = 1.0) -> Hypothesis:
+    """The approaches of the contacts of this index are reversed."""
+    features = tuple(dict.fromkeys(contacts.features[i] for i in index))
+    return Hypothesis("approach", tuple(index), features, alternatives, reversed=tuple(index))
+
+
+def all_reversed(contacts: Contacts) -> Hypothesis:
+    """All approaches are reversed."""
+    return Hypothesis("approach", reversed=tuple(np.flatnonzero(contacts.has_approach).tolist()))
+
+
+def unit_changes(contacts: Contacts) -> list[Hypothesis]:
+    """The coordinates alone, or all lengths, in another unit than that of the file."""
+    count, tip = 2 * len(UNITS_MEANT), contacts.tip_radius
+    coordinates = [Hypothesis("unit", alternatives=count, points=factor) for factor in UNITS_MEANT]
+    return coordinates + [
+        Hypothesis("unit", alternatives=count, points=factor, sigmas=factor, tip=tip * factor, note="whole")
+        for factor in UNITS_MEANT
+    ]
+
+
+def is_possible_tip(contacts: Contacts, radius: float) -> bool:
+    """Whether an effective tip radius is possible: below 0, by LATEST at most, for points of the surface only."""
+    return radius >= 0 or (contacts.tip_radius == 0 and -radius <= LATEST * contacts.spread)
 
 
 def outliers(problem: Problem, sets: Iterable[tuple[int, ...]]) -> list[Hypothesis]:
-    """Each of these sets of contacts (indices from 0) deleted, if at least six equations are left."""
-    names, count = problem.contacts.features, len(problem.contacts)
+    """Each of these sets of contacts deleted, if at least six equations are left."""
+    count = len(problem.contacts)
     return [
-        Hypothesis(
-            "outlier",
-            index=chosen,
-            features=tuple(dict.fromkeys(names[i] for i in chosen)),
-            alternatives=math.comb(count, len(chosen)),
-            deleted=chosen,
-        )
+        deleted(problem.contacts, chosen, math.comb(count, len(chosen)))
         for chosen in sets
         if sum(problem.equations[i] for i in chosen) <= problem.dof
     ]
@@ -50,19 +108,9 @@ def relabels_of_points(problem: Problem) -> list[Hypothesis]:
     return [one for one in _relabels(problem) if _concerns_point(problem, one)]
 
 
-def _relabels(problem: Problem) -> list[Hypothesis]:
-    names = problem.contacts.features
-    pairs = [(i, f) for i, name in enumerate(names) for f in problem.surfaces if f != name]
-    return [
-        Hypothesis(
-            "relabel",
-            index=(i,),
-            features=(feature,),
-            alternatives=len(pairs),
-            labels=(*names[:i], feature, *names[i + 1 :]),
-        )
-        for i, feature in pairs
-    ]
+def _relabels(problem: Problem) -> Iterator[Hypothesis]:
+    pairs = [(i, f) for i, name in enumerate(problem.contacts.features) for f in problem.surfaces if f != name]
+    return (relabelled(problem.contacts, i, feature, len(pairs)) for i, feature in pairs)
 
 
 def swaps(problem: Problem) -> list[Hypothesis]:
@@ -75,16 +123,10 @@ def swaps_with_points(problem: Problem) -> list[Hypothesis]:
     return [one for one in _swaps(problem) if _concerns_point(problem, one)]
 
 
-def _swaps(problem: Problem) -> list[Hypothesis]:
+def _swaps(problem: Problem) -> Iterator[Hypothesis]:
     names = problem.contacts.features
     pairs = [(i, k) for i, k in combinations(range(len(names)), 2) if names[i] != names[k]]
-    found = []
-    for i, k in pairs:
-        labels = list(names)
-        labels[i], labels[k] = labels[k], labels[i]
-        features = (names[i], names[k])
-        found.append(Hypothesis("swapped_labels", (i, k), features, len(pairs), labels=tuple(labels)))
-    return found
+    return (swapped(problem.contacts, i, k, len(pairs)) for i, k in pairs)
 
 
 def _concerns_point(problem: Problem, one: Hypothesis) -> bool:
@@ -107,14 +149,6 @@ def tip_offsets(problem: Problem) -> list[Hypothesis]:
 
 
 def units(problem: Problem) -> list[Hypothesis]:
-    """The coordinates alone, or all lengths, in another unit than that of the file."""
-    count, tip = 2 * len(UNITS_MEANT), problem.contacts.tip_radius
+    """Each change of unit after which the contacts' spread is LEAST_SPREAD sigma or more."""
     spread = problem.contacts.spread / float(problem.contacts.sigmas.max())
-    possible = [factor for factor in UNITS_MEANT if spread * factor > LEAST_SPREAD]
-    coordinates = [Hypothesis("unit", alternatives=count, points=factor) for factor in possible]
-    # If all lengths are scaled, the spread in sigma stays as it is.
-    whole = UNITS_MEANT if spread > LEAST_SPREAD else {}
-    return coordinates + [
-        Hypothesis("unit", alternatives=count, points=factor, sigmas=factor, tip=tip * factor, note="whole")
-        for factor in whole
-    ]
+    return [one for one in unit_changes(problem.contacts) if spread * one.points / one.sigmas > LEAST_SPREAD]

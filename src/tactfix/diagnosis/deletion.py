@@ -31,11 +31,11 @@ the fixture nearly alone: its residual is nearly zero whatever its error is, and
 noise."""
 DELETIONS_ORDERED = 20
 """Contacts that are deleted one after the other; the rest are ordered by one deletion each. As many as the largest of
-`contact_faults.JOINT_DELETIONS`, so that gross errors that mask each other are all found. Only masking makes a
-difference: 5, 10 and 40 give the same diagnoses of the 42 sets of `contact_faults`."""
+`staged.JOINT_DELETIONS`, so that gross errors that mask each other are all found. Only masking makes a
+difference: 5, 10 and 40 give the same diagnoses of the 42 sets of `staged`."""
 ROUGH_LIMIT = 4.0
 """Times its limit that chi-square of the others may be after a deletion, by the linear model at a pose that the deleted
-contacts have displaced. 2 and 8 give the same diagnoses of the 42 sets of `contact_faults`."""
+contacts have displaced. 2 and 8 give the same diagnoses of the 42 sets of `staged`."""
 DELETION_REGULARIZATION = 1e-9
 """Added to the diagonal of I - H_SS (no unit), which is singular if the contacts of a set are the only ones to fix a
 motion. Far above rounding, far below any redundancy number that counts."""

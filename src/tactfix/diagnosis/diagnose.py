@@ -1,66 +1,54 @@
 """Why no pose explains the contacts: mistakes that, once corrected, make them consistent.
 
-If the fixture has few shapes, all mistakes are fitted at once (`hypothesis_tests`). Otherwise, and for a few wrong
-contacts of many, corrections are tried in stages (`staged_diagnosis`): approaches reversed, a wrong tip radius, a wrong
-unit, wrong contacts, swapped labels.
+1. If the fixture has many shapes, or an open one, corrections of the contacts are tried in stages (`staged`).
+2. If it has few, all mistakes are fitted at once in each shape (`hypothesis_tests`), and those in the shape with the
+   best explanation are reported.
+3. Of many contacts a few wrong ones are looked for in stages first. All other mistakes are searched for with a part of
+   the contacts, and fitted to all.
 
-1. Contacts are ordered by the fall of chi-square when they are deleted at the best pose (`deletion`).
-2. The corrections are put in stages. If a pose fits and only approaches reject it, approaches come first, else units
-   and tip radii. Single contacts follow, then a few of many contacts together, and swapped labels last. Of many
-   contacts only the few are left to the stages, and all other mistakes to `many_contacts`.
-3. A correction that is not feasible (`feasibility`) is dropped: nearly all units and most swaps are.
-4. The others are located again, which takes a tenth of a second or more each. The first stage that leaves a pose ends
-   the search.
-5. Its corrections are reported, the most plausible first.
+Mistakes that concern all of many contacts (`_mistakes_of_all`):
+
+1. A well spread part of the contacts is taken. While it fits the fixture as it is, and all contacts do not, it is
+   doubled: such a part shows no mistake.
+2. The mistakes that explain the part are searched for (`hypothesis_tests`), but for those in single contacts.
+3. Each is fitted to all contacts, from its poses with the part.
+4. Those whose chi-square of all contacts is within its limit, and that no other test rejects, are ranked.
 """
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain, islice
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_faults import (
-    MOST_SUSPECTS,
-    MOST_SWAPS,
-    SINGLE_DELETIONS,
-    Correction,
-    Solve,
-    approaches,
-    coordinates,
-    few_of_many,
-    likely_pairs,
-    swapped_labels,
-    tip_radii,
-    whole_files,
-    without_each,
-)
-from tactfix.diagnosis.deletion import CaseDeletion
-from tactfix.diagnosis.feasibility import Feasibility
-from tactfix.diagnosis.hypotheses import Problem
-from tactfix.diagnosis.hypothesis_tests import Accepts, mistakes_that_explain
-from tactfix.diagnosis.many_contacts import mistakes_of_all
-from tactfix.diagnosis.ranking import INDISTINCT
+from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
+from tactfix.diagnosis.hypothesis_tests import Accepts, accepted_explanations, ranked_diagnoses, tested
+from tactfix.diagnosis.residual_mistakes import AT_POSES
+from tactfix.diagnosis.staged import MANY
+from tactfix.diagnosis.trial_search import NO_CHANGE, TrialSearch
 from tactfix.errors import TactfixError
 from tactfix.fixture import Fixture
+from tactfix.geometry.arrays import Floats
+from tactfix.mistakes import CAUSES, DiagnosisCode
+from tactfix.noise import chi_square_limit
+from tactfix.poses.all_poses import spread_indices
+from tactfix.poses.rigid import solution_at
 from tactfix.poses.solution import Solution
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import few_shapes, shape_sigma
-from tactfix.relations.trials import Trials
 from tactfix.results import Diagnosis
 
 MOST_SHAPES = 2
 """Shapes of a fixture by relations that are diagnosed: the two mirror images that most relations allow, or one body
 in two frames. `few_shapes` returns the shapes of at most two bodies."""
-MANY = 48
-"""Contacts from which on a few wrong ones are looked for by their residuals first (`few_of_many`), and mistakes that
-concern all contacts are searched for with a part of them (`many_contacts`). With 96, 3 of the 42 sets of
-`contact_faults` lose their diagnosis, and all take 2.4 times as long; with 24 nothing changes."""
-Explained: TypeAlias = Callable[[Contacts], tuple[float, str] | None]
-"""The chi-square of the pose of corrected contacts, and a remark if it is weakly determined; None if no pose is
-left."""
+PART = 30
+"""Well spread contacts of many with which mistakes in the fixture or the whole file are searched for. The time of a
+diagnosis is published for 30 contacts (`tests.benchmarks.bench_diagnosis`), and grows with their number."""
+MOST_DOUBLED = 4
+"""How often the part is doubled at most, to 480 contacts. Of 3,000 contacts with a tip radius 0.6 sigma off, all take
+26 s and give the same diagnosis."""
+IN_SINGLE_CONTACTS: tuple[DiagnosisCode, ...] = ("outlier", "relabel", "swapped_labels")
+"""Codes of the mistakes in single contacts. Their number grows with the contacts, that of pairs with its square."""
 
 NOTHING_EXPLAINS = (
     "no single bad contact, label, approach, unit or tip radius explains it: is this the right fixture file?"
@@ -80,119 +68,88 @@ def diagnosed(
     and for a few wrong contacts of many.
     """
     shapes = few_shapes(fixture)
-    if not shapes:
+    if not shapes:  # step 1
         return staged()
-    if len(contacts) >= MANY and (few := staged()):
+    if len(contacts) >= MANY and (few := staged()):  # step 3
         return few
     sigmas = np.hypot(residual_sigmas(fixture, contacts), shape_sigma(fixture))
     problems = [Problem(shape, contacts, sigmas) for shape in shapes[:MOST_SHAPES]]
-    explain = mistakes_that_explain if len(contacts) < MANY else mistakes_of_all
-    found = [explain(fixture, problem, solutions, accepts) for problem in problems]
+    explain = _mistakes_of_few if len(contacts) < MANY else _mistakes_of_all
+    found = [explain(fixture, problem, solutions, accepts) for problem in problems]  # steps 2 and 3
     return min((one for one in found if one), key=lambda one: one[0].chi2 or 0.0, default=())
 
 
-def staged_diagnosis(
-    fixture: Fixture,
-    contacts: Contacts,
-    best: Solution | None,
-    fits: bool,
-    solve: Solve,
-    explained: Explained,
-    trials: Trials | None = None,
+def _mistakes_of_few(
+    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
 ) -> tuple[Diagnosis, ...]:
-    """The corrections of the first stage that explains the contacts, best first; empty if no single mistake does.
+    """The mistakes that explain the contacts, most plausible first; solutions: poses that nearly fit without any."""
+    return ranked_diagnoses(fixture, problem, dict(accepted_explanations(fixture, problem, solutions, accepts)))
 
-    best: the pose with the least chi-square. fits: whether a pose fits, and only approach, touch box or path reject it.
-    solve: the solutions of corrected contacts. trials: for a fixture whose relations leave its shape open, or allow
-    many shapes.
+
+def _mistakes_of_all(
+    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
+) -> tuple[Diagnosis, ...]:
+    """The mistakes that explain many contacts, most plausible first, without those in single contacts."""
+    part, index = _telling_part(problem, [one.base_from_fixture for one in solutions])  # step 1
+    known = [solution_at(s.base_from_fixture, part.surfaces, part.contacts, part.sigmas) for s in solutions]
+    codes = [code for code in CAUSES if code not in IN_SINGLE_CONTACTS]
+    found = [one for one, _ in accepted_explanations(fixture, part, known, accepts, codes)]  # step 2
+    of_all = [fit for one in found for fit in _fitted_to_all(problem, index, one)]  # step 3
+    return ranked_diagnoses(fixture, problem, dict(tested(fixture, problem, of_all, accepts)))  # step 4
+
+
+def _telling_part(problem: Problem, poses: Sequence[Floats]) -> tuple[Problem, list[int]]:
+    """The smallest part that the poses do not fit, or the first if they fit all contacts; and its indices."""
+    shows_nothing = not poses or _fits(problem, poses)
+    for doubling in range(MOST_DOUBLED + 1):
+        index = spread_indices(problem.contacts, PART * 2**doubling)
+        part = Problem(problem.surfaces, problem.contacts.subset(index), problem.sigmas[index])
+        if shows_nothing or not _fits(part, poses):
+            break
+    return part, index
+
+
+def _fits(problem: Problem, poses: Sequence[Floats]) -> bool:
+    """Whether the problem without a correction fits at the best pose near these."""
+    return _search(problem, poses).explanations([NO_CHANGE])[0].chi2 <= chi_square_limit(problem.dof)
+
+
+def _search(problem: Problem, poses: Sequence[Floats]) -> TrialSearch:
+    return TrialSearch(problem, poses, most_robust=0)
+
+
+def _fitted_to_all(problem: Problem, index: Sequence[int], one: Explanation) -> list[Explanation]:
+    """The explanation of the contacts of this index, fitted to all contacts: one, or none if it has no meaning there.
+
+    What is no free number is corrected first, so that only the free numbers are left to fit.
     """
-    deletion = CaseDeletion.of(contacts, residual_sigmas(fixture, contacts), best, fixture.placement) if best else None
-    order = deletion.order if deletion else _contradicted_first(contacts, trials)  # step 1
-    feasibility = trials or Feasibility(fixture, frozenset(contacts.rows[i] for i in order[:MOST_SUSPECTS]))
-    pairs = likely_pairs(contacts, order, deletion)
-    swaps = (
-        correction for correction in swapped_labels(contacts, pairs) if feasibility.is_feasible(correction.contacts)
-    )
-    # Step 2.
-    units = chain(coordinates(contacts), whole_files(contacts)) if _has_lengths(fixture) else iter(())
-    if fits:
-        against = _against(contacts, best) if best else order
-        # A wrong unit leaves a fixture of planes its shape: only the touch boxes show it.
-        stages = [approaches(contacts, against), units]
-    elif trials is None and len(contacts) >= MANY:
-        stages = []  # `mistakes_of_all` searches for them with a part of the contacts
-    else:
-        stages = [units, tip_radii(fixture, contacts, solve)]
-    if fits or len(contacts) < MANY:
-        alone = deletion.singly if deletion else order
-        stages[-1] = chain(stages[-1], without_each(contacts, alone if trials else alone[:SINGLE_DELETIONS]))
-        stages.append(islice(swaps, MOST_SWAPS))
-    few = few_of_many(fixture, contacts, deletion, solve) if deletion and not fits else ()
-    # With trials single contacts are cheap to test, and come before several.
-    for stage in chain(stages, few) if trials else chain(few, stages):
-        # Step 3.
-        asked: Iterator[Correction] = (
-            correction for correction in stage if feasibility.is_feasible(correction.contacts)
-        )
-        if trials is not None:
-            asked = _promising(asked, trials)
-        found = [(h, entry) for h in asked if (entry := _tried(h, explained)) is not None]  # step 4
-        if found:
-            return _ranked(contacts, found)  # step 5
-    return ()
-
-
-def _ranked(contacts: Contacts, found: Sequence[tuple[Correction, Diagnosis]]) -> tuple[Diagnosis, ...]:
-    """Most plausible first; of one factor on the coordinates alone and on all lengths only the more plausible.
-
-    If sigma is scaled too, the density of a normal number changes by the same factor (as in
-    `hypotheses.Hypothesis.penalty`); otherwise the larger sigma would always win.
-    """
-
-    def score(correction: Correction, entry: Diagnosis) -> float:
-        if not isinstance(entry.value, float) or entry.code != "unit":
-            return entry.chi2 or 0.0
-        factor = float(correction.contacts.sigmas[0] / contacts.sigmas[0]) / entry.value
-        return (entry.chi2 or 0.0) + 2 * len(contacts) * math.log(factor)
-
-    ranked = []
-    best: dict[object, float] = {}
-    for own, entry in sorted(((score(*one), one[1]) for one in found), key=lambda pair: pair[0]):
-        if entry.code != "unit" or own <= best.setdefault(entry.value, own) + INDISTINCT:
-            ranked.append(entry)
-    return tuple(ranked)
-
-
-def _has_lengths(fixture: Fixture) -> bool:
-    """Whether the fixture has a length at all: planes known by angles alone fit contacts in any unit."""
-    given = fixture.is_placed or fixture.touch or any(f.radius is not None for f in fixture.features.values())
-    return bool(given) or any(relation.kind == "distance" for relation in fixture.relations)
-
-
-def _contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
-    """Indices of the contacts, those on features first whose contacts no surface explains."""
-    suspects = trials.contradicted() if trials else ()
-    return sorted(range(len(contacts)), key=lambda i: contacts.features[i] not in suspects)
-
-
-def _promising(asked: Iterable[Correction], trials: Trials) -> Iterator[Correction]:
-    """The corrections that the linear model does not exclude, in order of its chi-square: not all may be fitted."""
-    ranked = [(trials.least_predicted(correction.contacts), correction) for correction in asked]
-    for chi2, correction in sorted(ranked, key=lambda pair: pair[0]):
-        if chi2 < math.inf:
-            yield correction
-
-
-def _tried(correction: Correction, explained: Explained) -> Diagnosis | None:
+    hypothesis = _concerning_all(problem.contacts, index, one.hypothesis)
+    poses = [way.base_from_fixture for way in one.ways]
+    if hypothesis is None:
+        return []
+    if hypothesis.code == "sigma":
+        return AT_POSES["sigma"](problem, _search(problem, poses), ())
     try:
-        left = explained(correction.contacts)
-    except TactfixError:
+        corrected = replace(hypothesis, free=None).corrected(problem, np.zeros(0))
+        free = Hypothesis(hypothesis.code, features=hypothesis.features, free=hypothesis.free)
+        fit = _search(corrected, poses).explanations([free])[0]
+    except TactfixError:  # a tip that does not fit into a bore
+        return []
+    penalty = hypothesis.penalty(problem)
+    ways = [replace(w, hypothesis=hypothesis, score=w.chi2 + penalty, others=()) for w in fit.ways]
+    return [replace(ways[0], others=tuple(ways[1:]))]
+
+
+def _concerning_all(contacts: Contacts, index: Sequence[int], hypothesis: Hypothesis) -> Hypothesis | None:
+    """The hypothesis on the contacts of this index as one on all; None for single ones and blocks."""
+    if hypothesis.index:
         return None
-    return None if left is None else correction.explains(*left)
-
-
-def _against(contacts: Contacts, solution: Solution) -> list[int]:
-    """Indices of the contacts with an approach, the one that is most clearly out of the material first."""
-    given = np.flatnonzero(contacts.has_approach)
-    cosine = np.einsum("ij,ij->i", contacts.approaches[given], solution.normals[given])
-    return [int(i) for i in given[np.argsort(-cosine)]]
+    if hypothesis.reversed:
+        return replace(hypothesis, reversed=tuple(np.flatnonzero(contacts.has_approach).tolist()))
+    if hypothesis.labels is None:
+        return hypothesis
+    pairs = {(contacts.features[i], label) for i, label in zip(index, hypothesis.labels, strict=True)}
+    other = dict(pairs)
+    if len(other) < len(pairs):  # blocks of contacts: contacts of one feature are taken for those of several
+        return None
+    return replace(hypothesis, labels=tuple(other.get(name, name) for name in contacts.features))

@@ -1,14 +1,21 @@
-"""A mistake as the change of fixture and contacts that corrects it, and the problem after that change.
+"""Hypotheses: each mistake as the change of fixture and contacts that corrects it, and their ranking.
 
 Every mistake is one of a few changes: contacts deleted, contacts on other features, features elsewhere or of another
 size, lengths in another unit, or a few numbers that are fitted (a tip radius, a radius, a place).
+
+Explanations, which are hypotheses fitted to the contacts, are ranked by the extended Bayesian information criterion:
+
+1. An explanation is dropped if a more special one fits no worse than chance allows: the deletion of a contact whose
+   label is wrong, a free radius where the radius is a diameter or the side is wrong.
+2. The others are sorted by chi-square plus the penalty of the criterion.
+3. Those within INDISTINCT of the best are reported as one entry.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -16,10 +23,20 @@ from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats, circle_axes
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.mistakes import DiagnosisCode
+from tactfix.noise import chi_square_limit
 from tactfix.poses.points_as_planes import Equations, one_equation_each
 from tactfix.values import frozen_value
 
 Free: TypeAlias = Literal["tip", "tip_offset", "radius", "place"]
+
+INDISTINCT = 10.0
+"""Difference of the criterion (no unit) up to which two causes are reported as indistinguishable. Beyond it the
+evidence is called very strong (Kass and Raftery 1995), and misleads in less than one of a thousand cases, whatever
+the effect (Royall 2000)."""
+BY_CHANCE = 0.01
+"""Probability that free numbers without meaning lower chi-square by more: below it a general explanation is kept beside
+a special one. With 0.001 a feature displaced by 0.6 mm was reported as exchanged coordinates, which fitted by accident
+(`tests.validation.diagnosis`)."""
 
 
 @frozen_value
@@ -44,6 +61,9 @@ class Problem:
     def dof(self) -> int:
         """Equations beyond the six of a pose."""
         return len(self.single.contacts) - 6
+
+
+NO_VALUES: Final = np.zeros(0)
 
 
 @frozen_value
@@ -109,27 +129,19 @@ class Hypothesis:
     def corrected(self, problem: Problem, values: Floats) -> Problem:
         """The problem with the mistake corrected; values (k,): changes of the fitted numbers, in fixture units."""
         surfaces = {**problem.surfaces, **self.surfaces}
-        tip = problem.contacts.tip_radius if self.tip is None else self.tip
-        tip += float(values[0]) if self.free == "tip" else 0.0
         if self.free in ("radius", "place"):
             name = self.features[0]
             surfaces[name] = self._refitted(surfaces[name], values, problem)
-        contacts = self._contacts(problem.contacts, tip)
-        if self.free == "tip_offset":
-            contacts = contacts.with_tip(np.asarray(values if len(values) else np.zeros(3)), tip)
-        kept = np.delete(np.arange(len(contacts)), list(self.deleted))
-        return Problem(surfaces, contacts.subset(kept), problem.sigmas[kept] * self.sigmas)
+        sigmas = np.delete(problem.sigmas, list(self.deleted)) * self.sigmas
+        return Problem(surfaces, self.corrected_contacts(problem.contacts, values), sigmas)
 
-    def _refitted(self, surface: Surface, values: Floats, problem: Problem) -> Surface:
-        if self.free == "radius":
-            assert isinstance(surface, Sphere | Cylinder)
-            return replace(surface, radius=surface.radius + float(values[0]))
-        return shifted(surface, self.directions(problem) @ values)
-
-    def _contacts(self, contacts: Contacts, tip: float) -> Contacts:
+    def corrected_contacts(self, contacts: Contacts, values: Floats = NO_VALUES) -> Contacts:
+        """The contacts with the mistake corrected, without those deleted; values as in `corrected`."""
+        tip = contacts.tip_radius if self.tip is None else self.tip
+        tip += float(values[0]) if self.free == "tip" else 0.0
         approaches = contacts.approaches.copy()
         approaches[list(self.reversed)] *= -1
-        return replace(
+        corrected = replace(
             contacts,
             features=contacts.features if self.labels is None else self.labels,
             points=contacts.points * self.points,
@@ -137,6 +149,15 @@ class Hypothesis:
             sigmas=contacts.sigmas * self.sigmas,
             tip_radius=tip,
         )
+        if self.free == "tip_offset":
+            corrected = corrected.with_tip(values, tip)
+        return corrected.subset(np.delete(np.arange(len(contacts)), list(self.deleted)))
+
+    def _refitted(self, surface: Surface, values: Floats, problem: Problem) -> Surface:
+        if self.free == "radius":
+            assert isinstance(surface, Sphere | Cylinder)
+            return replace(surface, radius=surface.radius + float(values[0]))
+        return shifted(surface, self.directions(problem) @ values)
 
 
 @frozen_value
@@ -180,3 +201,44 @@ def place_directions(surface: Surface) -> Floats:
             return np.stack(circle_axes(surface.direction), axis=1)
         case _:
             return np.eye(3)
+
+
+def without_generalizations(problem: Problem, found: Sequence[Explanation]) -> list[Explanation]:
+    """The explanations without those that are a general form of another one (step 1).
+
+    The special one must not fit worse than chance allows, at a probability of BY_CHANCE.
+    """
+    return [one for one in found if not any(says_more(problem, other, one) for other in found)]
+
+
+def says_more(problem: Problem, special: Explanation, general: Explanation) -> bool:
+    """Whether the special explanation makes the general one superfluous."""
+    more = general.hypothesis.numbers(problem) - special.hypothesis.numbers(problem)
+    if more < 1 or not _is_general(general.hypothesis, special.hypothesis):
+        return False
+    # A further deleted contact was chosen among all: the one whose deletion lowers chi-square most.
+    beside = len(set(general.hypothesis.deleted) - set(special.hypothesis.index))
+    chosen_among = math.comb(len(problem.contacts), beside)
+    return special.chi2 - general.chi2 <= chi_square_limit(more, BY_CHANCE / chosen_among)
+
+
+def _is_general(general: Hypothesis, special: Hypothesis) -> bool:
+    """Whether general leaves free what special corrects."""
+    if general.deleted:
+        return bool(special.index) and set(special.index) <= set(general.deleted)
+    match general.free:
+        case "radius":
+            return special.code in ("diameter", "side") and special.features == general.features
+        case "place":
+            return special.code in ("axes", "mirrored") and special.features == general.features
+        case "tip":
+            return special.tip is not None and special.code == "tip_radius"
+        case _:
+            return False
+
+
+def split_by_plausibility(found: Sequence[Explanation]) -> tuple[list[Explanation], list[Explanation]]:
+    """The explanations, best first, that are indistinct from the best (step 3); and the others."""
+    ranked = sorted(found, key=lambda one: one.score)
+    alike = [one for one in ranked if one.score <= ranked[0].score + INDISTINCT]
+    return alike, ranked[len(alike) :]

@@ -10,7 +10,7 @@
    from all rotations: those of points, and those whose pose is far from the known ones.
 6. If none explains the contacts well, permutations of more than two features are searched for, then the deletion of two
    or three contacts together.
-7. The most plausible are reported, those as one entry that the contacts cannot distinguish (`ranking`).
+7. The most plausible are reported, those as one entry that the contacts cannot distinguish (`hypotheses`).
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -21,8 +21,8 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_faults import is_possible_tip
 from tactfix.diagnosis.contact_mistakes import (
+    is_possible_tip,
     outliers,
     relabels,
     relabels_of_points,
@@ -47,9 +47,15 @@ from tactfix.diagnosis.fixture_mistakes import (
     sides,
     signs,
 )
-from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
+from tactfix.diagnosis.hypotheses import (
+    Explanation,
+    Hypothesis,
+    Problem,
+    says_more,
+    split_by_plausibility,
+    without_generalizations,
+)
 from tactfix.diagnosis.messages import diagnosis_of, one_of
-from tactfix.diagnosis.ranking import says_more, split_by_plausibility, without_generalizations
 from tactfix.diagnosis.residual_mistakes import AT_POSES
 from tactfix.diagnosis.trial_search import TrialSearch, searched_anew
 from tactfix.fixture import Fixture
@@ -114,13 +120,6 @@ MOST_LEFT_OUT = 3
 contacts were not studied (`tests.validation.diagnosis` has three)."""
 
 
-def mistakes_that_explain(
-    fixture: Fixture, problem: Problem, solutions: Sequence[Solution], accepts: Accepts
-) -> tuple[Diagnosis, ...]:
-    """The mistakes that explain the contacts, most plausible first; solutions: poses that nearly fit without any."""
-    return ranked_diagnoses(fixture, problem, dict(accepted_explanations(fixture, problem, solutions, accepts)))
-
-
 def accepted_explanations(
     fixture: Fixture,
     problem: Problem,
@@ -128,7 +127,10 @@ def accepted_explanations(
     accepts: Accepts,
     codes: Collection[DiagnosisCode] = CAUSES,
 ) -> list[tuple[Explanation, str]]:
-    """The mistakes of these codes that explain the contacts, each with its remark; solutions as above."""
+    """The mistakes of these codes that explain the contacts, each with its remark.
+
+    solutions: poses that nearly fit without any mistake.
+    """
     search = TrialSearch(problem, [solution.base_from_fixture for solution in solutions])
     found = search.explanations(_all(FROM_KNOWN_POSES, problem, codes))  # step 1
     found += searched_anew(problem, _all(FROM_ALL_ROTATIONS, problem, codes))  # step 2

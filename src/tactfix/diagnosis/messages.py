@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.diagnosis.contact_faults import late_question, tip_words, unit_question
+from tactfix.diagnosis.contact_mistakes import UNITS_MEANT
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved, reference_point
@@ -19,16 +19,25 @@ CONSISTENT = "the contacts are consistent"
 
 def diagnosis_of(problem: Problem, units: str, explanation: Explanation, remark: str = "") -> Diagnosis:
     """The diagnosis of an explanation; remark: what to say of the pose that remains."""
-    hypothesis = explanation.hypothesis
     value, message = _value_and_message(problem, units, explanation)
-    return Diagnosis(
-        code=hypothesis.code,
-        rows=tuple(sorted(problem.contacts.rows[i] for i in hypothesis.index)),
-        features=hypothesis.features,
-        value=value,
-        chi2=explanation.chi2,
-        message=message + remark,
+    return _diagnosis(problem.contacts, explanation.hypothesis, value, explanation.chi2, message + remark)
+
+
+def diagnosis_of_correction(
+    contacts: Contacts, units: str, hypothesis: Hypothesis, chi2: float, remark: str
+) -> Diagnosis:
+    """The diagnosis of a correction of the contacts alone; chi2: that of the corrected ones; remark as above."""
+    value, message = _contact_file(
+        contacts, units, hypothesis, hypothesis.tip or 0.0, float(np.median(contacts.sigmas))
     )
+    return _diagnosis(contacts, hypothesis, value, chi2, message + remark)
+
+
+def _diagnosis(
+    contacts: Contacts, hypothesis: Hypothesis, value: float | tuple[float, ...] | None, chi2: float, message: str
+) -> Diagnosis:
+    rows = tuple(sorted(contacts.rows[i] for i in hypothesis.index))
+    return Diagnosis(hypothesis.code, rows, hypothesis.features, value, chi2, message)
 
 
 def one_of(causes: list[Diagnosis]) -> Diagnosis:
@@ -49,34 +58,44 @@ ValueAndMessage = tuple[float | tuple[float, ...] | None, str]
 
 
 def _value_and_message(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:
-    hypothesis = explanation.hypothesis
+    hypothesis, contacts, sigma = explanation.hypothesis, problem.contacts, float(np.median(problem.sigmas))
     match hypothesis.code:
         case "outlier":
-            return _outlier(problem, explanation)
-        case "approach" | "swapped_labels" | "relabel" | "feature_exchange":
-            return None, _labels_or_approach(problem.contacts, hypothesis)
-        case "unit":
-            return _unit(hypothesis)
-        case "tip_radius" | "tip_offset":
-            return _tip(problem, units, explanation)
+            return _off(problem, explanation), _contact_file(contacts, units, hypothesis, 0.0, sigma)[1]
+        case "approach" | "swapped_labels" | "relabel" | "feature_exchange" | "unit" | "tip_radius":
+            radius = hypothesis.corrected_contacts(contacts, explanation.values).tip_radius
+            return _contact_file(contacts, units, hypothesis, radius, sigma)
+        case "tip_offset":
+            return tip_offset_message(contacts, explanation.values, units, CONSISTENT, sigma)
         case "sigma":
             return _sigma(problem, units, hypothesis.sigmas)
         case _:
             return _fixture_file(problem, units, explanation)
 
 
-def _outlier(problem: Problem, explanation: Explanation) -> ValueAndMessage:
-    contacts, index = problem.contacts, explanation.hypothesis.index
+def _off(problem: Problem, explanation: Explanation) -> float | tuple[float, ...]:
+    """How far the deleted contacts are off their surfaces at the pose of the others."""
     in_base = {name: moved(explanation.base_from_fixture, s) for name, s in problem.surfaces.items()}
-    off = contact_residuals(in_base, contacts.subset(index))[0]
-    if len(index) == 1:
-        label = f"{contacts.label(index[0])} ({contacts.features[index[0]]})"
-        return float(off[0]), f"without {label} the others are consistent: touch it again"
-    labels = listed([contacts.label(i) for i in index])
-    return tuple(off.tolist()), f"without {labels} the others are consistent: touch these again"
+    off = contact_residuals(in_base, problem.contacts.subset(explanation.hypothesis.index))[0]
+    return float(off[0]) if len(off) == 1 else tuple(off.tolist())
 
 
-def _labels_or_approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
+def _contact_file(
+    contacts: Contacts, units: str, hypothesis: Hypothesis, tip_radius: float, sigma: float
+) -> ValueAndMessage:
+    """Mistakes in the contact file; tip_radius: the right one, shown with the digits that sigma leaves."""
+    match hypothesis.code:
+        case "unit":
+            return hypothesis.points, _unit(hypothesis)
+        case "tip_radius":
+            return tip_radius, _tip_radius(contacts, units, tip_radius, sigma)
+        case "approach" | "outlier":
+            return None, _approach_or_outlier(contacts, hypothesis)
+        case _:
+            return None, _labels(contacts, hypothesis)
+
+
+def _labels(contacts: Contacts, hypothesis: Hypothesis) -> str:
     labels = [contacts.label(i) for i in hypothesis.index]
     match hypothesis.code:
         case "swapped_labels":
@@ -84,36 +103,42 @@ def _labels_or_approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
         case "relabel":
             named = contacts.features[hypothesis.index[0]]
             return f"{labels[0]} is labelled {named}; on {hypothesis.features[0]} it fits, and {CONSISTENT}"
-        case "feature_exchange":
-            return f"with the contacts of {listed(hypothesis.features)} taken for each other's {CONSISTENT}"
         case _:
-            return _approach(contacts, hypothesis)
+            return f"with the contacts of {listed(hypothesis.features)} taken for each other's {CONSISTENT}"
 
 
-def _approach(contacts: Contacts, hypothesis: Hypothesis) -> str:
-    if len(hypothesis.index) == 0:
-        return f"with all approaches reversed {CONSISTENT}: are these outward normals (nx, ny, nz)?"
-    labels = listed([contacts.label(i) for i in hypothesis.index])
-    return f"with the approach of {labels} reversed {CONSISTENT}"
+def _approach_or_outlier(contacts: Contacts, hypothesis: Hypothesis) -> str:
+    labels = [contacts.label(i) for i in hypothesis.index]
+    if hypothesis.code == "outlier":
+        if len(labels) == 1:
+            return without_message(contacts, hypothesis.index[0])
+        return f"without {listed(labels)} the others are consistent: touch these again"
+    if labels:
+        return f"with the approach of {listed(labels)} reversed {CONSISTENT}"
+    return f"with all approaches reversed {CONSISTENT}: are these outward normals (nx, ny, nz)?"
 
 
-def _unit(hypothesis: Hypothesis) -> ValueAndMessage:
-    factor, all_lengths = hypothesis.points, hypothesis.note == "whole"
-    what = "all lengths of the contacts" if all_lengths else "the coordinates"
-    question = unit_question(factor, all_lengths=all_lengths)
-    return factor, f"multiplied by {factor:.10g} {what} are consistent: {question}"
+def without_message(contacts: Contacts, i: int) -> str:
+    """The message that one contact is wrong."""
+    return f"without {contacts.label(i)} ({contacts.features[i]}) the others are consistent: touch it again"
 
 
-def _tip(problem: Problem, units: str, explanation: Explanation) -> ValueAndMessage:
-    if explanation.hypothesis.free == "tip_offset":
-        sigma = float(np.median(problem.sigmas))
-        return tip_offset_message(problem.contacts, explanation.values, units, CONSISTENT, sigma)
-    given = f"{problem.contacts.tip_radius:g} {units}"
-    if explanation.hypothesis.tip is not None:
-        return 0.0, f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
-    value = problem.contacts.tip_radius + float(explanation.values[0])
-    shown = f"{fixed(abs(value), decimals(float(np.median(problem.sigmas))))} {units}"
-    return value, f"with {tip_words(value, shown, given)} {CONSISTENT}{late_question(value)}"
+def _unit(hypothesis: Hypothesis) -> str:
+    factor, meant = hypothesis.points, UNITS_MEANT[hypothesis.points]
+    what, remedy = "the coordinates", "write them in the unit of the other lengths"
+    if hypothesis.note == "whole":
+        what, remedy = "all lengths of the contacts", "give that unit for the contacts"
+    return f"multiplied by {factor:.10g} {what} are consistent: are they {meant}? If so, {remedy}"
+
+
+def _tip_radius(contacts: Contacts, units: str, right: float, sigma: float) -> str:
+    given = f"{contacts.tip_radius:g} {units}"
+    if right == 0:
+        return f"with tip radius 0 instead of {given} {CONSISTENT}: are they corrected for the tip?"
+    shown = f"{fixed(abs(right), decimals(sigma))} {units}"
+    if right < 0:
+        return f"with every contact {shown} farther out of the material {CONSISTENT}: does the probe trigger late?"
+    return f"with a tip radius of {shown} instead of {given} {CONSISTENT}"
 
 
 def tip_offset_message(contacts: Contacts, change: Floats, units: str, then: str, sigma: float) -> ValueAndMessage:

@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from tactfix.diagnosis.contact_mistakes import tip_offsets
+from tactfix.diagnosis.contact_mistakes import all_reversed, reversed_approaches, tip_offsets
 from tactfix.diagnosis.data_snooping import normalized_residuals
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_search import NO_CHANGE, TrialSearch
@@ -65,17 +65,13 @@ def _approaches_at(problem: Problem, solution: Solution) -> list[Explanation]:
     against = tuple(np.flatnonzero(cosine > SURE * solution.normal_sigmas).tolist())
     if not against or solution.chi2 > chi_square_limit(problem.dof):
         return []
-    given = tuple(np.flatnonzero(contacts.has_approach).tolist())
-    names = tuple(dict.fromkeys(contacts.features[i] for i in against))
-    ways = math.comb(len(given), len(against))
-    hypotheses = [
-        Hypothesis("approach", reversed=given),
-        Hypothesis("approach", index=against, features=names, alternatives=ways, reversed=against),
-    ]
+    given = int(contacts.has_approach.sum())
+    hypotheses = [all_reversed(contacts)]
+    if len(against) < given:
+        hypotheses.append(reversed_approaches(contacts, against, math.comb(given, len(against))))
     return [
         Explanation(h, np.zeros(0), solution.base_from_fixture, solution.chi2, solution.chi2 + h.penalty(problem))
         for h in hypotheses
-        if len(against) < len(given) or not h.index
     ]
 
 

@@ -1,7 +1,7 @@
 """Least squares over the pose and a few more numbers, for hundreds of hypotheses at once.
 
-A trial assigns a surface and a weight to each contact, and has further unknowns q. In the fixture frame, with
-y = A x + b of a contact x, the residual over sigma is
+A trial is a hypothesis at a pose: it assigns a surface and a weight to each contact, and has further unknowns q. In the
+fixture frame, with y = A x + b of a contact x, the residual over sigma is
 
     plane              (n . (y - a) - t - c . q) / sigma              a = anchor + D q
     sphere, cylinder   (s (|P (y - a)| - r) - t - c . q) / sigma      s = 1 outer, -1 inner
@@ -11,10 +11,12 @@ contact. Otherwise c = 1 for every contact makes q a change of the tip radius, c
 change of its radius, and D holds the directions in which one feature may be displaced. Levenberg-Marquardt; the trials
 are the first axis of all arrays, so that numpy and LAPACK work on all of them in one call:
 
-1. Residuals and their derivatives are evaluated at the trials.
-2. Damped normal equations give each trial a step, its turn and shift together no longer than one.
-3. Where chi-square falls the trial takes it, its damping a tenth; else it stays, its damping tenfold.
-4. A trial ends when its gain is below TRIAL_GAIN, or its damping above LAST_DAMPING: then no step lowers chi-square.
+1. Each hypothesis has a row in the arrays (`HypothesisRows`), all lengths in the unit of the search frame: weights are
+   one over sigma, zero for deleted contacts; labels select surfaces, and changed surfaces are appended to the table.
+2. Residuals and their derivatives are evaluated at the trials.
+3. Damped normal equations give each trial a step, its turn and shift together no longer than one.
+4. Where chi-square falls the trial takes it, its damping a tenth; else it stays, its damping tenfold.
+5. A trial ends when its gain is below TRIAL_GAIN, or its damping above LAST_DAMPING: then no step lowers chi-square.
 """
 
 from collections.abc import Sequence
@@ -22,8 +24,10 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import TINY, Floats, Ints, cross
-from tactfix.geometry.surfaces import Plane, SidedSurface, Sphere
+from tactfix.diagnosis.hypotheses import Hypothesis, Problem
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, cross
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, SidedSurface, Sphere
+from tactfix.poses.search_frame import SearchFrame
 from tactfix.values import frozen_value
 
 TRIAL_DAMPING = 1e-4
@@ -37,7 +41,7 @@ LAST_DAMPING = 1e8
 1e-8 of a Gauss-Newton step."""
 TRIAL_GAIN = 1e-6
 """A trial has converged when a step lowers chi-square by less than this share of 1 + chi-square: far below the
-differences of 10 that decide between hypotheses (`ranking.INDISTINCT`)."""
+differences of 10 that decide between hypotheses (`hypotheses.INDISTINCT`)."""
 
 
 @frozen_value
@@ -93,6 +97,60 @@ class Trials:
         return replace(self, **{name: getattr(self, name)[index] for name in names})
 
 
+class HypothesisRows:
+    """The arrays of the trials, a row for each hypothesis, lengths in the unit of the frame (step 1)."""
+
+    def __init__(self, problem: Problem, frame: SearchFrame, hypotheses: Sequence[Hypothesis]) -> None:
+        single = problem.single
+        self.problem, self.frame, self.of = problem, frame, single.of
+        self.points = (single.contacts.points - frame.base_origin) / frame.length
+        self.names = list(single.surfaces)
+        self.base = np.array([self.names.index(name) for name in single.contacts.features])
+        count, width = len(self.base), max([1, *(h.directions(problem).shape[1] for h in hypotheses)])
+        shape = len(hypotheses), count
+        self.weights = np.tile(frame.length / single.sigmas, (len(hypotheses), 1))
+        self.surfaces = np.tile(self.base, (len(hypotheses), 1))
+        self.tips = np.full(shape, problem.contacts.tip_radius / frame.length)
+        # A point holds the tip's centre, whatever its radius: its planes stay where the reported one puts them.
+        self.sized = np.array([not isinstance(problem.surfaces[n], Point) for n in problem.contacts.features])[self.of]
+        self.columns, self.shifts = np.zeros((*shape, width)), np.zeros((*shape, 3, width))
+        flanges = problem.contacts.flange_rotations if {h.free for h in hypotheses} == {"tip_offset"} else None
+        self.flanges = None if flanges is None else flanges[single.of]
+        changed: list[SidedSurface] = []
+        for row, hypothesis in enumerate(hypotheses):
+            self._fill(row, hypothesis, changed)
+        table = [*single.surfaces.values(), *changed]
+        self.table = SurfaceTable.of(table, frame.fixture_origin, frame.length)
+
+    def _fill(self, row: int, hypothesis: Hypothesis, changed: list[SidedSurface]) -> None:
+        self.weights[row, np.isin(self.of, hypothesis.deleted)] = 0.0
+        if hypothesis.tip is not None:
+            self.tips[row, self.sized] = hypothesis.tip / self.frame.length
+        if hypothesis.labels is not None:
+            for i in hypothesis.index:
+                self.surfaces[row, self.of == i] = self.names.index(hypothesis.labels[i])
+        for name, surface in hypothesis.surfaces.items():
+            self.surfaces[row, self._on(name)] = len(self.names) + len(changed)
+            changed.append(_sided(surface))
+        if hypothesis.free == "tip":
+            self.columns[row, self.sized, 0] = 1.0
+        elif hypothesis.free == "radius":
+            surface = self.problem.surfaces[hypothesis.features[0]]
+            assert isinstance(surface, Sphere | Cylinder)
+            self.columns[row, self._on(hypothesis.features[0]), 0] = 1.0 if surface.side == "outer" else -1.0
+        elif hypothesis.free == "place":
+            directions = hypothesis.directions(self.problem)
+            self.shifts[row, self._on(hypothesis.features[0]), :, : directions.shape[1]] = directions
+
+    def _on(self, feature: str) -> Bools:
+        return np.asarray(np.array(self.problem.contacts.features)[self.of] == feature)
+
+
+def _sided(surface: object) -> SidedSurface:
+    assert isinstance(surface, SidedSurface)
+    return surface
+
+
 @frozen_value
 class Fits:
     """Trials after some steps, with residuals (T, n) over sigma, jacobians (T, n, 6 + k) and chi2 (T,) there."""
@@ -106,24 +164,24 @@ class Fits:
 def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
     """The trials after at most so many steps; none ends with a larger chi-square than it began with."""
     trials = trials.take(np.arange(len(trials.tips)))
-    residuals, jacobians = evaluate(table, trials)  # step 1
+    residuals, jacobians = evaluate(table, trials)  # step 2
     chi2 = np.einsum("tn,tn->t", residuals, residuals)
     damping = np.full(len(chi2), TRIAL_DAMPING)
     live = np.arange(len(chi2))
     for _ in range(steps):
         if not len(live):
             break
-        ahead = _stepped(trials.take(live), _step(residuals[live], jacobians[live], damping[live]))  # step 2
+        ahead = _stepped(trials.take(live), _step(residuals[live], jacobians[live], damping[live]))  # step 3
         new_residuals, new_jacobians = evaluate(table, ahead)
         new_chi2 = np.einsum("tn,tn->t", new_residuals, new_residuals)
         gain = chi2[live] - new_chi2
-        better = gain > 0  # step 3
+        better = gain > 0  # step 4
         damping[live] = np.maximum(damping[live] * np.where(better, 0.1, 10.0), SINGULAR_DAMPING)
         took = live[better]
         for name in ("rotations", "offsets", "numbers"):
             getattr(trials, name)[took] = getattr(ahead, name)[better]
         residuals[took], jacobians[took], chi2[took] = new_residuals[better], new_jacobians[better], new_chi2[better]
-        # Step 4.
+        # Step 5.
         live = live[~((better & (gain < TRIAL_GAIN * (1 + new_chi2))) | (damping[live] > LAST_DAMPING))]
     return Fits(trials, residuals, jacobians, chi2)
 

@@ -18,8 +18,7 @@ import numpy as np
 from tactfix.diagnosis.deletion import falls_without, span_of
 from tactfix.diagnosis.feasibility import least_chi_square
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
-from tactfix.diagnosis.trial_fits import Fits, SurfaceTable, Trials, evaluate, fitted
-from tactfix.diagnosis.trial_rows import HypothesisRows
+from tactfix.diagnosis.trial_fits import Fits, HypothesisRows, SurfaceTable, Trials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.rigid import homogeneous, inverse
@@ -46,7 +45,7 @@ POSES_FOLLOWED = 6
 that have met as one."""
 CHI2_WINDOW = 10.0
 """Largest difference of chi-square between the best pose of a hypothesis and others that are kept for the tests by
-approach and touch box: as `ranking.INDISTINCT`, beyond which another pose is not plausible."""
+approach and touch box: as `hypotheses.INDISTINCT`, beyond which another pose is not plausible."""
 IN_PLACE_SIGMAS = 3.0
 """Residual, in sigma, up to which a contact fits its feature: a pose at which it does is no start for another label
 of it. Good contacts exceed three sigma once in 370 cases."""

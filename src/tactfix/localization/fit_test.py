@@ -62,7 +62,7 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof
     """
     if contacts.flange_rotations is None or dof < 4:
         return None
-    from tactfix.diagnosis.tip_change import tip_change
+    from tactfix.diagnosis.data_snooping import tip_change
 
     found = tip_change(contacts, residual_sigmas(fixture, contacts), solution, fixture.placement)
     if found is None or found.chi2 > chi_square_limit(dof - 3, SUSPICIOUS) or not found.is_plausible:
@@ -90,8 +90,8 @@ def _one_contact_or_sigma(
     In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free (each equation
     of the one contact), and twice the logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
     """
+    from tactfix.diagnosis.hypotheses import INDISTINCT
     from tactfix.diagnosis.messages import one_of
-    from tactfix.diagnosis.ranking import INDISTINCT
 
     count, scores = len(contacts), []
     if suspect is not None:

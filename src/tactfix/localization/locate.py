@@ -248,7 +248,8 @@ def _with_free_motions(
 
 def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions) -> LocateResult:
     """The result with the mistakes that explain the contacts."""
-    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed, staged_diagnosis
+    from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed
+    from tactfix.diagnosis.staged import staged_diagnosis
     from tactfix.relations.realization import few_shapes
     from tactfix.relations.trials import Trials
 
@@ -277,13 +278,11 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
         return " (what is left is weak)" if is_underdetermined(solution, kept) else ""
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
-    found = diagnosed(
-        fixture,
-        contacts,
-        solutions.found,
-        accepts,
-        lambda: staged_diagnosis(fixture, contacts, best, fits, solve_again, explained, trials),
-    )
+
+    def staged() -> tuple[Diagnosis, ...]:
+        return staged_diagnosis(fixture, contacts, best, fits, solve_again, explained, trials)
+
+    found = diagnosed(fixture, contacts, solutions.found, accepts, staged)
     nothing = f"{NOTHING_EXPLAINS} {CUT}" if trials and trials.is_cut else NOTHING_EXPLAINS
     messages = tuple(cause.message for cause in found) or (nothing, *_doubt_of_tip(fixture, contacts))
     return replace(result, warnings=(*result.warnings, *messages), diagnosis=found)

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
-from tactfix.diagnosis.messages import one_of
-from tactfix.diagnosis.ranking import INDISTINCT
+from tactfix.diagnosis.hypotheses import INDISTINCT
+from tactfix.diagnosis.messages import one_of, without_message
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
@@ -136,5 +136,4 @@ def suspects(
 
 
 def _outlier(contacts: Contacts, i: int, off: float, chi2: float) -> Diagnosis:
-    message = f"without {contacts.label(i)} ({contacts.features[i]}) the others are consistent: touch it again"
-    return Diagnosis("outlier", (contacts.rows[i],), (contacts.features[i],), off, chi2, message)
+    return Diagnosis("outlier", (contacts.rows[i],), (contacts.features[i],), off, chi2, without_message(contacts, i))
