@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from tactfix.accessibility.approach_path import extent_of, extreme_points, sample_touches, within_box
-from tactfix.accessibility.touchable import bounds_of, face
+from tactfix.accessibility.touchable import bounds_of, extent_of, extreme_points, face, sample_touches, within_box
 from tactfix.fixture import TouchBox
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tests.support.placed_cells import all_cells, ball_and_bar, box, cube_corner, surfaces_of

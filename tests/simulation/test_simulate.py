@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactfix.accessibility.approach_path import within_box
+from tactfix.accessibility.touchable import within_box
 from tactfix.contacts import Contacts
 from tactfix.errors import TipDoesNotFitError, UsageError
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere

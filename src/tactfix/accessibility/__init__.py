@@ -1,1 +1,1 @@
-"""What a probe can touch, and whether it could have come to a contact in a straight line."""
+"""The touchable parts of a fixture, and whether the straight approach to a contact is free."""

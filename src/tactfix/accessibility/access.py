@@ -23,8 +23,8 @@ _CLEARANCE = 0.02
 """Distance of a chosen touch from other features and from the edge of its box, as a share of the fixture's radius: the
 pose of the fixture is only roughly known when a plan is carried out."""
 _EDGE_SHARE = 0.15
-"""The same from the edge of a narrow box, as a share of its width at most: seven tenths of the width remain."""
-_UNSAID_SIZE = 0.1
+"""Largest distance of a chosen touch from the edge of its box, as a share of its width: seven tenths of it remain."""
+_UNKNOWN_SIZE = 0.1
 """Size in metres of a fixture whose file gives no length (planes without boxes)."""
 
 
@@ -32,8 +32,8 @@ _UNSAID_SIZE = 0.1
 class Access:
     """The surfaces of a fixture with the boxes in which it can be touched.
 
-    corners (8, 3): of the box around all touchable parts; centre (3,), radius: of the ball around that box. boxes:
-    those of the fixture; limits: the same, closed where they are open, in which touches are chosen.
+    corners (8, 3): of the box around all touchable parts; centre (3,), radius: of the ball around that box. boxes: the
+    touch boxes of the fixture; limits: the same with open sides closed, in which touches are chosen.
     """
 
     surfaces: Mapping[str, Surface]
@@ -71,7 +71,7 @@ class Access:
         return np.asarray(inside & clear)
 
     def spread(self, feature: str, count: int, start: tuple[float, float] = (0.5, 0.5)) -> tuple[Floats, Floats]:
-        """About count well spread points (m, 3) that can be touched square to the surface, and their normals."""
+        """About count well spread points (m, 3) that can be touched along the normal, and their normals (m, 3)."""
         surface, limit = self.surfaces[feature], self.limits[feature]
         points, normals = sample_touches(surface, limit, count, self.centre, self.radius, start)
         if isinstance(surface, Point):
@@ -89,7 +89,7 @@ def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: flo
     for name, surface in surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             offset_radius(name, surface.radius, surface.side, tip_radius)
-    corners = extreme_points(surfaces, fixture.touch, least=_UNSAID_SIZE * factor("m", fixture.units))  # step 1
+    corners = extreme_points(surfaces, fixture.touch, least=_UNKNOWN_SIZE * factor("m", fixture.units))  # step 1
     centre, half_width = corners.mean(axis=0), float(np.ptp(corners, axis=0).max()) / 2
     limits: dict[str, TouchBox | None] = {}
     for name, surface in surfaces.items():  # step 2
@@ -103,8 +103,8 @@ def _far_from_edge(box: TouchBox | None, points: Floats, normals: Floats, cleara
     if box is None:
         return np.ones(len(points), dtype=bool)
     wanted = np.minimum(clearance, _EDGE_SHARE * (box.high - box.low))
-    # Along the surface a coordinate changes by its tangential part only: a face of the box that is parallel to the
-    # surface, as around a plane, is never reached.
+    # A face of the box that is parallel to the surface, as around a plane, is no edge: the distance along the surface
+    # is the distance from the face over the tangential component.
     slope = np.sqrt(np.clip(1 - normals**2, 0.0, 1.0))
     gap = np.minimum(points - box.low, box.high - points)
     return np.asarray((gap >= np.minimum(wanted * slope, wanted) - 1e-9 * clearance).all(axis=1))

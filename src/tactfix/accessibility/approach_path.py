@@ -13,12 +13,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tactfix.accessibility.touchable import extent_of, extreme_points, sample_touches, solid_interval, within_box
+from tactfix.accessibility.touchable import is_bounded, solid_interval
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import EPS, Bools, Floats, lengths
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, residuals
-
-__all__ = ["extent_of", "extreme_points", "path_blocked", "sample_touches", "within_box"]
 
 
 def path_blocked(
@@ -33,18 +31,18 @@ def path_blocked(
 ) -> list[str | None]:
     """For each contact on feature, the other feature that its straight approach runs through, or None.
 
-    The approach is the segment from point - L approach to point, with L = approach_distance, without end where None.
-    Everything is in the frame of the boxes: points (n, 3) are tip centres (or points of the surface), approaches (n, 3)
-    unit; a row of nan is never blocked. An approach is blocked if it enters an obstacle deeper than margin, scalar or
-    (n,); with a negative margin it has to stay clear by that much, as for a plan.
+    The approach is the segment from point - L approach to point, L = approach_distance; infinite if None. Everything is
+    in the frame of the boxes: points (n, 3) are tip centres (or points of the surface), approaches (n, 3) unit vectors;
+    a row of nan is never blocked. An approach is blocked if it enters an obstacle deeper than margin, scalar or (n,); a
+    negative margin is a clearance.
 
-    Obstacles: outer spheres; outer cylinders as solid bars, within the ends of their touch box, unbounded
-    without one (but a bar without an end is not believed to cover the contact itself); planes by their touch box where
-    it bounds them on all sides, for an approach that comes out of their material. A hole that lies in such a face as an
-    inner feature is open. Inner surfaces never block. The feature itself is left to the approach test (eq. 11).
+    Obstacles: outer spheres; outer cylinders as solid bars between the ends that their touch box gives, else infinite
+    (a bar with an open end never covers the contact itself); planes that their touch box bounds, for an approach that
+    comes out of their material, except through the opening of an inner feature. Inner surfaces never block. The feature
+    itself is subject to the approach test (eq. 11).
 
-    strict is for planning a path instead of testing one: possible obstacles count too. A bar without an end blocks what
-    lies in it, and a bounded face blocks balls and bars behind it.
+    strict is for planning a path instead of testing one: possible obstacles count too. A bar with an open end blocks
+    contacts in it, and a bounded face blocks balls and bars behind it.
     """
     margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), len(points))
     length = np.inf if approach_distance is None else approach_distance
@@ -74,7 +72,7 @@ def path_blocked(
 
 
 def _least_distance(arms: Floats, steps: Floats, first: Floats, last: Floats) -> Floats:
-    """min over u in [first, last] of |arm - u step| (n,), for arms and steps (n, 3); inf where the range is empty."""
+    """min over u in [first, last] of |arm - u step| (n,), for arms and steps (n, 3); inf for an empty range."""
     square = (steps**2).sum(axis=1)
     moving = square > EPS
     nearest = np.where(moving, (arms * steps).sum(axis=1) / np.where(moving, square, 1.0), first)
@@ -113,20 +111,20 @@ def _through_bar(
 
 
 def _between(along: Floats, rate: Floats, low: Floats, high: Floats, length: float) -> tuple[Floats, Floats]:
-    """The range first <= u <= last of [0, length] in which low <= along - u rate <= high; empty where first > last."""
+    """The range first <= u <= last of [0, length] with low <= along - u rate <= high; empty if first > last."""
     level = np.abs(rate) <= EPS
     step = np.where(level, 1.0, rate)
     ends = np.sort(np.stack([(along - low) / step, (along - high) / step]), axis=0)
     outside = level & ((along < low) | (along > high))
     first = np.where(level, np.where(outside, np.inf, 0.0), np.maximum(ends[0], 0.0))
     last = np.where(level, length, np.minimum(ends[1], length))
-    # A range that starts at infinity is empty too; a finite stand-in keeps the arithmetic below quiet.
+    # An empty range gets finite ends, so that no invalid arithmetic follows.
     empty = np.isinf(first)
     return np.where(empty, 0.0, first), np.where(empty, -1.0, last)
 
 
 def _crossing(plane: Plane, points: Floats, approaches: Floats) -> tuple[Floats, Floats]:
-    """u (n,) and point (n, 3) where the approach comes out of the plane's material; u is nan where it does not."""
+    """u (n,) and point (n, 3) at which the approach comes out of the plane's material; nan if it does not."""
     rate = approaches @ plane.normal
     rises = rate > EPS
     u = np.where(rises, residuals(plane, points, 0.0) / np.where(rises, rate, 1.0), np.nan)
@@ -137,14 +135,12 @@ def _through_face(
     plane: Plane, box: TouchBox, points: Floats, approaches: Floats, length: float, margins: Floats
 ) -> Bools:
     """Which approaches start behind a bounded face, by more than margin, and come out through it."""
-    # The box bounds the face when every side that is open is square to the plane.
-    open_sides = ~(np.isfinite(box.low) & np.isfinite(box.high))
-    if (open_sides & (np.abs(plane.normal) < 1 - 1e-9)).any():
+    if not is_bounded(plane, box):
         return np.zeros(len(points), dtype=bool)
     u, crossing = _crossing(plane, points, approaches)
     behind = (length - u) * (approaches @ plane.normal) > np.maximum(margins, 0.0)
     before = residuals(plane, points, 0.0) > np.maximum(margins, 0.0)
-    # Only sides along the plane are compared with the box: along its normal the face is where the plane is.
+    # Along the normal there is nothing to compare: the face lies in the plane.
     across = np.abs(plane.normal) > 1 - 1e-9
     slack = np.where(across, np.inf, -margins[:, None])
     inside = ((crossing >= box.low - slack) & (crossing <= box.high + slack)).all(axis=1)
@@ -152,7 +148,7 @@ def _through_face(
 
 
 def _in_opening(surfaces: Mapping[str, Surface], plane: Plane, points: Floats, approaches: Floats) -> Bools:
-    """Which approaches cross the plane within the opening of an inner surface."""
+    """Which approaches come out of the plane within the opening of an inner surface."""
     crossing = _crossing(plane, points, approaches)[1]
     opening = np.zeros(len(points), dtype=bool)
     for surface in surfaces.values():

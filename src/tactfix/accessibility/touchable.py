@@ -15,6 +15,8 @@ import numpy as np
 
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Bools, Floats, circle_axes, unit
+from tactfix.geometry.nearest import foot
+from tactfix.geometry.scale import middle_of
 from tactfix.geometry.surfaces import (
     Cylinder,
     Plane,
@@ -31,7 +33,7 @@ _EDGE = 1e-9
 """Tolerance of a box, as a share of its size or as a sine: a plane at z = 0 in a box z: [0, 0] must not be lost to
 rounding."""
 _COORDINATE_ROUNDING = 1e-9
-"""Size of the fixture below which it is rounding, as a share of the coordinates or of the least size."""
+"""Share of the coordinates, or of the least size, below which the size of the fixture is rounding."""
 _PLASTIC = 1.32471795724474602596
 """The plastic number, the real root of x^3 = x + 1 (Roberts' R2 sequence)."""
 _SEQUENCE_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
@@ -50,40 +52,40 @@ def within_box(box: TouchBox | None, points: Floats, margin: float | Floats = 0.
 
 
 def axial_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
-    """The interval of the axis (s of point + s direction) with some of the surface in the box; infinite where open."""
-    low, high = -np.inf, np.inf
-    if box is None:
-        return low, high
-    rim = cylinder.radius * np.sqrt(np.clip(1 - cylinder.direction**2, 0.0, 1.0))
-    for k in np.flatnonzero(np.abs(cylinder.direction) > _EDGE):
-        ends = np.array([box.low[k] - rim[k], box.high[k] + rim[k]]) - cylinder.point[k]
-        first, last = np.sort(ends / cylinder.direction[k])
-        low, high = max(low, float(first)), min(high, float(last))
-    return low, high
+    """The interval of s in point + s direction with some of the surface in the box; infinite at an open end."""
+    return _interval(cylinder, box, _rim(cylinder), _EDGE)
 
 
 def solid_interval(cylinder: Cylinder, box: TouchBox | None) -> tuple[float, float]:
-    """The interval of the axis in which the whole bar exists by the box; infinite where the box does not limit it.
+    """The interval of s in point + s direction with the whole circumference in the box; infinite at an open end.
 
     Only faces that the axis meets at more than 30 degrees end a bar: a box that cuts off one side of it does not.
     """
+    return _interval(cylinder, box, -_rim(cylinder), 0.5)
+
+
+def _rim(cylinder: Cylinder) -> Floats:
+    """The half extent (3,) of a circle of the cylinder along each coordinate."""
+    return np.asarray(cylinder.radius * np.sqrt(np.clip(1 - cylinder.direction**2, 0.0, 1.0)))
+
+
+def _interval(cylinder: Cylinder, box: TouchBox | None, margin: Floats, least: float) -> tuple[float, float]:
+    """The interval of s in the box grown by margin (3,), by the faces that the axis meets at a sine above least."""
     low, high = -np.inf, np.inf
     if box is None:
         return low, high
-    rim = cylinder.radius * np.sqrt(np.clip(1 - cylinder.direction**2, 0.0, 1.0))
-    for k in np.flatnonzero(np.abs(cylinder.direction) > 0.5):
-        ends = np.array([box.low[k] + rim[k], box.high[k] - rim[k]]) - cylinder.point[k]
+    for k in np.flatnonzero(np.abs(cylinder.direction) > least):
+        ends = np.array([box.low[k] - margin[k], box.high[k] + margin[k]]) - cylinder.point[k]
         first, last = np.sort(ends / cylinder.direction[k])
         low, high = max(low, float(first)), min(high, float(last))
     return low, high
 
 
 def face(plane: Plane, box: TouchBox) -> Floats:
-    """Corners (k, 3), in order, of the part of the plane in a bounded box; (0, 3) where they do not meet."""
+    """Corners (k, 3), in order, of the part of the plane in a bounded box; (0, 3) if they do not meet."""
     middle, size = (box.low + box.high) / 2, float(np.linalg.norm(box.high - box.low))
-    foot = middle - ((middle - plane.point) @ plane.normal) * plane.normal
     u, v = circle_axes(plane.normal)
-    corners = foot + size * np.array([u + v, v - u, -u - v, u - v])
+    corners = foot(plane, middle) + size * np.array([u + v, v - u, -u - v, u - v])
     for k in range(3):
         for sign, limit in ((1.0, box.high[k]), (-1.0, -box.low[k])):
             corners = _clipped(corners, sign * corners[:, k] - limit - _EDGE * size)
@@ -105,25 +107,20 @@ def _clipped(corners: Floats, excess: Floats) -> Floats:
 
 def closed_box(surface: Surface, box: TouchBox | None, centre: Floats, radius: float) -> TouchBox:
     """The box with its open sides closed: at radius from the point of the plane or axis nearest to centre (3,)."""
-    match surface:
-        case Sphere() | Point():
-            anchor, extent = reference_point(surface), radius_of(surface)
-        case Cylinder():
-            anchor = surface.point + ((centre - surface.point) @ surface.direction) * surface.direction
-            extent = radius + surface.radius
-        case Plane():
-            anchor, extent = centre - ((centre - surface.point) @ surface.normal) * surface.normal, radius
+    anchor, extent = foot(surface, centre), radius_of(surface)
+    if isinstance(surface, Cylinder | Plane):
+        extent += radius
     low = np.full(3, -np.inf) if box is None else box.low
     high = np.full(3, np.inf) if box is None else box.high
-    # A box that lies wholly beyond the anchor keeps a piece of that size next to its given side.
+    # A box with one given side beyond the anchor keeps a piece of that size next to this side.
     ends_low = np.where(np.isfinite(low), low, np.minimum(anchor - extent, high - 2 * extent))
     ends_high = np.where(np.isfinite(high), high, np.maximum(anchor + extent, ends_low + 2 * extent))
     return TouchBox(ends_low, ends_high)
 
 
 def piece_bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats] | None:
-    """Corners low (3,) and high (3,) of a box around the part of a surface in its touch box; None where open."""
-    return _bounds(surface, box) if _is_bounded(surface, box) else None
+    """Corners low (3,) and high (3,) of a box around the part of a surface in its touch box; None if unbounded."""
+    return _bounds(surface, box) if is_bounded(surface, box) else None
 
 
 def bounds_of(
@@ -137,19 +134,19 @@ def bounds_of(
     everywhere = TouchBox(np.full(3, -np.inf), np.full(3, np.inf))
     boxed = [(surface, boxes.get(name, everywhere)) for name, surface in surfaces.items()]
     bounded = [piece for piece in (piece_bounds(surface, box) for surface, box in boxed) if piece is not None]
-    low, high = _hull(bounded) if bounded else _hull([(p, p) for p in _middle_points(surfaces.values())])
+    low, high = _hull(bounded or [(point, point) for point in _middle_points(surfaces.values())])
     centre = (low + high) / 2
     radius = float(np.linalg.norm(high - low)) / 2
     if not bounded:
         radius = max([radius, *(radius_of(s) for s in surfaces.values())])
-    # Planes that meet in one point, as far as rounding lets them, have no size.
+    # Planes that meet in one point, within rounding, have no size.
     rounding = _COORDINATE_ROUNDING * max(float(np.abs([low, high]).max()), least)
     radius = radius if radius > rounding else least
     return _hull([_bounds(surface, closed_box(surface, box, centre, radius)) for surface, box in boxed])
 
 
 def extreme_points(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0) -> Floats:
-    """The eight corners (8, 3) of bounds_of: no point of the fixture has a larger sigma than the worst of these.
+    """The eight corners (8, 3) of `bounds_of`.
 
     The variance of a point along any direction is a convex function of the point, so a corner has the largest.
     """
@@ -160,13 +157,13 @@ def extreme_points(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox
 def extent_of(
     surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], least: float = 1.0
 ) -> tuple[Floats, float]:
-    """The middle (3,) of the fixture and the radius around it that holds all its touchable parts (see bounds_of)."""
+    """Centre (3,) and radius of a ball around all touchable parts of the fixture (`bounds_of`)."""
     low, high = bounds_of(surfaces, boxes, least)
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
 
 
-def _is_bounded(surface: Surface, box: TouchBox) -> bool:
-    """Whether the box leaves a finite piece of the surface."""
+def is_bounded(surface: Surface, box: TouchBox) -> bool:
+    """Whether the part of the surface in the box is bounded."""
     if isinstance(surface, Sphere | Point):
         return True
     if isinstance(surface, Cylinder):
@@ -182,11 +179,11 @@ def _bounds(surface: Surface, box: TouchBox) -> tuple[Floats, Floats]:
         case Sphere() | Point():
             low, high = reference_point(surface) - radius_of(surface), reference_point(surface) + radius_of(surface)
         case Cylinder():
-            rim = surface.radius * np.sqrt(np.clip(1 - surface.direction**2, 0.0, 1.0))
+            rim = _rim(surface)
             ends = surface.point + np.outer(axial_interval(surface, box), surface.direction)
             low, high = ends.min(axis=0) - rim, ends.max(axis=0) + rim
         case Plane():
-            # An infinite side is square to the plane here, so any finite stand-in cuts nothing off.
+            # An infinite side is perpendicular to the plane here: any finite value in its place cuts nothing off.
             corners = face(surface, closed_box(surface, box, surface.point, 1.0))
             low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (surface.point, surface.point)
     return np.maximum(low, np.minimum(box.low, high)), np.minimum(high, np.maximum(box.high, low))
@@ -199,16 +196,9 @@ def _hull(bounds: Iterable[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
 
 def _middle_points(surfaces: Iterable[Surface]) -> Floats:
     """Feet (n, 3), on the planes and axes, of the point nearest to all of them in the least-squares sense."""
-    listed = [s for s in surfaces if not isinstance(s, Sphere | Point)]
-    points = np.array([s.point for s in listed])
-    blocks = [
-        np.outer(s.normal, s.normal) if isinstance(s, Plane) else np.eye(3) - np.outer(s.direction, s.direction)
-        for s in listed
-    ]
-    origin = points.mean(axis=0)
-    right = sum(block @ (p - origin) for block, p in zip(blocks, points, strict=True))
-    middle = origin + np.linalg.lstsq(np.sum(blocks, axis=0), np.asarray(right), rcond=1e-9)[0]
-    return np.array([middle - block @ (middle - p) for block, p in zip(blocks, points, strict=True)])
+    unbounded = [surface for surface in surfaces if isinstance(surface, Plane | Cylinder)]
+    middle = middle_of(unbounded, cutoff=1e-9)
+    return np.array([foot(surface, middle) for surface in unbounded])
 
 
 def sample_touches(
@@ -221,9 +211,8 @@ def sample_touches(
 ) -> tuple[Floats, Floats]:
     """Well spread points on the touchable part of a surface: points (m, 3) and outward normals (m, 3), m <= count.
 
-    centre (3,) and radius close what the box leaves open (closed_box); take those of extent_of. The points follow a
-    low-discrepancy sequence, uniform in area; start in [0, 1)^2 shifts it (random starts give random point sets). Fewer
-    than count come back only where the box leaves less than a hundredth of the surface, none where it leaves nothing.
+    centre (3,) and radius, as of `extent_of`: for `closed_box`. start in [0, 1)^2 shifts the sequence: random starts
+    give random point sets. Fewer than count only if the box contains less than a hundredth of the surface.
     """
     if isinstance(surface, Point):
         # The direction in which a tip enters is unknown: away from the middle of the fixture is assumed.
@@ -248,14 +237,14 @@ def sample_touches(
 
 
 def _placed(surface: SidedSurface, closed: TouchBox, square: Floats) -> Floats:
-    """Points (n, 3) of the surface at parameters (n, 2) in the unit square, equal areas for equal areas."""
+    """Points (n, 3) of the surface at parameters (n, 2) in the unit square; the map preserves areas."""
     if isinstance(surface, Plane):
         corners = face(surface, closed)
         if not len(corners):
             return np.zeros((0, 3))
         edges = np.roll(corners, -1, axis=0) - corners
         if np.abs(edges).max() <= 10 * _EDGE * np.linalg.norm(closed.high - closed.low):
-            # The box leaves a single point within rounding, which no probe can aim at.
+            # Within rounding the box contains a single point.
             return np.zeros((0, 3))
         u = unit(edges[np.argmax(np.linalg.norm(edges, axis=1))])
         axes = np.array([u, np.cross(surface.normal, u)])

@@ -69,6 +69,16 @@ def cross(a: Floats, b: Floats) -> Floats:
     return product
 
 
+def dot_columns(a: Floats, b: Floats) -> Floats:
+    """a . b (...) of vectors whose components are the first axis (3, ...)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def cross_columns(a: Floats, b: Floats) -> Floats:
+    """a x b (3, ...) of vectors whose components are the first axis (3, ...)."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 _OTHER_CAP = -0.913
 """z below which `basis_across` starts from -z: the basis is discontinuous on this circle of directions. No direction
 along an axis, in a plane of axes in whole degrees, or of small whole numbers lies on it or within noise of it."""

@@ -140,7 +140,6 @@ def _contact_residuals(
         residual = np.where(round_[:, None], distance, residual)
         gradient = gradient / np.where(length > 0, length, 1.0)
     residual *= equations.weights[:, None]
-    # Written in place: this is the innermost loop of every search, and what it takes is mostly memory.
     jacobian = np.empty((6, *residual.shape))
     np.add(gradient, equations.normals[:, :, None], out=jacobian[3:])
     jacobian[3:] *= equations.weights[:, None]
@@ -191,7 +190,7 @@ def _placed(equations: PoseEquations, rotations: Floats, offsets: Floats) -> tup
 
 
 def _cross(a: Floats, b: Floats, out: Floats) -> Floats:
-    """a x b along the first axis, written to out."""
+    """`cross_columns` written to out, without temporary arrays: the innermost loop of every search."""
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[j], b[k], out=out[i])
         out[i] -= a[k] * b[j]

@@ -24,7 +24,7 @@ The poses are the last axis of all arrays, as in `equations`.
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross, lengths
+from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross, cross_columns, lengths
 from tactfix.geometry.rigid import axial, rotation_from_quaternion, skew
 from tactfix.values import frozen_value
 
@@ -83,7 +83,7 @@ class PoseDomain:
         turning = np.einsum("abN,bkN->akN", rotations, self._axes(rotations))
         shifting = rotations[:, self.shifts]
         arms = (offsets - self.pivot[:, None])[:, None]
-        slips = np.einsum("abN,akN->bkN", rotations, _cross(turning, arms))
+        slips = np.einsum("abN,akN->bkN", rotations, cross_columns(turning, arms))
         slips[self.shifts] = 0.0
         rest = np.einsum("abN,bkN->akN", rotations, slips)
         return np.concatenate(
@@ -157,11 +157,6 @@ def nearest_quaternions(turns: Floats, free: Bools) -> Floats:
     found = np.zeros((4, len(turns)))
     found[kept] = np.linalg.eigh(davenport[:, kept[:, None], kept])[1][:, :, -1].T
     return np.asarray(found * np.where(found[0] < 0, -1.0, 1.0))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """a x b along the first axis."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 ALL_POSES = PoseDomain(np.eye(3), np.ones(3, dtype=bool), np.ones(3, dtype=bool), np.zeros(3), np.zeros(3))

@@ -15,7 +15,7 @@ of c_i |p_i x s|^2 with p_4 = sum of c_i p_i.
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import Bools, Floats, cross_columns, dot_columns
 from tactfix.localizers.cylinder_directions import MOST_DIRECTIONS, direction_zeros
 from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import real_directions
@@ -34,8 +34,7 @@ which problems are left to the other method, and 2e-13 at the second, below whic
 squares."""
 
 _ORDERS = np.array([[4, 1, 2, 0, 3], [0, 4, 2, 1, 3], [0, 1, 4, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 4, 3]])
-"""For each choice of the contact that is left out of the tetrahedron: the order of the contacts, that one fourth,
-the origin last."""
+"""Row i: the order of the contacts if contact i is left out of the tetrahedron: it comes fourth, the origin last."""
 
 
 @frozen_value
@@ -115,28 +114,28 @@ def cylinders_through_five(points: Floats, tolerance: float = 0.0) -> CylinderSt
             complete[part], flatness[part] = _solve_chunk(flat[part], answers[:, :, part], tolerance)
     # Step 3.
     thin = np.flatnonzero(complete & (flatness < _THIN_VOLUME))
-    answers[:, :, thin] = polished_cylinders(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
+    answers[:, :, thin] = _polished(flat[thin].reshape(-1, 5, 3), answers[:, :, thin])
     special = np.flatnonzero(~complete)  # step 4
     for start in range(0, len(special), _SPECIAL_CHUNK):
         index = special[start : start + _SPECIAL_CHUNK]
         contacts = flat[index].reshape(-1, 5, 3)
         granted = tolerance + 16 * ROUNDING * np.abs(contacts).max(axis=(1, 2))
-        answers[:, :, index] = cylinders_by_null_space(contacts, granted).transpose(2, 1, 0)
+        answers[:, :, index] = _by_null_space(contacts, granted).transpose(2, 1, 0)
     answers = answers.transpose(2, 1, 0).reshape(*shape, SLOTS, 7)
     return CylinderStack(answers[..., :3], answers[..., 3:6], answers[..., 6], np.isfinite(answers[..., 6]))
 
 
 def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> tuple[Bools, Floats]:
-    """Fill answers (7, 6, m) for contacts (m, 15); returns whether (m,) a problem is complete, and the volume."""
+    """Write answers (7, 6, m) for contacts (m, 15); returns which problems (m,) are complete, and the volumes (m,)."""
     p, origin = _largest_tetrahedron(np.ascontiguousarray(flat.T).reshape(5, 3, -1))
     length = np.sqrt(np.sum(p[:3] ** 2, axis=1))
     u = p[:3] / length[:, None]
-    normals = np.stack([_cross(u[1], u[2]), _cross(u[2], u[0]), _cross(u[0], u[1])])
-    volume = _dot(u[0], normals[0])
+    normals = np.stack([cross_columns(u[1], u[2]), cross_columns(u[2], u[0]), cross_columns(u[0], u[1])])
+    volume = dot_columns(u[0], normals[0])
     extent = np.sqrt(np.mean(length**2, axis=0))
     size = length / extent
-    fourth = np.stack([_dot(p[3], n) for n in normals]) / (volume * extent)
-    h = [_dot(normals[i], normals[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    fourth = np.stack([dot_columns(p[3], n) for n in normals]) / (volume * extent)
+    h = [dot_columns(normals[i], normals[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     conic, cubic = _conic(h, fourth, size), _cubic(h, size)
     found = real_common_zeros(conic, cubic, 1e2 * tolerance / float(extent.min() or 1.0) if tolerance else 0.0)
     _axes(found.zeros, u, normals / volume, h, size, extent, origin, answers)
@@ -144,10 +143,12 @@ def _solve_chunk(flat: Floats, answers: Floats, tolerance: float) -> tuple[Bools
 
 
 def _largest_tetrahedron(x: Floats) -> tuple[Floats, Floats]:
-    """Contacts (5, 3, m) reordered: four vectors (4, 3, m), the first three spanning the most, from origin (3, m)."""
+    """Four vectors (4, 3, m) from an origin (3, m), of contacts (5, 3, m): the first three span the largest volume."""
     p = x[:4] - x[4]
-    n12, n34 = _cross(p[0], p[1]), _cross(p[2], p[3])
-    without = np.stack([_dot(p[1], n34), -_dot(p[0], n34), _dot(n12, p[3]), -_dot(n12, p[2])])
+    n12, n34 = cross_columns(p[0], p[1]), cross_columns(p[2], p[3])
+    without = np.stack(
+        [dot_columns(p[1], n34), -dot_columns(p[0], n34), dot_columns(n12, p[3]), -dot_columns(n12, p[2])]
+    )
     volumes = np.abs(np.concatenate([without, np.sum(without, axis=0)[None]]))
     order = _ORDERS[np.argmax(volumes, axis=0)]
     chosen = x[order.T[:, None], np.arange(3)[:, None], np.arange(x.shape[2])]
@@ -198,20 +199,10 @@ def _axes(
     out[3:6] = s
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
-    """The dot products (m,) of components-first vectors (3, m)."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+def _by_null_space(points: Floats, tolerance: Floats) -> Floats:
+    """The cylinders (m, 6, 7: point, direction, radius) within tolerance (m,) of five contacts (m, 5, 3).
 
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """The cross products (3, m)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def cylinders_by_null_space(points: Floats, tolerance: Floats) -> Floats:
-    """The cylinders (m, 6, 7: point, direction, radius) that miss five contacts (m, 5, 3) by no more than tolerance.
-
-    tolerance (m,), in the contacts' unit. Empty slots are nan. Double roots are given once.
+    Empty slots are nan. Double roots are given once.
     """
     origin = points.mean(axis=1, keepdims=True)
     scale = np.sqrt(np.mean(np.sum((points - origin) ** 2, axis=2), axis=1))
@@ -239,8 +230,8 @@ def cylinders_by_null_space(points: Floats, tolerance: Floats) -> Floats:
     return found
 
 
-def polished_cylinders(points: Floats, answers: Floats) -> Floats:
-    """The cylinders (7, 6, m: point, direction, radius) through five contacts (m, 5, 3), two refining steps on."""
+def _polished(points: Floats, answers: Floats) -> Floats:
+    """The cylinders (7, 6, m: point, direction, radius) through five contacts (m, 5, 3) after two Newton steps."""
     slot, owner = np.nonzero(np.isfinite(answers[6]))
     middle = points.mean(axis=1)[owner]
     scale = np.linalg.norm(points - points.mean(axis=1, keepdims=True), axis=2).max(axis=1)[owner]

@@ -12,7 +12,7 @@ circumcentre m of the three contacts is written in the triangle's own vectors, a
 import numpy as np
 
 from tactfix.errors import UsageError
-from tactfix.geometry.arrays import EPS, Bools, Floats
+from tactfix.geometry.arrays import EPS, Bools, Floats, cross_columns, dot_columns
 from tactfix.values import frozen_value
 
 _CACHED_CHUNK = 8192
@@ -23,7 +23,7 @@ _RADIUS_ROUNDING = 8 * EPS
 
 
 def stack_shape(points: Floats, contacts: int) -> tuple[int, ...]:
-    """The leading axes of points (..., contacts, 3); UsageError where the last two are others."""
+    """The leading axes of points (..., contacts, 3). Raises UsageError if the last two axes differ from that."""
     shape = np.shape(points)
     if shape[-2:] != (contacts, 3):
         raise UsageError(f"points have the shape {shape}; give (..., {contacts}, 3)")
@@ -106,17 +106,17 @@ def sphere_centers(points: Floats, radius: Floats | float, tolerance: Floats | f
 
 
 def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Floats) -> tuple[Bools, Bools]:
-    """Fill centers (m, 2, 3) for contacts (m, 9); returns valid (m,) and double (m,)."""
+    """Write centers (m, 2, 3) for contacts (m, 9); returns valid (m,) and double (m,)."""
     x = np.ascontiguousarray(flat.T)  # step 1
     v1, v2 = x[3:6] - x[0:3], x[6:9] - x[0:3]
-    nx, ny, nz = v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2], v1[0] * v2[1] - v1[1] * v2[0]
-    a, b, d = _dot(v1, v1), _dot(v2, v2), _dot(v1, v2)
-    area = nx * nx + ny * ny + nz * nz
+    normal = cross_columns(v1, v2)
+    a, b, d = dot_columns(v1, v1), dot_columns(v2, v2), dot_columns(v1, v2)
+    area = dot_columns(normal, normal)
     half = 0.5 / area
     # Step 2: circumcentre relative to the first contact: coordinates of the two perpendicular bisectors in v1, v2.
     alpha, beta = b * (a - d) * half, a * (b - d) * half
     m = alpha * v1 + beta * v2
-    rho_squared = _dot(m, m)
+    rho_squared = dot_columns(m, m)
     height_squared = radius * radius - rho_squared  # step 3
     # The rounding of the circumradius of a thin triangle is always part of the tolerance.
     granted = tolerance + _RADIUS_ROUNDING * radius * (1.0 + (a + b) / np.sqrt(area))
@@ -124,13 +124,8 @@ def _solve_chunk(flat: Floats, radius: Floats, tolerance: Floats, centers: Float
     double = (height_squared < 0) & (height_squared >= -granted * (2 * radius + granted))
     h = np.sqrt(np.where(double, 0.0, height_squared)) / np.sqrt(area)
     m += x[0:3]  # step 4
-    for k, component in enumerate((nx, ny, nz)):
+    for k, component in enumerate(normal):
         lift = h * component
         np.add(m[k], lift, out=centers[:, 0, k])
         np.subtract(m[k], lift, out=centers[:, 1, k])
     return np.isfinite(centers[:, 0, 0]), double
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    """The dot products (m,) of components-first vectors (3, m)."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

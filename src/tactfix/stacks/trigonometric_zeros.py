@@ -45,9 +45,10 @@ _FOURTH = 81.0
 
 @frozen_value
 class _Found:
-    """Zeros (r,) alone in their cells, and cells (d,) that may hold several.
+    """Single zeros (r,), and open cells (d,) that may hold several.
 
-    owner, open_owner: the polynomial; angle, open_start: of the zero, and of the cell's first edge, in rad.
+    owner (r,), open_owner (d,): index of the polynomial; angle (r,): of the zero; open_start (d,): first edge of the
+    cell, both in rad.
     """
 
     owner: Ints
@@ -85,7 +86,7 @@ def trigonometric_zeros(samples: Floats, caution: float = 0.0) -> tuple[Floats, 
 
 
 def _divided(found: _Found, harmonics: Floats, amplitude: Floats, caution: float, width: float) -> _Found:
-    """The open cells of a level, each divided: what is decided at the next level, and what is still open."""
+    """The open cells of one level, divided and sorted."""
     owner, start = found.open_owner, found.open_start
     h = harmonics[:, owner]
     turned = [h[0]]
@@ -136,7 +137,7 @@ def _sorted_cells(
 
 
 def _cubic_root(b0: Floats, b1: Floats, b2: Floats, b3: Floats) -> Floats:
-    """The only zero (r,) in 0..1 of cubics with these Bernstein coefficients, roughly: Newton within a bracket."""
+    """The approximate only zero (r,) in 0..1 of cubics with these Bernstein coefficients: Newton within a bracket."""
     c1, c2, c3 = 3 * (b1 - b0), 3 * (b0 - 2 * b1 + b2), b3 - b0 + 3 * (b1 - b2)
     t = b0 / (b0 - b3)
     low, high = np.zeros_like(t), np.ones_like(t)
@@ -151,7 +152,7 @@ def _cubic_root(b0: Floats, b1: Floats, b2: Floats, b3: Floats) -> Floats:
 
 
 def _slotted(parts: list[_Found], count: int) -> tuple[Floats, Bools]:
-    """The places (2, 6, count) on the circle of all levels by polynomial, and where (count,) they are too many."""
+    """The zeros of all levels as points (2, 6, count) of the circle, by polynomial, and which (count,) exceed SLOTS."""
     owner = np.concatenate([part.owner for part in parts])
     angle = np.concatenate([part.angle for part in parts])
     # Sixteen bits are sorted by radix, ten times faster.
@@ -169,14 +170,14 @@ def _slotted(parts: list[_Found], count: int) -> tuple[Floats, Bools]:
 def _cos_sin(angles: Floats) -> Floats:
     """Cosine and sine (2, r) of angles 0..2 pi, from a table and a turn by less than half a cell.
 
-    Several times faster than the library's, and good to 1e-11, which the next Newton step makes up for.
+    Several times faster than numpy's, with errors of 1e-11, which the next Newton step removes.
     """
     nearest = np.rint(angles * (_CELLS / (2 * np.pi))).astype(np.intp)
     return _turned(_corners()[:, nearest], angles - nearest * (2 * np.pi / _CELLS))
 
 
 def _turned(places: Floats, angle: Floats) -> Floats:
-    """Places (2, ...) on the circle, turned by small angles (...)."""
+    """Points (2, ...) of the circle, turned by small angles (...)."""
     square = angle * angle
     sin = angle * (1 - square * (1 / 6 - square * (1 / 120)))
     cos = 1 - square * (0.5 - square * (1 / 24 - square * (1 / 720)))
@@ -184,11 +185,11 @@ def _turned(places: Floats, angle: Floats) -> Floats:
 
 
 def _settled(places: Floats, harmonics: Floats) -> tuple[Floats, Bools]:
-    """The places (2, 6, m) after a step or a few, and whether (m,) all zeros of a polynomial have arrived."""
+    """The points (2, 6, m) after Halley's step, or further Newton steps, and which polynomials (m,) have converged."""
     reached, step = _halley(places, harmonics)
     # nan compares false: an empty slot has nothing left to settle.
     slow = np.flatnonzero(np.any(np.abs(step) > _LAST_HALLEY_STEP, axis=0))
-    # The dot product is the cosine of the way gone.
+    # The dot product is the cosine of the displacement.
     arrived = ~np.any(reached[0] * places[0] + reached[1] * places[1] < _FARTHEST, axis=0)
     if slow.size:
         begun = reached[:, :, slow]
@@ -200,19 +201,19 @@ def _settled(places: Floats, harmonics: Floats) -> tuple[Floats, Bools]:
 
 
 def _halley(places: Floats, harmonics: Floats) -> tuple[Floats, Floats]:
-    """The places (2, 6, m) one step of Halley's method on, and the step in rad."""
+    """The points (2, 6, m) after one step of Halley's method, and the step in rad."""
     value, slope, curvature = _derivatives(places, harmonics[:, None])
     step = np.clip(2 * value * slope / (2 * slope * slope - value * curvature), -0.2, 0.2)
     return _on_the_circle(_turned(places, -step)), step
 
 
 def _on_the_circle(places: Floats) -> Floats:
-    """Places (2, ...) that rounding and a cut-off series have taken a little off the circle, back on it."""
+    """Points (2, ...) near the circle, projected onto it: rounding and truncated series have moved them."""
     return np.asarray(places * (1.5 - 0.5 * (places[0] * places[0] + places[1] * places[1])))
 
 
 def _newton(places: Floats, harmonics: Floats) -> tuple[Floats, Floats]:
-    """The places (2, 6, m) a few Newton steps on, and the last of the steps in rad."""
+    """The points (2, 6, m) after a few Newton steps, and the last of the steps in rad."""
     k, step = harmonics[:, None], np.zeros_like(places[0])
     for _ in range(_NEWTON_STEPS):
         value, slope, _ = _derivatives(places, k)
