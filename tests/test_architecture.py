@@ -90,7 +90,7 @@ SLOW = ("scipy.optimize", "scipy.stats")
 """Importing either takes several times as long as numpy."""
 LATE = ("scipy", "pydantic", "rich", "plotly", "jinja2", "pyarrow", "dask", "distributed", "pandas")
 """Imported where they are used, not with the module: a command pays for what it does."""
-MAY_BE_EARLY = {"pydantic": ("tactfix.fixture_format",), "rich": ("tactfix.report", "tactfix.cli.progress")}
+MAY_BE_EARLY = {"pydantic": ("tactfix.fixture_format",), "rich": ("tactfix.report",)}
 
 
 def is_below(module: str, packages: tuple[str, ...]) -> bool:

@@ -15,6 +15,9 @@ FIXED_POINT: Final = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 NUMBER: Final = re.compile(rf"{FIXED_POINT.pattern}(?:[eE][-+]?[0-9]+)?")
 """A number with or without an exponent; it captures no group, so that grammars can build it in."""
 
+DECIMAL_COMMA: Final = re.compile(r"[-+]?[0-9]{0,20},[0-9]{1,20}")
+"""A number whose fraction stands behind a comma."""
+
 
 def number_of(text: str) -> float | None:
     """The number that text says; None where it says none, or one beyond 1e30, which is no length and no count."""

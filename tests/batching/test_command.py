@@ -146,7 +146,8 @@ def test_a_machine_log_for_each_set(tmp_path: Path) -> None:
         (("{cell}/sets", "--features", "a:1"), 2, "--contacts-format"),
         (("{cell}/sets", "--output", "nowhere/r.csv"), 3, "nowhere"),
         (("{cell}", "--output", "r.csv"), 3, "no contact files"),
-        (("no-such.csv", "--output", "r.csv"), 3, "no such file"),
+        (("no-such.csv", "--output", "r.csv"), 3, "no-such.csv: there is no such file or folder; check the path"),
+        (("no-such-folder", "--output", "r.csv"), 3, "no-such-folder: there is no such file or folder"),
         (("{cell}/t.parquet",), 3, "t.parquet"),
     ],
 )

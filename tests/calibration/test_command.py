@@ -231,18 +231,23 @@ def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFix
 
 BAD_CELLS = {
     "a decimal comma": (("sigma: 0.05", "sigma: 0,05"), "line 14.*05 stands alone after a comma; write a decimal"),
+    "a decimal comma on a line of its own": (
+        ("probe: {tip_radius: 5.0, sigma: 0.05,", "probe:\n  {tip_radius: 5.0,\n  sigma:\n    '0,05',"),
+        "probe.sigma is the text '0,05'; write a decimal point: 0.05\n",
+    ),
+    "four coordinates": (("[30.0, 0.0, 150.0]", "[30,5, 0.0, 150.0]"), "tip_offset is a list of 4; write three"),
     "an unknown key": (("unknown: all", "unknwon: all"), "line 15, column 1: unknown key 'unknwon'; did you mean"),
     "an unknown parameter": (("unknown: all", "unknown: [joint_9.offset]"), "line 15, column 11: there is no para"),
     "no prior": (("joint_offset: 0.3, ", ""), "line 16, column 8: prior has no joint_offset, which joint_1"),
-    "a prior of zero": (("length: 0.5", "length: 0"), "line 16, column 36: prior.length is 0; .*greater than 0"),
+    "a prior of zero": (("length: 0.5", "length: 0"), "line 16, column 36: prior.length is 0; write a number above 0"),
     "an unknown fixture": (("front: plate", "front: plait"), "line 18.*'plait', which is not among fixtures; did"),
     "two robots": (("  dh:", "  urdf: r.urdf\n  dh:"), "line 5, column 3: robot has both urdf and dh"),
     "no robot file": (("robot:\n  dh:", "robot: {urdf: r.urdf, tip_link: t}\nx:\n  dh:"), "unknown key 'x'"),
     "a loop of places": (
         ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
     ),
-    "unknown as a word": (("unknown: all", "unknown: tip"), "unknown is 'tip'; write all, or a list"),
-    "a version that equals 1": (("tactfix_cell: 1", "tactfix_cell: true"), "tactfix_cell is True"),
+    "unknown as a word": (("unknown: all", "unknown: tip"), "unknown is the text 'tip'; write all, or a list"),
+    "a version that equals 1": (("tactfix_cell: 1", "tactfix_cell: true"), "tactfix_cell is true"),
     "a range from high to low": (
         ("robot:", "robot:\n  joint_ranges: [[0, 1], [2, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"),
         "range 2 of joint_ranges goes from 2 to 1",

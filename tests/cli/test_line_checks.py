@@ -125,6 +125,16 @@ def test_a_dash_as_output_is_standard_output(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("named", [("--output", "./-"), ("-o", "./-"), ("-o./-",)], ids=lambda named: named[-1])
+def test_a_file_may_be_called_a_dash(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], named: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["schema", *named]) == 0
+    assert capsys.readouterr().out == ""
+    assert json.loads((tmp_path / "-").read_text(encoding="utf-8"))["title"] == "tactfix fixture"
+
+
 def test_a_fixture_file_is_started_on_standard_output(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,6 +173,18 @@ def test_a_history_that_cannot_be_appended_to_hides_no_verdict(
     out, err = capsys.readouterr()
     assert "moved" in out.splitlines()[0]
     assert "the check cannot be appended" in err
+
+
+def test_a_verdict_that_cannot_be_written_either_does_not_hide_the_history(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pose, nowhere = str(tmp_path / "reference.json"), tmp_path / "nowhere"
+    assert main(["locate", str(FIXTURE), str(CONTACTS), "--output", pose]) == 0
+    words = ["check", str(FIXTURE), str(CONTACTS), "--reference", pose, "--history", str(nowhere / "h.jsonl")]
+    assert main([*words, "--output", str(nowhere / "verdict.txt")]) == 3
+    err = capsys.readouterr().err
+    assert "h.jsonl: the check cannot be appended" in err
+    assert "verdict.txt: its directory does not exist" in err
 
 
 def test_the_ending_of_the_output_chooses_json_for_two_poses_too(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from tactfix.fixture import Fixture
 from tactfix.locate_result import LocateResult
 from tactfix.results import Status
 from tests.support.answers import BASE_FROM_FIXTURE, COVARIANCE, LOCATING, answer
+from tests.support.project import ROOT
 
 Answers = Callable[[Status], None]
 RUN = ("locate", "fixture.yaml", "contacts.csv")
@@ -74,6 +75,20 @@ def test_a_summary_for_people_and_not_for_pipes(
     assert "in base" in capsys.readouterr().err
     main([*RUN, "--quiet"])
     assert capsys.readouterr().err == ""
+
+
+def test_candidates_that_differ_in_their_rotation_are_told_apart(capsys: pytest.CaptureFixture[str]) -> None:
+    # An axis has no sign: two of the four poses stand at one place, and two at another.
+    words = [str(ROOT / "fixtures/cylinder-sphere.yaml"), str(ROOT / "samples/cylinder-sphere/contacts.csv")]
+    assert main(["locate", *words, "--verbose"]) == 0
+    rows = [
+        line.split()
+        for line in capsys.readouterr().err.splitlines()
+        if line.startswith((" 1  ", " 2  ", " 3  ", " 4  "))
+    ]
+    poses = [tuple(row[1:7]) for row in rows if "left" in row or "fell:" in row]
+    assert len({pose[:3] for pose in poses}) == 2
+    assert len({tuple(map(float, pose)) for pose in poses}) == 4
 
 
 def test_the_suffix_of_the_output_chooses_the_format(

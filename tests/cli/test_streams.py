@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tactfix.cli.progress import progress_bar
+from tactfix.cli.output import progress_bar
 from tests.support.command_line import tactfix
 from tests.support.project import ROOT
 

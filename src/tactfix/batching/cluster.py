@@ -146,3 +146,13 @@ def _silent() -> Iterator[None]:
 def _version() -> str:
     """The version of tactfix where this runs."""
     return VERSION
+
+
+@contextmanager
+def mapping_over(scheduler: str | None) -> Iterator[Callable[..., Iterator[Any]]]:
+    """What is like map: the workers of the Dask cluster at this address, or this process where there is none."""
+    if scheduler is None:
+        yield map
+        return
+    with DaskCluster(scheduler).mapping() as over:
+        yield over

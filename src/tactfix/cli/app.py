@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from tactfix.cli.application import run_application
 from tactfix.cli.exits import Exit, exit_of_error
-from tactfix.cli.streams import discard, refusal, say, settle
+from tactfix.cli.output import discard, refusal, say, settle
 from tactfix.errors import TactfixError
 
 _SIGNAL_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}

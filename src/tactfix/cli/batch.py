@@ -10,29 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import (
-    Approach,
-    AsJson,
-    ContactsFormat,
-    Features,
-    FixturePath,
-    Free,
-    Near,
-    NearSigma,
-    Quiet,
-    Repeats,
-    ScaleSigma,
-    Scheduler,
-    Sigma,
-    TipOffset,
-    TipRadius,
-    Units,
-    Within,
-    WorkOffset,
-    vector,
-)
-from tactfix.cli.output import emit, note, tell
-from tactfix.cli.progress import progress_bar
+from tactfix.cli.inputs import ContactInput, PlacementInput, takes_groups
+from tactfix.cli.options import AsJson, FixturePath, Quiet, ScaleSigma, Scheduler, vector
+from tactfix.cli.output import emit, note, progress_bar, tell
 from tactfix.errors import UsageError
 from tactfix.settings import on_command_line
 from tactfix.version import VERSION
@@ -46,8 +26,10 @@ if TYPE_CHECKING:
     from tactfix.report.batch_report import BatchCount, Writer
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
+    *,
     contacts: Annotated[
         list[str],
         typer.Argument(
@@ -66,9 +48,7 @@ def command(
         int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; one for each core.")
     ] = None,
     scheduler: Scheduler = None,
-    units: Units = None,
-    tip_radius: TipRadius = None,
-    sigma: Sigma = None,
+    touches: ContactInput,
     max_sigma: Annotated[
         float | None,
         typer.Option(
@@ -81,16 +61,7 @@ def command(
     at: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
     ] = None,
-    contacts_format: ContactsFormat = "csv",
-    features: Features = None,
-    tip_offset: TipOffset = None,
-    approach: Approach = None,
-    repeats: Repeats = "all",
-    work_offset: WorkOffset = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    placement: PlacementInput,
     scale_sigma: ScaleSigma = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -104,8 +75,6 @@ def command(
     """
     from tactfix.batching.batch import run_batch
     from tactfix.batching.task import BatchTask
-    from tactfix.cli.inputs import placed
-    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.contact_sets import SetReader, find_sets
     from tactfix.files.fixture_file import load_fixture
     from tactfix.report.batch_report import BatchCount, batch_json, batch_lines, find_writer, write_jsonl
@@ -114,19 +83,17 @@ def command(
         raise UsageError("--json prints what became of the sets; write their rows to a file: --output FILE")
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, repeats, work_offset)
     task = BatchTask(
-        fixture=placed(load_fixture(fixture_path), near, within, near_sigma, free),
-        read=SetReader(contacts_format, ContactOptions(units, tip_radius, sigma), wanted),
-        describe=in_one_line,
+        fixture=placement.placed(load_fixture(fixture_path)),
+        read=SetReader(touches.contacts_format, touches.options(), touches.log_options()),
+        describe=_in_one_line,
         scale_sigma=scale_sigma,
         max_sigma=max_sigma,
         max_rms=max_rms,
         point_fixture=None if at is None else vector(at, "--at"),
         words=on_command_line,
     )
-    sets = find_sets(contacts, contacts_format, output)
+    sets = find_sets(contacts, touches.contacts_format, output)
     count = BatchCount()
     with _journal(output) as journal:
         with _told_how_to_go_on(journal, len(sets), output), progress_bar("locating", quiet=quiet) as told:
@@ -141,7 +108,7 @@ def command(
     return _exit_of(count)
 
 
-def in_one_line(result: "LocateResult") -> str:
+def _in_one_line(result: "LocateResult") -> str:
     """Why a result is not located; empty where it is."""
     from tactfix.report.text_report import status_lines
 

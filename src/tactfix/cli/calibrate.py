@@ -7,9 +7,9 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.exits import Exit, exit_of_status
+from tactfix.cli.inputs import input_files
 from tactfix.cli.options import AsJson, Output, Quiet, Verbose
-from tactfix.cli.output import emit, note, tell, wants_summary
-from tactfix.cli.streams import standard_error
+from tactfix.cli.output import emit, note, standard_error, tell, wants_json, wants_summary
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def _plan(
         raise UsageError("nothing says the sigma of a touch; write probe: {sigma: ...} in the cell file")
     sigma = file.sigma or float(planned.sigmas.mean())  # type: ignore[union-attr]
     result = plan_touches(file.cell, planned, add, sigma, criterion, seed)
-    text = text_of(touch_plan_json(result)) if as_json or (output and output.suffix.lower() == ".json") else None
+    text = text_of(touch_plan_json(result)) if wants_json(output, as_json=as_json) else None
     emit(plan_csv(result) if text is None else text, output)
     tell(touch_plan_lines(result), quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
@@ -200,12 +200,11 @@ def _page(result: "Calibration", cell: Path, touches: str, settings: dict[str, s
     """The report, a record of its inputs."""
     from datetime import UTC, datetime
 
-    from tactfix.files.reading import read_bytes
     from tactfix.report.html_calibration import calibration_page
-    from tactfix.report.html_page import InputFile, Provenance
+    from tactfix.report.html_page import Provenance
 
     if touches == "-":
         raise UsageError("a report names its inputs; give the touches as a file")
-    inputs = [InputFile(role, str(path), read_bytes(path)) for role, path in (("cell", cell), ("touches", touches))]
+    inputs = input_files(cell=str(cell), touches=touches)
     said = {name: value for name, value in settings.items() if value}
     return calibration_page(Provenance(inputs, said, datetime.now(UTC)), result, cell.stem)

@@ -6,33 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli.exits import Exit, exit_of_status
-from tactfix.cli.options import (
-    Approach,
-    AsJson,
-    ContactsFormat,
-    ContactsPath,
-    Features,
-    FixturePath,
-    Output,
-    Quiet,
-    Repeats,
-    ScaleSigma,
-    Sigma,
-    TipOffset,
-    TipRadius,
-    Units,
-    WorkOffset,
-    vector,
-)
-from tactfix.cli.output import emit, emit_lines, tell
+from tactfix.cli.inputs import ContactInput, takes_groups
+from tactfix.cli.options import AsJson, ContactsPath, FixturePath, Output, Quiet, ScaleSigma
+from tactfix.cli.output import emit, emit_lines, tell, wants_json
+from tactfix.errors import FileError
 
 if TYPE_CHECKING:
     from tactfix.monitoring.check import CheckResult
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
     contacts: ContactsPath,
+    *,
     reference: Annotated[
         str,
         typer.Option(
@@ -54,15 +41,7 @@ def command(
     ] = None,
     as_json: AsJson = False,
     output: Output = None,
-    units: Units = None,
-    tip_radius: TipRadius = None,
-    sigma: Sigma = None,
-    contacts_format: ContactsFormat = "csv",
-    features: Features = None,
-    tip_offset: TipOffset = None,
-    approach: Approach = None,
-    repeats: Repeats = "all",
-    work_offset: WorkOffset = None,
+    touches: ContactInput,
     scale_sigma: ScaleSigma = False,
     quiet: Quiet = False,
 ) -> int:
@@ -74,9 +53,7 @@ def command(
     """
     import numpy as np
 
-    from tactfix.cli.inputs import read_contacts
     from tactfix.files.check_history import append_history, read_history
-    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
     from tactfix.files.pose_file import load_pose
     from tactfix.monitoring.check import check
@@ -85,18 +62,20 @@ def command(
     fixture = load_fixture(fixture_path)
     before = load_pose(reference)
     records = () if history is None else read_history(history)
-    options = ContactOptions(units, tip_radius, sigma)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, repeats, work_offset)
-    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
+    read = touches.read(contacts, fixture, quiet=quiet)
     limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
     found = check(fixture, read.contacts, before, limits=limits, history=records, scale_sigma=scale_sigma)
-    try:
-        if history is not None and found.record is not None:
+    is_recorded = True
+    if history is not None and found.record is not None:
+        try:
             append_history(history, found.record)
-    finally:  # the verdict is told where the disk is full too
-        _emit(found, output, as_json=as_json)
+        except FileError as error:  # the verdict is told all the same
+            is_recorded = False
+            tell(error.on_command_line.splitlines())
+    _emit(found, output, as_json=as_json)
     tell(found.warnings, quiet=quiet)
+    if not is_recorded:
+        return Exit.FILE
     if found.has_moved is None:
         return exit_of_status(found.result.status)
     return Exit.NOT_ACCEPTABLE if found.has_moved else Exit.DONE
@@ -107,12 +86,11 @@ def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     from tactfix.report.json_report import text_of
     from tactfix.report.monitoring_report import check_json, check_lines
 
-    if as_json or (output is not None and output.suffix.lower() == ".json"):
+    is_json = wants_json(output, as_json=as_json)
+    if is_json:
         emit(text_of(check_json(found)), output)
-        if found.has_moved is None:
-            tell(check_lines(found))
-    elif found.has_moved is None:
+    if found.has_moved is None:
         tell(check_lines(found))
-    else:
+    elif not is_json:
         emit_lines(check_lines(found), output)
         tell(found.exceeded.values())

@@ -8,7 +8,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
-from tactfix.cli.output import emit, emit_lines, tell
+from tactfix.cli.output import emit, emit_lines, tell, wants_json
 
 
 def command(
@@ -51,7 +51,7 @@ def command(
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))
     if junit is not None:
         write_whole(junit, compare_junit(movement, limits))
-    if as_json or (output is not None and output.suffix.lower() == ".json"):
+    if wants_json(output, as_json=as_json):
         emit(text_of(compare_json(movement, limits)), output)
     else:
         emit_lines(compare_lines(movement), output)

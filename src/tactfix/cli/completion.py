@@ -1,90 +1,63 @@
 """What a shell offers when it is asked to complete a value: formats, units, features, names."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING
 
 from tactfix.errors import TactfixError
 from tactfix.files.templates import TEMPLATES
 from tactfix.formats import LOG_NAMES, POSE_FORMATS
 from tactfix.units import UNITS
 
-
-def pose_formats(incomplete: str) -> list[str]:
-    """The formats of poses."""
-    return [name for name in POSE_FORMATS if name.startswith(incomplete)]
+if TYPE_CHECKING:
+    from tactfix.explanations import Room
 
 
-def contact_formats(incomplete: str) -> list[str]:
-    """The formats of contacts."""
-    return [name for name in ("csv", *LOG_NAMES) if name.startswith(incomplete)]
+def offers(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """Offers those of the names that go on as a word began."""
+
+    def offer(incomplete: str) -> list[str]:
+        return [name for name in names() if name.startswith(incomplete)]
+
+    return offer
 
 
-def templates(incomplete: str) -> list[str]:
-    """The fixture files to start from."""
-    return [name for name in TEMPLATES if name.startswith(incomplete)]
+def _fault_names() -> Iterable[str]:
+    from tactfix.mistakes import FAULT_KINDS
+
+    return FAULT_KINDS
 
 
-def units(incomplete: str) -> list[str]:
-    """The units of length."""
-    return [unit for unit in UNITS if unit.startswith(incomplete)]
+def _json_commands() -> Iterable[str]:
+    from tactfix.report.json_schema import JSON_COMMANDS
+
+    return JSON_COMMANDS
 
 
-def unknowns(incomplete: str) -> list[str]:
-    """What of the tip may be unknown."""
-    return [what for what in ("tip", "tip-radius", "tip,tip-radius") if what.startswith(incomplete)]
+def _codes(room: "Room") -> Iterable[str]:
+    from tactfix.explanations import explanations
+
+    return explanations(room)
+
+
+pose_formats = offers(lambda: POSE_FORMATS)
+contact_formats = offers(lambda: ("csv", *LOG_NAMES))
+templates = offers(lambda: TEMPLATES)
+units = offers(lambda: UNITS)
+unknowns = offers(lambda: ("tip", "tip-radius", "tip,tip-radius"))
+repeats = offers(lambda: ("all", "last"))
+fault_names = offers(_fault_names)
+json_commands = offers(_json_commands)
+finding_codes = offers(lambda: _codes("design"))
+verdict_codes = offers(lambda: _codes("localization"))
+features = offers(lambda: (*_keys("features"), *_touched()))
+places = offers(lambda: _keys("places"))
 
 
 def feature_runs(incomplete: str) -> list[str]:
     """bar: and ball: of --features bar:5,ball:3, from the fixture that stands on the line."""
     done, comma, begun = incomplete.rpartition(",")
-    return [f"{done}{comma}{name}:" for name in _features() if name.startswith(begun)]
-
-
-def names(*known: str) -> Callable[[str], list[str]]:
-    """Offers these names."""
-
-    def offer(incomplete: str) -> list[str]:
-        return [name for name in known if name.startswith(incomplete)]
-
-    return offer
-
-
-def fault_names(incomplete: str) -> list[str]:
-    """The mistakes that simulate makes."""
-    from tactfix.mistakes import FAULT_KINDS
-
-    return [name for name in FAULT_KINDS if name.startswith(incomplete)]
-
-
-def json_commands(incomplete: str) -> list[str]:
-    """The commands that print JSON."""
-    from tactfix.report.json_schema import JSON_COMMANDS
-
-    return [name for name in JSON_COMMANDS if name.startswith(incomplete)]
-
-
-def finding_codes(incomplete: str) -> list[str]:
-    """The findings of design-check that have an explanation."""
-    from tactfix.explanations import explanations
-
-    return [code for code in explanations("design") if code.startswith(incomplete)]
-
-
-def verdict_codes(incomplete: str) -> list[str]:
-    """The statuses, reasons and diagnoses of locate, which have an explanation."""
-    from tactfix.explanations import explanations
-
-    return [code for code in explanations("localization") if code.startswith(incomplete)]
-
-
-def features(incomplete: str) -> list[str]:
-    """The features of the fixture that stands on the line, or of the contact file."""
-    return [name for name in (*_features(), *_touched()) if name.startswith(incomplete)]
-
-
-def places(incomplete: str) -> list[str]:
-    """The places of the cell file that stands on the line."""
-    return [name for name in _keys("places") if name.startswith(incomplete)]
+    return [f"{done}{comma}{name}:" for name in _keys("features") if name.startswith(begun)]
 
 
 def free_directions(incomplete: str) -> list[str]:
@@ -98,11 +71,6 @@ def words_of_shell() -> list[str]:
     """The words of the line that a shell wants completed, without the program's name."""
     line = os.environ.get("_TYPER_COMPLETE_ARGS") or os.environ.get("COMP_WORDS", "")
     return line.split()[1:]
-
-
-def _features() -> list[str]:
-    """The features of the fixture file on the line."""
-    return _keys("features")
 
 
 def _touched() -> Iterator[str]:

@@ -10,23 +10,19 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.exits import Exit
+from tactfix.cli.inputs import PlacementInput, input_files, read_contacts, takes_groups
 from tactfix.cli.options import (
     AsJson,
     ContactsFormat,
     Features,
-    Free,
-    Near,
-    NearSigma,
     Output,
     Quiet,
     Scheduler,
     TipOffset,
     Units,
-    Within,
     vector,
 )
-from tactfix.cli.output import emit
-from tactfix.cli.progress import mapping, progress_bar
+from tactfix.cli.output import emit, progress_bar, wants_json
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,7 +35,9 @@ PAGES: Final = (".html", ".htm", ".pdf", ".png")
 """Endings of an output that is a page with a scene, not a text."""
 
 
+@takes_groups
 def command(
+    *,
     fixture_path: Annotated[
         Path | None, typer.Argument(metavar="FIXTURE", help="Fixture file (YAML).", show_default=False)
     ] = None,
@@ -79,10 +77,7 @@ def command(
     contacts_format: ContactsFormat = "csv",
     features: Features = None,
     tip_offset: TipOffset = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    placement: PlacementInput,
     as_json: AsJson = False,
     junit: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
@@ -105,7 +100,7 @@ def command(
 
     Exit status: 0 fine or with warnings, 1 an error was found.
     """
-    from tactfix.cli.inputs import placed
+    from tactfix.batching.cluster import mapping_over
     from tactfix.design.design_check import design_check
     from tactfix.design.design_report import Wishes
     from tactfix.design.random_layouts import DEFAULT_LAYOUTS
@@ -123,19 +118,19 @@ def command(
     if scheduler is not None and not study:
         raise UsageError("--scheduler is for a study; say how many layouts with --study N")
     points = tuple(vector(text, "--at") for text in at or ())
-    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
+    fixture = placement.placed(load_fixture(fixture_path))
     options = ContactOptions(units, tip_radius, sigma)
     given = _contacts(contacts, fixture, options, contacts_format, features, tip_offset, quiet=quiet)
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)
     layouts = DEFAULT_LAYOUTS if study is None else study
     wishes = Wishes(points, own_sigma, own_tip, max_sigma, layouts, seed)
     is_quick = layouts <= DEFAULT_LAYOUTS
-    with progress_bar("studying", quiet=quiet or is_quick) as progress, mapping(scheduler) as over:
+    with progress_bar("studying", quiet=quiet or is_quick) as progress, mapping_over(scheduler) as over:
         report = design_check(fixture, given, wishes, progress, over)
     if junit is not None:
         write_whole(junit, design_junit(report))
     if output is not None and output.suffix.lower() in PAGES and not as_json:
-        inputs = {"fixture": str(fixture_path), "contacts": None if contacts == "-" else contacts}
+        inputs = {"fixture": str(fixture_path)} | ({} if contacts in (None, "-") else {"contacts": str(contacts)})
         said = {"--sigma": sigma, "--tip-radius": tip_radius, "--units": units, "--max-sigma": max_sigma}
         emit(_page(report, output, inputs, said), output)
     else:
@@ -153,7 +148,6 @@ def _contacts(
     *,
     quiet: bool,
 ) -> "Contacts | None":
-    from tactfix.cli.inputs import read_contacts
     from tactfix.files.contact_options import log_options
 
     if path is None:
@@ -163,22 +157,17 @@ def _contacts(
     return read_contacts(path, format_name, fixture, options, wanted, quiet=quiet).contacts
 
 
-def _page(
-    report: "DesignReport", output: Path, inputs: Mapping[str, str | None], said: Mapping[str, object]
-) -> str | bytes:
+def _page(report: "DesignReport", output: Path, inputs: Mapping[str, str], said: Mapping[str, object]) -> str | bytes:
     """The record of the check as a page, as `tactfix report` writes it; inputs and what was said stand on it."""
     from datetime import UTC, datetime
 
-    from tactfix.files.reading import read_bytes
     from tactfix.report.browser_print import in_form
     from tactfix.report.html_design import design_page
-    from tactfix.report.html_page import InputFile, Record
+    from tactfix.report.html_page import Record
 
-    files = [InputFile(role, path, read_bytes(path)) for role, path in inputs.items() if path is not None]
     settings = {name: str(value) for name, value in said.items() if value is not None}
-    return in_form(
-        design_page(Record(report.fixture, files, settings, datetime.now(UTC)), report), output.suffix.lower()
-    )
+    record = Record(report.fixture, input_files(**inputs), settings, datetime.now(UTC))
+    return in_form(design_page(record, report), output.suffix.lower())
 
 
 def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:
@@ -187,7 +176,7 @@ def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:
     from tactfix.report.design_table import design_text
     from tactfix.report.json_report import text_of
 
-    if as_json or (output is not None and output.suffix.lower() == ".json"):
+    if wants_json(output, as_json=as_json):
         return text_of(design_json(report))
     is_terminal = output is None and sys.stdout.isatty()
     width = os.get_terminal_size().columns if is_terminal else 100

@@ -8,8 +8,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units, Verbose
-from tactfix.cli.output import LISTED_BY_JSON, emit, on_screen, tell, wants_summary
-from tactfix.cli.streams import standard_error
+from tactfix.cli.output import LISTED_BY_JSON, emit, on_screen, standard_error, tell, wants_json, wants_summary
 from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -77,8 +76,7 @@ def command(
         from tactfix.report.fit_summary import print_fit_sentence
 
         print_fit_sentence(result, standard_error())
-    as_json = as_json or (output is not None and output.suffix.lower() == ".json")
-    if as_json:
+    if wants_json(output, as_json=as_json):
         emit(text_of(fit_json(result)), output)
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)

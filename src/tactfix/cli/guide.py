@@ -7,34 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli.exits import Exit, exit_of_status
-from tactfix.cli.options import (
-    Approach,
-    At,
-    ContactsFormat,
-    Features,
-    FixturePath,
-    MaxRms,
-    MaxSigma,
-    Quiet,
-    Repeats,
-    Sigma,
-    TipOffset,
-    TipRadius,
-    Units,
-    WorkOffset,
-    vector,
-)
+from tactfix.cli.inputs import ContactInput, Gates, read_contacts, takes_groups
+from tactfix.cli.options import FixturePath, Quiet
 from tactfix.cli.output import emit, emit_lines, tell
-from tactfix.errors import UsageError
+from tactfix.errors import FileError, UsageError
 
 if TYPE_CHECKING:
     from tactfix.contacts import Contacts
-    from tactfix.files.contact_options import ContactOptions, FeatureRun, LogOptions
+    from tactfix.files.contact_options import FeatureRun
     from tactfix.fixture import Fixture
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
+    *,
     contacts: Annotated[
         str,
         typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; - is standard input."),
@@ -43,18 +30,8 @@ def command(
         bool, typer.Option("--follow", help="Wait for what is appended to CONTACTS until the fixture is located.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="A line of JSON after each touch.")] = False,
-    units: Units = None,
-    tip_radius: TipRadius = None,
-    sigma: Sigma = None,
-    max_sigma: MaxSigma = None,
-    max_rms: MaxRms = None,
-    at: At = None,
-    contacts_format: ContactsFormat = "csv",
-    features: Features = None,
-    tip_offset: TipOffset = None,
-    approach: Approach = None,
-    repeats: Repeats = "all",
-    work_offset: WorkOffset = None,
+    touches: ContactInput,
+    gates: Gates,
     quiet: Quiet = False,
 ) -> int:
     """After each touch, tell what is still free or ambiguous, and where to touch next.
@@ -64,9 +41,6 @@ def command(
 
     Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined or no touch, 5 ambiguous, 6 inconsistent.
     """
-    import numpy as np
-
-    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
     from tactfix.monitoring.guide import guide
     from tactfix.report.monitoring_report import guide_json_line, guide_line
@@ -74,13 +48,10 @@ def command(
     if follow and contacts == "-":
         raise UsageError("standard input is followed to its end in any case; leave --follow out")
     fixture = load_fixture(fixture_path)
-    point = None if at is None else np.array(vector(at, "--at"))
-    options = ContactOptions(units, tip_radius, sigma)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, repeats, work_offset)
+    point = gates.point
     status = Exit.UNDERDETERMINED
-    for touches in _touches(fixture, contacts, contacts_format, options, wanted, follow=follow):
-        step = guide(fixture, touches, point_fixture=point, max_sigma=max_sigma, max_rms=max_rms)
+    for so_far in _touches(fixture, contacts, touches, follow=follow):
+        step = guide(fixture, so_far, point_fixture=point, max_sigma=gates.max_sigma, max_rms=gates.max_rms)
         if as_json:
             emit(guide_json_line(step))
         else:
@@ -94,27 +65,18 @@ def command(
     return status
 
 
-def _touches(
-    fixture: "Fixture",
-    path: str,
-    format_name: str,
-    options: "ContactOptions",
-    wanted: "LogOptions",
-    *,
-    follow: bool,
-) -> "Iterator[Contacts]":
+def _touches(fixture: "Fixture", path: str, given: ContactInput, *, follow: bool) -> "Iterator[Contacts]":
     """The touches so far, each time that there is one more."""
-    from tactfix.cli.inputs import read_contacts
-    from tactfix.errors import FileError
     from tactfix.files.contact_source import contacts_in, growing_text
 
     count = 0
+    options, wanted, format_name = given.options(), given.log_options(), given.contacts_format
     repeats_units = (options.units or "mm") if wanted.repeats == "last" else None
     for text in growing_text(path, follow=follow):
         try:
             found, contacts_so_far = contacts_in(text, format_name, repeats_units)
             if found > count:
-                begun = replace(wanted, features=first(wanted.features, contacts_so_far))
+                begun = replace(wanted, features=_first(wanted.features, contacts_so_far))
                 # What a log passes over would be told again at each touch.
                 contacts = read_contacts(text, format_name, fixture, options, begun, quiet=True).contacts
                 count = found
@@ -123,7 +85,7 @@ def _touches(
             raise FileError("standard input" if path == "-" else path, error.problems) from None
 
 
-def first(runs: "Sequence[FeatureRun]", count: int) -> "tuple[FeatureRun, ...]":
+def _first(runs: "Sequence[FeatureRun]", count: int) -> "tuple[FeatureRun, ...]":
     """The features of the first count contacts."""
     begun = []
     for run in runs:

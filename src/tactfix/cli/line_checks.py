@@ -4,19 +4,16 @@ is read once, and - as output is standard output.
 Python takes more for a number than people write: 1_0, nan, digits of other scripts.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from tactfix.cli.quick_values import QuickCommand
-from tactfix.decimal_text import number_of
+from tactfix.decimal_text import DECIMAL_COMMA, number_of
 from tactfix.errors import UsageError
 
 _NUMBER_TYPES: Final = ("float", "integer", "float range", "integer range")
 """What typer's own types of numbers are called where its parameters have such a type."""
-_DECIMAL_COMMA: Final = re.compile(r"[-+]?[0-9]{0,20},[0-9]{1,20}")
-
 
 _LONGEST_PATH: Final = 4096
 """Characters of a path (PATH_MAX of Linux): what is longer is no file's name."""
@@ -105,7 +102,7 @@ def _check_numbers(parameters: Iterable[Any], words: Sequence[str]) -> None:
             return
         option, mark, value = word.partition("=")
         text = value if mark else words[place + 1] if place + 1 < len(words) else ""
-        if option in options and _DECIMAL_COMMA.fullmatch(text):
+        if option in options and DECIMAL_COMMA.fullmatch(text):
             raise UsageError(f"{option} {text!r} is not a number; write a decimal point, as in 0.005")
         if option in options and _is_taken_by_python(text) and number_of(text.strip()) is None:
             shown = text if len(text) <= 40 else f"{text[:40]}..."

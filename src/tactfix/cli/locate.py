@@ -5,42 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactfix.cli.completion import pose_formats, verdict_codes
+from tactfix.cli import completion
 from tactfix.cli.exits import Exit, exit_of_status
-from tactfix.cli.options import (
-    Approach,
-    AsJson,
-    At,
-    ContactsFormat,
-    ContactsPath,
-    Features,
-    FixturePath,
-    Free,
-    MaxRms,
-    MaxSigma,
-    Near,
-    NearSigma,
-    Output,
-    Quiet,
-    Repeats,
-    ScaleSigma,
-    Sigma,
-    TipOffset,
-    TipRadius,
-    Units,
-    Unknown,
-    Verbose,
-    Within,
-    WorkOffset,
-    unknowns,
-    vector,
-)
-from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, tell, wants_summary
-from tactfix.cli.streams import standard_error
+from tactfix.cli.inputs import ContactInput, Gates, PlacementInput, takes_groups
+from tactfix.cli.options import AsJson, ContactsPath, FixturePath, Output, Quiet, ScaleSigma, Verbose
+from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, standard_error, tell, wants_summary
+from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
-    from tactfix.contacts import Contacts
-    from tactfix.geometry.arrays import Floats
+    from tactfix.contacts import Contacts, Unknown
     from tactfix.locate_result import LocateResult
 
 
@@ -53,9 +26,11 @@ def _explained(code: str | None) -> None:
         raise typer.Exit
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
     contacts: ContactsPath,
+    *,
     format: Annotated[  # noqa: A002 - the name of the option
         str | None,
         typer.Option(
@@ -63,32 +38,26 @@ def command(
             "-f",
             metavar="F",
             help="How the pose is written: matrix, json, or a dialect (see README).",
-            autocompletion=pose_formats,
+            autocompletion=completion.pose_formats,
         ),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
-    units: Units = None,
-    tip_radius: TipRadius = None,
-    sigma: Sigma = None,
-    max_sigma: MaxSigma = None,
-    max_rms: MaxRms = None,
-    at: At = None,
-    contacts_format: ContactsFormat = "csv",
-    features: Features = None,
-    tip_offset: TipOffset = None,
-    approach: Approach = None,
-    repeats: Repeats = "all",
-    work_offset: WorkOffset = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    touches: ContactInput,
+    placement: PlacementInput,
+    gates: Gates,
     scale_sigma: ScaleSigma = False,
     force: Annotated[
         bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
     ] = False,
-    unknown: Unknown = None,
+    unknown: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT",
+            help="Find the tip too: tip (its offset, from flange poses), tip-radius, or tip,tip-radius.",
+            autocompletion=completion.unknowns,
+        ),
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
     explain: Annotated[
         str | None,
@@ -96,7 +65,7 @@ def command(
             "--explain",
             metavar="CODE",
             help="Tell what stands behind a status, a reason or a diagnosis, and do nothing else.",
-            autocompletion=verdict_codes,
+            autocompletion=completion.verdict_codes,
             callback=_explained,
             is_eager=True,
         ),
@@ -117,24 +86,17 @@ def command(
     Exit status: 0 located, 1 a gate is exceeded (or --strict and a warning), 4 underdetermined, 5 ambiguous,
     6 inconsistent.
     """
-    import numpy as np
-
     from tactfix.acceptance import shown_sigma
-    from tactfix.cli.inputs import placed, read_contacts
     from tactfix.cli.pose_output import chosen_format, render_pose
-    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
     from tactfix.localization.locate import locate
     from tactfix.report.text_report import status_lines
 
-    point = None if at is None else np.array(vector(at, "--at"))
+    point = gates.point
     style = chosen_format(format, as_json, output)
-    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
-    sought = unknowns(unknown)
-    options = ContactOptions(units, tip_radius, sigma, unknown=sought)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, repeats, work_offset)
-    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
+    fixture = placement.placed(load_fixture(fixture_path))
+    sought = _unknowns(unknown)
+    read = touches.read(contacts, fixture, sought, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)
     for_people = wants_summary(quiet=quiet, verbose=verbose)
     if for_people and result.status == "located":
@@ -155,8 +117,14 @@ def command(
 
         print_summary(result, standard_error(), point)
     elif point is not None:
-        note(f"worst sigma at {at}: {shown_sigma(result, point)}", quiet=quiet)
-    return _judge(result, point, max_sigma, max_rms, strict=strict)
+        note(f"worst sigma at {gates.at}: {shown_sigma(result, point)}", quiet=quiet)
+    if result.status != "located":
+        return exit_of_status(result.status)
+    exceeded = gates.exceeded(result)
+    if strict and result.warnings:
+        exceeded.append("not acceptable: a warning speaks against the pose, and --strict allows none")
+    tell(exceeded)
+    return Exit.NOT_ACCEPTABLE if exceeded else Exit.DONE
 
 
 def _write_next(result: "LocateResult", contacts: "Contacts", output: Path) -> None:
@@ -170,16 +138,11 @@ def _write_next(result: "LocateResult", contacts: "Contacts", output: Path) -> N
         emit(text, output)
 
 
-def _judge(
-    result: "LocateResult", at: "Floats | None", max_sigma: float | None, max_rms: float | None, *, strict: bool
-) -> Exit:
-    """The exit status: that of the result's status, or of a gate that it exceeds."""
-    from tactfix.acceptance import exceeded_gates
-
-    if result.status != "located":
-        return exit_of_status(result.status)
-    exceeded = exceeded_gates(result, at, max_sigma, max_rms)
-    if strict and result.warnings:
-        exceeded.append("not acceptable: a warning speaks against the pose, and --strict allows none")
-    tell(exceeded)
-    return Exit.NOT_ACCEPTABLE if exceeded else Exit.DONE
+def _unknowns(text: str | None) -> "frozenset[Unknown]":
+    """'tip', 'tip-radius' or both, divided by a comma; nothing where None."""
+    choices: dict[str, Unknown] = {"tip": "tip", "tip-radius": "tip-radius"}
+    names = [] if text is None else [part.strip() for part in text.split(",")]
+    for name in names:
+        if name not in choices:
+            raise UsageError(f"--unknown {name!r}: write tip, tip-radius, or tip,tip-radius")
+    return frozenset(choices[name] for name in names)

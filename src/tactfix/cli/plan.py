@@ -5,28 +5,19 @@ from typing import Annotated, Literal
 import typer
 
 from tactfix.cli.exits import Exit
-from tactfix.cli.options import (
-    AsJson,
-    FixturePath,
-    Free,
-    Near,
-    NearSigma,
-    Output,
-    Quiet,
-    Scheduler,
-    Verbose,
-    Within,
-)
-from tactfix.cli.output import emit, emit_program, tell, wants_summary
-from tactfix.cli.progress import mapping, progress_bar
+from tactfix.cli.inputs import PlacementInput, takes_groups
+from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Scheduler, Verbose
+from tactfix.cli.output import emit, emit_program, progress_bar, tell, wants_summary
 from tactfix.errors import UsageError
 
 MOST_STARTS = 10_000
 """Random sets of contacts; some hundred agree on the best plan."""
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
+    *,
     made: Annotated[
         str | None,
         typer.Argument(
@@ -70,10 +61,7 @@ def command(
             "CONTACTS count.",
         ),
     ] = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    placement: PlacementInput,
     output: Output = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -87,7 +75,7 @@ def command(
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
-    from tactfix.cli.inputs import placed
+    from tactfix.batching.cluster import mapping_over
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
@@ -98,9 +86,9 @@ def command(
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
-    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free, alone=True)
+    fixture = placement.placed(load_fixture(fixture_path), alone=True)
     existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
-    with progress_bar("planning", quiet=quiet) as progress, mapping(scheduler) as over:
+    with progress_bar("planning", quiet=quiet) as progress, mapping_over(scheduler) as over:
         found = plan(
             fixture,
             contacts,

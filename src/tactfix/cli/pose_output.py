@@ -3,8 +3,7 @@
 import sys
 from pathlib import Path
 
-from tactfix.cli.output import note
-from tactfix.cli.streams import program_for_people
+from tactfix.cli.output import program_for_people, tell
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.locate_result import LocateResult
@@ -59,8 +58,7 @@ def render_pose(
 
     pose = Pose(result.base_from_fixture, result.units, result.covariance, result.fixture)
     written = write_pose(format_name, pose, force=force)
-    for line in written.notes:
-        note(line, quiet=quiet)
+    tell(written.notes, quiet=quiet)
     return (
         program_for_people(written.text, sys.stdout) if for_screen and isinstance(written.text, str) else written.text
     )

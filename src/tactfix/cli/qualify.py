@@ -7,7 +7,7 @@ import typer
 
 from tactfix.cli.fit import Side
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Units
-from tactfix.cli.output import emit, emit_lines, tell
+from tactfix.cli.output import emit, emit_lines, tell, wants_json
 from tactfix.errors import UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -62,7 +62,7 @@ def command(
     else:
         read = read_contact_file(contacts, None, options)
         found = qualify(read.contacts, targets=read.targets, radius=radius, side=side.value, units=read.units)
-    if as_json or (output is not None and output.suffix.lower() == ".json"):
+    if wants_json(output, as_json=as_json):
         emit(text_of(qualify_json(found)), output)
     else:
         emit_lines(qualify_lines(found), output)

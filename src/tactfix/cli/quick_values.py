@@ -74,7 +74,9 @@ def plain_value(value: Any, annotation: Any, low: float | None, high: float | No
     if value is None or (type(value) is annotation and annotation not in (int, float)):
         return value
     if annotation is Path and isinstance(value, str):
-        return Path(value)
+        path = Path(value)
+        # ./- is a file, and - standard input or output; as paths they would be equal.
+        return path.absolute() if str(path) == "-" != value else path
     if annotation in (int, float):
         return _plain_number(value, annotation, low, high)
     if get_origin(annotation) is Literal and value in get_args(annotation):

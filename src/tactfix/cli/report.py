@@ -1,5 +1,6 @@
 """tactfix report."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,38 +9,19 @@ import typer
 
 from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
-from tactfix.cli.options import (
-    Approach,
-    At,
-    ContactsFormat,
-    Features,
-    FixturePath,
-    Free,
-    MaxRms,
-    MaxSigma,
-    Near,
-    NearSigma,
-    Quiet,
-    Repeats,
-    ScaleSigma,
-    Sigma,
-    TipOffset,
-    TipRadius,
-    Units,
-    Within,
-    WorkOffset,
-    vector,
-)
-from tactfix.cli.output import emit, tell, wants_summary
-from tactfix.cli.streams import standard_error
+from tactfix.cli.inputs import ContactInput, Gates, PlacementInput, given_options, input_files, takes_groups
+from tactfix.cli.options import FixturePath, Quiet, ScaleSigma
+from tactfix.cli.output import emit, standard_error, tell, wants_summary
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
-    from tactfix.report.html_page import InputFile, Record
+    from tactfix.report.html_page import Record
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
+    *,
     contacts: Annotated[
         str | None,
         typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; none: the fixture's design."),
@@ -53,27 +35,14 @@ def command(
             help="Write to FILE, whole or not at all: .html; .pdf, .png by Chromium.",
         ),
     ] = None,
-    units: Units = None,
-    tip_radius: TipRadius = None,
-    sigma: Sigma = None,
-    contacts_format: ContactsFormat = "csv",
-    features: Features = None,
-    tip_offset: TipOffset = None,
-    approach: Approach = None,
-    repeats: Repeats = "all",
-    work_offset: WorkOffset = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    touches: ContactInput,
+    placement: PlacementInput,
     scale_sigma: ScaleSigma = False,
     format_name: Annotated[
         str | None,
         typer.Option("--format", "-f", metavar="F", help="Say the pose in a dialect too.", autocompletion=pose_formats),
     ] = None,
-    max_sigma: MaxSigma = None,
-    max_rms: MaxRms = None,
-    at: At = None,
+    gates: Gates,
     notes: Annotated[
         list[str] | None,
         typer.Option("--note", metavar="KEY=VALUE", help="What stands on the record: operator, machine; repeatable."),
@@ -86,12 +55,7 @@ def command(
     design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra 'report': pip
     install '.[report]'. Exit status as of locate or design-check.
     """
-    import numpy as np
-
-    from tactfix.acceptance import exceeded_gates
-    from tactfix.cli.inputs import placed, read_contacts
     from tactfix.cli.pose_output import render_pose
-    from tactfix.files.contact_options import ContactOptions, log_options
     from tactfix.files.fixture_file import load_fixture
     from tactfix.localization.locate import locate
     from tactfix.pose_formats.convert import find_dialect
@@ -101,50 +65,34 @@ def command(
 
     suffix = _ending(output)
     said_notes = _notes(notes or [])
-    point = None if at is None else np.array(vector(at, "--at"))
+    point = gates.point
     dialect = None if format_name is None else find_dialect(format_name).name
-    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
-    said = {
-        "--features": features,
-        "--units": units,
-        "--tip-radius": tip_radius,
-        "--sigma": sigma,
-        "--tip-offset": tip_offset,
-        "--approach": approach,
-        "--repeats": None if repeats == "all" else repeats,
-        "--work-offset": work_offset,
-        "--near": near,
-        "--within": within,
-        "--near-sigma": near_sigma,
-        "--free": free,
-        "--scale-sigma": "yes" if scale_sigma else None,
-    }
-    settings = {name: str(value) for name, value in said.items() if value is not None}
-    record = Record(fixture, [_input("fixture", str(fixture_path))], settings, datetime.now(UTC), said_notes)
+    fixture = placement.placed(load_fixture(fixture_path))
+    settings = given_options(replace(touches, contacts_format="csv"), placement)
+    if scale_sigma:
+        settings["--scale-sigma"] = "yes"
+    record = Record(fixture, input_files(fixture=str(fixture_path)), settings, datetime.now(UTC), said_notes)
     if contacts is None:
-        if contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
+        if touches.contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
             raise UsageError("without contacts only --sigma and --tip-radius can be given")
-        if dialect or at or max_sigma is not None or max_rms is not None:
+        if dialect or given_options(gates):
             raise UsageError("--format, --at and the gates are for a located pose; give the contacts too")
-        return _design(record, sigma, tip_radius, output)
+        return _design(record, touches.sigma, touches.tip_radius, output)
     if contacts == "-":
         raise UsageError("a record names its inputs; give the contacts as a file")
-    record.inputs.append(_input("contacts", contacts))
-    record.settings["contacts format"] = contacts_format
-    options = ContactOptions(units, tip_radius, sigma)
-    offset = None if tip_offset is None else vector(tip_offset, "--tip-offset")
-    wanted = log_options(features, offset, approach, repeats, work_offset)
-    read = read_contacts(contacts, contacts_format, fixture, options, wanted, quiet=quiet)
+    record.inputs.extend(input_files(contacts=contacts))
+    record.settings["contacts format"] = touches.contacts_format
+    read = touches.read(contacts, fixture, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma)
     located = result.status == "located"
-    gates = {"--max-sigma": max_sigma, "--max-rms": max_rms}
+    limits = {"--max-sigma": gates.max_sigma, "--max-rms": gates.max_rms}
     judgement = Judgement(
         written={dialect: str(render_pose(result, dialect, None, force=False, quiet=quiet))}
         if dialect and located
         else {},
         at=point,
-        gates={name: f"{limit:g} {result.units}" for name, limit in gates.items() if limit is not None},
-        exceeded=exceeded_gates(result, point, max_sigma, max_rms) if located else [],
+        gates={name: f"{limit:g} {result.units}" for name, limit in limits.items() if limit is not None},
+        exceeded=gates.exceeded(result),
     )
     if located and wants_summary(quiet=quiet, verbose=False):
         from tactfix.report.summary import print_sentence
@@ -174,13 +122,6 @@ def _notes(texts: list[str]) -> dict[str, str]:
     if wrong is not None:
         raise UsageError(f"--note {wrong!r} has no key and value; write KEY=VALUE such as operator=Ada")
     return {key.strip(): value.strip() for key, _, value in pairs}
-
-
-def _input(role: str, path: str) -> "InputFile":
-    from tactfix.files.reading import read_bytes
-    from tactfix.report.html_page import InputFile
-
-    return InputFile(role, path, read_bytes(path))
 
 
 def _design(record: "Record", sigma: float | None, tip_radius: float | None, output: Path | None) -> Exit:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tactfix.cli import completion
-from tactfix.cli.options import AsJson, FixturePath, Free, Near, NearSigma, Output, Within
+from tactfix.cli.inputs import PlacementInput, takes_groups
+from tactfix.cli.options import AsJson, FixturePath, Output
 from tactfix.cli.output import emit, emit_program
 from tactfix.errors import FileError
 from tactfix.mistakes import FAULT_KINDS
@@ -16,8 +17,10 @@ if TYPE_CHECKING:
     from tactfix.geometry.arrays import Floats
 
 
+@takes_groups
 def command(
     fixture_path: FixturePath,
+    *,
     plan: Annotated[
         str | None,
         typer.Argument(
@@ -28,10 +31,7 @@ def command(
         str | None,
         typer.Option(metavar="FILE", help="Where the fixture stands; a random pose, where placement allows one."),
     ] = None,
-    near: Near = None,
-    within: Within = None,
-    near_sigma: NearSigma = None,
-    free: Free = None,
+    placement: PlacementInput,
     sigma: Annotated[
         float | None,
         typer.Option(metavar="S", help="Noise along the normal, in the fixture's unit."),
@@ -72,7 +72,6 @@ def command(
     wrong-tip (length; 20 sigma; takes --orientations). What the fixture file has wrong: wrong-radius (length; 20
     sigma), diameters, wrong-side, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
     """
-    from tactfix.cli.inputs import placed
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
@@ -84,7 +83,7 @@ def command(
     from tactfix.simulation.touches import NoPlanError
 
     asked = None if fault is None else parse_fault(fault)
-    fixture = placed(load_fixture(fixture_path), near, within, near_sigma, free)
+    fixture = placement.placed(load_fixture(fixture_path))
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
     try:

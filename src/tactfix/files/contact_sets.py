@@ -12,7 +12,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import read_contact_file
 from tactfix.files.contact_options import ContactOptions, LogOptions
-from tactfix.files.reading import decode, read_bytes, read_source
+from tactfix.files.reading import decode, near_name, read_bytes, read_source
 from tactfix.files.table_file import csv_table, is_table, parquet_table
 from tactfix.fixture import Fixture
 from tactfix.settings import FOR_LOGS
@@ -59,8 +59,7 @@ class FileSets:
 
     def __iter__(self) -> Iterator[ContactSet]:
         for path in self.paths:
-            # A name that is not UTF-8 could stand in no result.
-            name = os.fsencode(path).decode(errors="replace")
+            name = _printable(path)
             try:
                 yield ContactSet(name, read_bytes(path))
             except FileError as error:
@@ -121,7 +120,14 @@ def _part(source: str, format_name: str, leave_out: Path | None) -> Part:
         return parquet_table(path)
     if format_name == "csv" and is_table(_head(path)):
         return csv_table(source, decode(source, read_bytes(path)))
+    if not os.path.lexists(path):
+        return (ContactSet(_printable(path), unreadable=f"there is no such file or folder; {near_name(path)}"),)
     return FileSets((path,))
+
+
+def _printable(path: Path) -> str:
+    """The name of a path; one that is not UTF-8 could stand in no result."""
+    return os.fsencode(path).decode(errors="replace")
 
 
 def _head(path: Path) -> str:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.decimal_text import MOST_CHARACTERS, NUMBER
+from tactfix.decimal_text import DECIMAL_COMMA, MOST_CHARACTERS, NUMBER
 from tactfix.errors import Problem
 from tactfix.geometry.arrays import Floats
 from tactfix.values import frozen_value
@@ -109,7 +109,7 @@ def _cell_problem(name: str, cell: str, separator: str) -> tuple[str, str]:
     shown = repr(cell if len(cell) <= 40 else cell[:40] + "...")
     if re.fullmatch(_THOUSANDS, cell) and not re.fullmatch(r"[+-]?[0-9]+,[0-9]+", cell):
         return f"{name} is {shown}", "write it without thousands separators"
-    if separator == "," and re.fullmatch(r"[+-]?[0-9]*,[0-9]+", cell):
+    if separator == "," and DECIMAL_COMMA.fullmatch(cell):
         return f"{name} is {shown}", "write a decimal point, or divide cells by semicolons or tabs"
     if re.fullmatch(r"[+-]?(nan|inf|infinity)|#.*|n/?a|null|none", cell, re.IGNORECASE):
         return f"{name} is {shown}", "write a finite number, or remove the row if the touch failed"

@@ -21,7 +21,7 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
-        raise FileError(str(path), [Problem("there is no such file", _near_name(Path(path)))]) from None
+        raise FileError(str(path), [Problem("there is no such file", near_name(Path(path)))]) from None
     except IsADirectoryError:
         raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
     except PermissionError:
@@ -32,7 +32,7 @@ def read_bytes(path: str | Path) -> bytes:
         raise FileError(str(path), [Problem(f"cannot be read: {error}", "check the path and the disk")]) from None
 
 
-def _near_name(path: Path) -> str:
+def near_name(path: Path) -> str:
     """What to do about a file that is not there: another ending, or a name that is nearly the same."""
     from difflib import get_close_matches
 

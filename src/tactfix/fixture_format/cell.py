@@ -1,14 +1,15 @@
 """The plain values of a cell file, held to the models, with every problem in the words of the file."""
 
 import json
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import Field, ValidationError
 
 from tactfix.fixture_format.entries import Finding, Path, unknown_key
 from tactfix.fixture_format.entry_schema import Length, Name, Strict, Vector
+from tactfix.fixture_format.pydantic_errors import LIST_ERRORS, number_remedy, place_of, shown
 from tactfix.fixture_format.schema import Matrix, PlacementModel
-from tactfix.units import Unit
+from tactfix.units import Unit, which_unit
 from tactfix.wording import did_you_mean
 
 Numbers: TypeAlias = Annotated[list[float], Field(min_length=4, max_length=5)]
@@ -122,15 +123,37 @@ def _finding(error: Any) -> Finding:
     path: Path = tuple(part for i, part in enumerate(location) if i < 2 or part not in tags)
     if len(path) > 1 and path[0] == "unknown" and path[1] in tags:
         path = path[:1]
-    where = ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
+    where = place_of(path)
     if kind == "extra_forbidden":
         return unknown_key(path, _known(path))
     if kind == "missing":
         parent = path[:-1]
         whole = where.rpartition(".")[0] or "the file"
         return Finding(parent, f"{whole} has no {path[-1]}", f"add {path[-1]}:", at_key=bool(parent))
-    remedy = "write all, or a list: [joint_offsets, tip]" if path == ("unknown",) else _lowered(str(error["msg"]))
-    return Finding(path, f"{where} is {error['input']!r}", remedy)
+    return Finding(
+        path, f"{where} is {shown(error['input'])}", _remedy(kind, path, error["input"], error.get("ctx", {}))
+    )
+
+
+_LISTS: Final = {
+    "unknown": "write all, or a list: [joint_offsets, tip]",
+    "rows": "write one row for each joint: [a, d, alpha, theta], and beta where axes are parallel",
+    "types": "write one type for each row: [revolute, prismatic]",
+    "joint_ranges": "write [low, high] for each joint",
+    "tip_offset": "write three numbers: [0.0, 0.0, 120.0]",
+}
+"""What to write where a list is needed, by the key."""
+
+
+def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
+    key = next((part for part in reversed(path) if isinstance(part, str)), "")
+    if key in _LISTS and (kind in LIST_ERRORS or key == "unknown"):
+        return _LISTS[key]
+    if path == ("units",):
+        return which_unit(str(value))
+    if kind == "literal_error":
+        return f"write one of: {context['expected']}".replace("'", "")
+    return number_remedy(kind, value, context) or "see the JSON Schema of cell files for what stands here"
 
 
 def _known(path: Path) -> tuple[str, ...]:
@@ -143,10 +166,6 @@ def _known(path: Path) -> tuple[str, ...]:
         if str(part) in fields:
             model = fields[str(part)].annotation
     return tuple(getattr(model, "model_fields", ("fixture", "placement", "place")))
-
-
-def _lowered(message: str) -> str:
-    return message[:1].lower() + message[1:]
 
 
 def _robot_findings(document: CellDocument) -> list[Finding]:

@@ -4,6 +4,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
+from tactfix.decimal_text import DECIMAL_COMMA
 from tactfix.fixture_format.entries import Finding, Path, unknown_key
 from tactfix.fixture_format.entry_schema import (
     AngleModel,
@@ -76,11 +77,11 @@ def _finding(error: Any) -> Finding:
     if kind == "missing":
         key = error["loc"][-1]
         parent = _plain_path(error["loc"][:-1])
-        what = f"{_place(parent)} has no {key}" if parent else f"the file has no key {key!r}"
+        what = f"{place_of(parent)} has no {key}" if parent else f"the file has no key {key!r}"
         return Finding(parent, what, _how_to_add(str(key), parent), at_key=True)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return _untagged(path, input_)
-    what = f"{_place(path)} is {_shown(input_)}"
+    what = f"{place_of(path)} is {shown(input_)}"
     return Finding(path, what, _remedy(kind, path, input_, context))
 
 
@@ -98,7 +99,8 @@ def _plain_path(location: tuple[str | int, ...]) -> Path:
     return tuple(part for index, part in enumerate(location) if index not in tags and part != "[key]")
 
 
-def _place(path: Path) -> str:
+def place_of(path: Path) -> str:
+    """A path as messages name it: features.bar, distances.#1."""
     return ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
 
 
@@ -137,13 +139,13 @@ def _how_to_add(key: str, parent: Path) -> str:
 
 
 def _untagged(path: Path, value: Any) -> Finding:
-    place = _place(path)
+    place = place_of(path)
     if path[0] == "features":
         if not isinstance(value, dict) or "type" not in value:
             return Finding(path, f"{place} has no type", "add type: plane, sphere, cylinder or point", at_key=True)
         remedy = did_you_mean(str(value["type"]), _FEATURES)
         return Finding(
-            (*path, "type"), f"{place} has the unknown type {_shown(value['type']).removeprefix('the text ')}", remedy
+            (*path, "type"), f"{place} has the unknown type {shown(value['type']).removeprefix('the text ')}", remedy
         )
     if path[0] == "placement":
         remedy = (
@@ -153,10 +155,10 @@ def _untagged(path: Path, value: Any) -> Finding:
         remedy = "write {center_of: sphere}, {foot_of: A, on: B} or {meet_of: [plane, plane, plane]}"
     else:
         remedy = "write {along: cylinder or plane}, {from: A, to: B} or {opposite: one of these}"
-    return Finding(path, f"{place} is {_shown(value)}", remedy)
+    return Finding(path, f"{place} is {shown(value)}", remedy)
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
     """A value of the file as a message shows it."""
     match value:
         case None:
@@ -182,11 +184,20 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
         return f"write one of: {context['expected']}".replace("'", "")
     if len(path) == 1 and path[0] in _KEY_EXAMPLES:
         return _KEY_EXAMPLES[str(path[0])]
-    if kind in ("too_short", "too_long", "list_type") or path[1:] == ("near",):
+    if kind in LIST_ERRORS or path[1:] == ("near",):
         return _list_remedy(path)
-    return _TYPE_REMEDIES.get(kind) or _BY_CONTEXT.get(kind, "see 'tactfix schema' for what stands here").format(
-        **context
-    )
+    return number_remedy(kind, value, context) or "see 'tactfix schema' for what stands here"
+
+
+LIST_ERRORS: Final = ("too_short", "too_long", "list_type")
+"""Types of pydantic's errors: no list, or one of another length."""
+
+
+def number_remedy(kind: str, value: Any, context: Any) -> str | None:
+    """What to write where no number or no name stands, or one out of bounds; None for other errors of pydantic."""
+    if kind == "float_type" and isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
+        return f"write a decimal point: {value.replace(',', '.')}"
+    return _TYPE_REMEDIES.get(kind) or (_BY_CONTEXT[kind].format(**context) if kind in _BY_CONTEXT else None)
 
 
 _NEAR_REMEDY: Final = (

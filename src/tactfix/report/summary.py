@@ -189,15 +189,18 @@ def _bar(share: float, ascii_only: bool) -> Text:
 
 def _candidates(result: LocateResult) -> Table:
     """Every pose that explains the contacts, and what became of it."""
-    table = Table("pose", "origin in base", "chi2", "verdict", box=None, pad_edge=False, header_style="dim")
-    table.columns[2].justify = "right"
+    names = ("pose", "origin in base", "rotation vector deg", "chi2", "verdict")
+    table = Table(*names, box=None, pad_edge=False, header_style="dim")
+    table.columns[3].justify = "right"
     for number, candidate in enumerate(result.candidates[:_CANDIDATES_LISTED], 1):
-        origin = " ".join(fixed(value, 4) for value in candidate.base_from_fixture[:3, 3])
-        table.add_row(str(number), origin, f"{candidate.chi2:.3g}", _outcome(candidate))
+        pose = candidate.base_from_fixture
+        origin = " ".join(fixed(value, 4) for value in pose[:3, 3])
+        turn = " ".join(fixed(value, 1) for value in np.rad2deg(_rotation_vector(pose[:3, :3])))
+        table.add_row(str(number), origin, turn, f"{candidate.chi2:.3g}", _outcome(candidate))
     _keep_whole(table)
     more = len(result.candidates) - _CANDIDATES_LISTED
     if more > 0:
-        table.add_row("", f"and {more} more", "", "")
+        table.add_row("", f"and {more} more")
     return table
 
 
