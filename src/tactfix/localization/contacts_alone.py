@@ -18,6 +18,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.localization.common_result import candidate_of
 from tactfix.localization.outcome import Outcome, outcome_from, outcome_of, status_of
 from tactfix.placement import Direction, Placement
 from tactfix.poses.prior import Contradiction, component, contradiction, deviation
@@ -51,10 +52,15 @@ class ContactsAlone:
             return self.contradictions
         if status != "located" or self.without.status == "located":
             return ()
-        left = "the contacts would leave a motion free"
-        if self.without.poses:
-            left = f"at least {self.without.poses} poses would be left"
-        return (f"only what is known beforehand decides: without it {left}",)
+        return (decided_by_prior(self.without),)
+
+
+def decided_by_prior(without: WithoutPrior) -> str:
+    """The warning that the contacts alone, with this result, would not locate the fixture."""
+    left = (
+        f"at least {without.poses} poses would be left" if without.poses else "the contacts would leave a motion free"
+    )
+    return f"only what is known beforehand decides: without it {left}"
 
 
 def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome) -> ContactsAlone:
@@ -68,7 +74,7 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     else:
         without = _counted(contacts, outcome)  # step 2
     fallen = tuple(  # step 3
-        Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, (Reason("prior", None, None, o.message),))
+        candidate_of(s, (Reason("prior", None, None, o.message),))
         for s, o in off
         if not any(_is_same(s, other, contacts) for other in outcome.solutions.found)
     )

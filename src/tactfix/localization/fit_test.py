@@ -25,11 +25,9 @@ warning that they are too good."""
 
 
 def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: float) -> Reason | None:
-    """Why the pose does not fit the contacts; limit: the largest chi-square that noise explains. None where it fits."""
+    """Why the pose does not fit the contacts; None if it does. limit: the largest chi-square that noise explains."""
     if solution.chi2 > limit:
-        worst = int(np.argmax(np.abs(solution.residuals)))
-        message = f"chi-square {solution.chi2:.4g} is above {limit:.4g}; worst at {contacts.label(worst)}"
-        return Reason("fit", contacts.features[worst], contacts.rows[worst], message)
+        return too_large(contacts, solution, limit)
     found = _stands_out(fixture, contacts, solution, REJECTED_IN_ERROR)
     if found is None:
         return None
@@ -38,8 +36,15 @@ def misfit_of(fixture: Fixture, contacts: Contacts, solution: Solution, limit: f
     return Reason("fit", feature, row, message)
 
 
+def too_large(contacts: Contacts, solution: Solution, limit: float) -> Reason:
+    """The rejection of a pose whose chi-square is above the limit."""
+    worst = int(np.argmax(np.abs(solution.residuals)))
+    message = f"chi-square {solution.chi2:.4g} is above {limit:.4g}; worst at {contacts.label(worst)}"
+    return Reason("fit", contacts.features[worst], contacts.rows[worst], message)
+
+
 def residual_warnings(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> tuple[Diagnosis, ...]:
-    """What is suspicious about the residuals of a pose that is left: one contact, or sigma."""
+    """What is suspicious about the residuals of a pose that fits: the tip, one contact, or sigma."""
     suspect = _stands_out(fixture, contacts, solution, SUSPICIOUS)
     elsewhere = _tip_elsewhere(fixture, contacts, solution, dof)
     if elsewhere is not None:
@@ -55,10 +60,10 @@ def residual_warnings(fixture: Fixture, contacts: Contacts, solution: Solution, 
 
 
 def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int) -> Diagnosis | None:
-    """Another place of the tip in the flange, where that explains the residuals as well as one bad contact would.
+    """Another place of the tip in the flange, if it explains the residuals as well as one bad contact would.
 
-    Chi-square must fall by more than three numbers without meaning make it fall once in a thousand: that sees a wrong
-    tip long before all residuals together are suspicious.
+    Chi-square must fall by more than three free numbers without meaning lower it once in a thousand cases. That detects
+    a wrong tip long before all residuals together are suspicious.
     """
     if contacts.flange_rotations is None or dof < 4:
         return None
@@ -85,10 +90,10 @@ def _one_contact_or_sigma(
     *,
     all_alike: bool,
 ) -> tuple[Diagnosis, ...]:
-    """The contact that stands out, another sigma where all residuals together are suspicious, or one of these.
+    """The contact that stands out, and another sigma if all residuals together are suspicious; one entry if indistinct.
 
-    In the order of the Bayesian information criterion: -2 log likelihood plus log n for each number free (each equation
-    of the one contact), and twice the logarithm of the contacts among which the one is chosen (Chen and Chen 2008).
+    In the order of the Bayesian information criterion: -2 log likelihood plus log n for each free number (each equation
+    of the contact), and twice the logarithm of the number of contacts from which it was chosen (Chen and Chen 2008).
     """
     from tactfix.diagnosis.hypotheses import INDISTINCT
     from tactfix.diagnosis.messages import one_of
@@ -107,7 +112,7 @@ def _one_contact_or_sigma(
 
 
 def _stands_out(fixture: Fixture, contacts: Contacts, solution: Solution, probability: float) -> "StandsOut | None":
-    # No normalised residual is larger than the root of chi-square: most poses need not be asked, and nothing imported.
+    # No normalised residual is larger than the root of chi-square: most poses need neither the test nor its import.
     if solution.chi2 <= normal_limit(len(contacts), probability) ** 2:
         return None
     from tactfix.diagnosis.data_snooping import contact_that_stands_out
@@ -132,7 +137,7 @@ def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, suspect: 
 
 
 def _sigma(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int, words: str) -> Diagnosis:
-    """Another sigma of the probe; where the features' own allow for more than there is, these are too large."""
+    """Another sigma of the probe; if sigmas of the features alone exceed the residuals, the question about these."""
     ratio = float(np.sqrt(solution.chi2 / max(dof, 1)))
     said, sigmas = float(np.median(contacts.sigmas)), residual_sigmas(fixture, contacts)
     right = implied_probe_sigma(contacts, sigmas, ratio)

@@ -39,7 +39,7 @@ def is_underdetermined(solution: Solution, contacts: Contacts) -> bool:
 
 
 def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tuple[FreeMotion, ...]:
-    """The free motions at a solution, in base and in words; the weakest one where none is quite free."""
+    """The free motions at a solution, in base and in words; the weakest one if none is free."""
     if len(solution.free_twists):  # steps 2 and 4
         return tuple(in_words(fixture, solution, twist, "", contacts.spread) for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
@@ -61,7 +61,7 @@ def _weakest(contacts: Contacts, solution: Solution) -> Floats:
 def in_words(fixture: Fixture, solution: Solution, twist: Floats, note: str, size_touched: float) -> FreeMotion:
     """The motion twist (6,) at base's origin, of unit size, named by the features; note follows its name.
 
-    size_touched: of the touched part, a length: planes that all meet in one point have none of their own.
+    size_touched: of the touched part, a length: planes that all meet in one point have no size.
     """
     from tactfix.geometry.scale import Tolerance, tolerance_for  # located fixtures have no motion to name
     from tactfix.localization.motion_words import twist_in_words

@@ -17,16 +17,16 @@ from tactfix.contacts import Contacts, Unknown
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import offset_radius
+from tactfix.localization.common_result import candidate_of, common_result
 from tactfix.localization.elimination import Assessment
 from tactfix.localization.fit_test import residual_warnings
-from tactfix.localization.fitted import agreed, contact_residuals
 from tactfix.localization.free_motions import free_motions, is_underdetermined
 from tactfix.localization.outcome import assessment_of, outcome_from, outcome_of, solve
 from tactfix.locate_result import LocatedResult, LocateResult, NotLocatedResult
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.results import Candidate, Diagnosis, Status, Touched
+from tactfix.results import Diagnosis, Status, Touched
 
 COINCIDENT_SIGMAS = 100.0
 """Extent of the contacts, in sigma, below which underdetermined contacts get a warning about their unit: fixtures are
@@ -59,8 +59,8 @@ def locate(
         False: an inconsistent result comes without the nearest miss and without a diagnosis, and an underdetermined
         one of a fixture by relations may come without the motions left free.
     unknown : collection of {"tip", "tip-radius"}
-        What of the tip is found as well: its centre in the flange frame, from contacts that say how the flange stood,
-        and its effective radius.
+        Unknowns of the tip that are found too: its centre in the flange frame, which takes contacts with flange
+        rotations, and its effective radius.
 
     Returns
     -------
@@ -130,7 +130,10 @@ def _answer(
     if status == "located":
         return _with_pose(result, fixture, left[0], scale_sigma)
     if status == "ambiguous":
-        return _with_next_contact(result, fixture, contacts, left)
+        from tactfix.localization.next_contact import distinguishing_contact
+
+        touch = distinguishing_contact(fixture, left, float(contacts.sigmas.max()), contacts.tip_radius)
+        return replace(result, next_contact=touch)
     if status == "underdetermined":
         return _with_free_motions(result, fixture, contacts, solutions, left)
     return _with_diagnosis(result, fixture, contacts, solutions) if explain else result
@@ -168,32 +171,19 @@ def _result(
     status: Status,
 ) -> LocateResult:
     """The part of the result that every status has."""
-    best = left[0] if left else next(iter(solutions.found), None)
     shown = list(zip(solutions.found, assessments, strict=True))
     if solutions.continuum:
         samples = [pair for pair in shown if len(pair[0].free_twists)]
         shown = [pair for pair in shown if not len(pair[0].free_twists)] + samples[:SAMPLES_SHOWN]
-    candidates = tuple(
-        Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, v.reasons)
-        for s, v in sorted(shown, key=lambda pair: bool(pair[1].reasons))
-    )
+    shown.sort(key=lambda pair: bool(pair[1].reasons))
+    candidates = (candidate_of(solution, assessment.reasons) for solution, assessment in shown)
     suspicious = (
         residual_warnings(fixture, contacts, left[0], solutions.dof) if left and status != "underdetermined" else ()
     )
     is_open = status == "underdetermined" and not solutions.partial
-    return LocateResult(
-        fixture=fixture.name,
-        units=fixture.units,
-        status=status,
-        base_from_fixture=None,
-        covariance=None,
-        dof=solutions.dof,
-        chi2=best.chi2 if best else None,
-        chi2_limit=solutions.limit,
-        rms=best.rms if best else None,
+    return replace(
+        common_result(fixture, contacts, status, left or solutions.found, solutions.dof, solutions.limit),
         candidates=(*candidates, *solutions.fallen),
-        surfaces=agreed(left or solutions.found, contacts) if status != "inconsistent" else {},
-        contacts=contact_residuals(contacts, best) if best else (),
         warnings=() if is_open else _warnings(solutions, assessments, left, suspicious),
         diagnosis=suspicious,
     )
@@ -218,14 +208,6 @@ def _with_pose(result: LocateResult, fixture: Fixture, solution: Solution, scale
     return replace(result, base_from_fixture=solution.base_from_fixture, covariance=solution.covariance * factor)
 
 
-def _with_next_contact(
-    result: LocateResult, fixture: Fixture, contacts: Contacts, left: Sequence[Solution]
-) -> LocateResult:
-    from tactfix.localization.next_contact import next_contact
-
-    return replace(result, next_contact=next_contact(fixture, left, float(contacts.sigmas.max()), contacts.tip_radius))
-
-
 def _with_free_motions(
     result: LocateResult, fixture: Fixture, contacts: Contacts, solutions: Solutions, left: Sequence[Solution]
 ) -> LocateResult:
@@ -233,7 +215,7 @@ def _with_free_motions(
     weakest = max(left or solutions.found, key=lambda sample: len(sample.free_twists), default=None)
     motions = free_motions(fixture, contacts, weakest) if weakest and (left or not solutions.partial) else ()
     if weakest is not None:
-        from tactfix.localization.missing_contacts import missing_contact
+        from tactfix.localization.next_contact import missing_contact
 
         result = replace(result, next_contact=missing_contact(fixture, contacts, weakest))
     extent, sigma = float(np.linalg.norm(np.ptp(contacts.points, axis=0))), float(np.median(contacts.sigmas))

@@ -86,7 +86,7 @@ def twist_in_words(rotation: Floats, translation: Floats, surfaces: Surfaces, to
 
 
 def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
-    """A line named by the features that it belongs to; by numbers where there are none."""
+    """A line named by the features that it belongs to, by numbers if there are none."""
     coaxial = [n for n, s in surfaces.items() if isinstance(s, Cylinder) and _is_axis(s, line, tolerance)]
     if coaxial:
         return f"the axis of {listed(coaxial)}"
@@ -110,7 +110,7 @@ def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
 
 
 def direction_in_words(direction: Floats, surfaces: Surfaces, tolerance: Tolerance) -> str:
-    """A direction named by the axes or planes that it lies along; by numbers where there are none."""
+    """A direction named by the axes or planes that it lies along, by numbers if there are none."""
     axes = [
         name
         for name, s in surfaces.items()
@@ -127,10 +127,10 @@ def direction_in_words(direction: Floats, surfaces: Surfaces, tolerance: Toleran
 
 
 def vector(values: Floats) -> str:
-    """(1, 0, -0.5): four digits or whole, no negative zero, and zero for what is rounding beside the largest."""
+    """(1, 0, -0.5): four digits, whole numbers if large, no negative zero, and zero for rounding."""
     least = ROUNDING_OF_WORDS * max(1e-3, float(np.abs(values).max(initial=0.0)))
-    told = [0.0 if abs(value) < least else float(value) for value in values]
-    return "(" + ", ".join(f"{value:.4g}" if abs(value) < _WHOLE_NUMBERS else f"{value:.0f}" for value in told) + ")"
+    shown = [0.0 if abs(value) < least else float(value) for value in values]
+    return "(" + ", ".join(f"{value:.4g}" if abs(value) < _WHOLE_NUMBERS else f"{value:.0f}" for value in shown) + ")"
 
 
 def _is_axis(cylinder: Cylinder, line: Line, tolerance: Tolerance) -> bool:

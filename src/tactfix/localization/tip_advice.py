@@ -8,7 +8,6 @@ Free motions of tip and fixture together (`tip_motions`):
 4. Each motion is described by what would determine it: another orientation of the tool, or an opposite side.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,9 +20,8 @@ from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import inverse
 from tactfix.geometry.surfaces import moved
 from tactfix.localization.free_motions import in_words, tidied
-from tactfix.localization.missing_contacts import missing_contact, touch_in_words
 from tactfix.localization.motion_words import vector
-from tactfix.localization.next_contact import next_contact
+from tactfix.localization.next_contact import missing_contact, touch_in_words
 from tactfix.noise import chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import at_base_origin
@@ -80,12 +78,6 @@ def _together(motion: Floats, centre: Floats) -> FreeMotion:
 def _free_motion(motion: Floats, centre: Floats, words: str) -> FreeMotion:
     twist = at_base_origin(motion[None, :6], centre)[0]
     return FreeMotion(twist[:3], twist[3:], words)
-
-
-def distinguishing_contact(fixture: Fixture, left: Sequence[TipSolution]) -> NextContact | None:
-    """The contact that distinguishes the remaining poses, each with its own tip."""
-    sigma = float(left[0].contacts.sigmas.max())
-    return next_contact(fixture, [each.solution for each in left], sigma, left[0].contacts.tip_radius)
 
 
 def turned_contact(fixture: Fixture, weakest: TipSolution) -> NextContact | None:

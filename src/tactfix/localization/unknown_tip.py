@@ -1,8 +1,8 @@
 """Locating a fixture together with the tip, if the tip's place in the flange or its radius is unknown.
 
 1. All poses with their tips are found (`unknowns.search`).
-2. Each is tested with the contacts corrected for its tip. If the path alone rejects all that are left, it is not
-   counted.
+2. Each is tested with the contacts corrected for its tip. If the path alone rejects all that are left, the test of
+   the path is left out.
 3. If something is known beforehand, the same is done without it.
 4. The status decides what follows: the free motions, the next contact, or the pose with its covariance.
 5. If the contacts are inconsistent, another place of the tip and the deletion of one contact are tried.
@@ -18,17 +18,20 @@ from tactfix.diagnosis.messages import tip_offset_message
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
+from tactfix.localization.common_result import candidate_of, common_result
+from tactfix.localization.contacts_alone import decided_by_prior
 from tactfix.localization.elimination import assess
-from tactfix.localization.fitted import agreed, contact_residuals
+from tactfix.localization.fit_test import too_large
 from tactfix.localization.motion_words import vector
-from tactfix.localization.tip_advice import distinguishing_contact, suspects, tip_motions, turned_contact
+from tactfix.localization.next_contact import distinguishing_contact
+from tactfix.localization.tip_advice import suspects, tip_motions, turned_contact
 from tactfix.locate_result import LocateResult
 from tactfix.noise import SURE
 from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import largest_sigma
 from tactfix.probe import residual_sigmas
 from tactfix.relations.realization import realize
-from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, Reason, Status, TipEstimate, WithoutPrior
+from tactfix.results import POSE_UNKNOWNS, Diagnosis, Reason, Status, TipEstimate, WithoutPrior
 from tactfix.unknowns.search import TipSolutions, tip_solutions
 from tactfix.unknowns.solution import TipSolution
 
@@ -60,7 +63,11 @@ def locate_with_tip(
         reasons = [tuple(reason for reason in against if reason.code != "path") for against in reasons]
     left = [solution for solution, against in zip(solutions.found, reasons, strict=True) if not against]
     status = _status(solutions, left)
-    result = _result(fixture, contacts, solutions, reasons, left, status)
+    pairs = sorted(zip(solutions.found, reasons, strict=True), key=lambda pair: bool(pair[1]))
+    candidates = tuple(candidate_of(solution.solution, against) for solution, against in pairs)
+    best, fits = (left or solutions.found)[0], [each.solution for each in left or solutions.found]
+    result = common_result(fixture, best.contacts, status, fits, solutions.dof, solutions.limit)
+    result = replace(result, candidates=candidates)
     if known is not None and known.is_known:  # step 3
         result = _beside_prior(result, fixture, contacts, unknown)
     tip = _tip(contacts, left or solutions.found, solutions, unknown, fixture.probe.tip_within)
@@ -71,7 +78,9 @@ def locate_with_tip(
         touch = turned_contact(fixture, weakest)
         return replace(result, free_motions=tip_motions(fixture, weakest), next_contact=touch)
     if status == "ambiguous":
-        return replace(result, next_contact=distinguishing_contact(fixture, left))
+        sigma, radius = float(contacts.sigmas.max()), left[0].contacts.tip_radius
+        touch = distinguishing_contact(fixture, [each.solution for each in left], sigma, radius)
+        return replace(result, next_contact=touch)
     if status == "located":
         factor = left[0].solution.chi2 / solutions.dof if scale_sigma and solutions.dof > 0 else 1.0
         joint = left[0].covariance * factor
@@ -100,10 +109,7 @@ def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Rea
     """The reasons against a solution: its fit, a tip beyond tip_within, prior, approach, touch box, path."""
     pose = solution.solution
     if pose.chi2 > limit:
-        worst = int(np.argmax(np.abs(pose.residuals)))
-        where = solution.contacts.label(worst)
-        message = f"chi-square {pose.chi2:.4g} is above {limit:.4g}; worst at {where}"
-        return (Reason("fit", solution.contacts.features[worst], solution.contacts.rows[worst], message),)
+        return (too_large(solution.contacts, pose, limit),)
     within, off = fixture.probe.tip_within, float(np.linalg.norm(solution.tip))
     if within is not None and off > within and off - SURE * _sigma_along(solution) > within:
         message = f"the tip would be {off:.4g} {fixture.units} from its nominal place, tip_within is {within:g}"
@@ -124,8 +130,7 @@ def _beside_prior(
     without = WithoutPrior(alone.status, None if alone.status == "underdetermined" else poses)
     warnings: tuple[str, ...] = ()
     if result.status == "located" and alone.status != "located":
-        left = f"at least {poses} poses would be left" if without.poses else "the contacts would leave a motion free"
-        warnings = (f"only what is known beforehand decides: without it {left}",)
+        warnings = (decided_by_prior(without),)
     if result.status == "inconsistent" and alone.status in ("located", "ambiguous"):
         beyond = next((r.message for c in result.candidates for r in c.reasons if r.code == "prior"), "")
         words = f": of the nearest pose that fits, {beyond}" if beyond else ", and agree without it"
@@ -146,34 +151,6 @@ def _status(solutions: TipSolutions, left: Sequence[TipSolution]) -> Status:
     if not left:
         return "inconsistent"
     return "located" if len(left) == 1 else "ambiguous"
-
-
-def _result(
-    fixture: Fixture,
-    contacts: Contacts,
-    solutions: TipSolutions,
-    reasons: Sequence[tuple[Reason, ...]],
-    left: Sequence[TipSolution],
-    status: Status,
-) -> LocateResult:
-    """The part of the result that every status has."""
-    best = (left or solutions.found)[0]
-    pairs = [(s.solution, against) for s, against in zip(solutions.found, reasons, strict=True)]
-    candidates = [Candidate(s.base_from_fixture, s.surfaces, s.chi2, s.rms, against) for s, against in pairs]
-    return LocateResult(
-        fixture=fixture.name,
-        units=fixture.units,
-        status=status,
-        base_from_fixture=None,
-        covariance=None,
-        dof=solutions.dof,
-        chi2=best.solution.chi2,
-        chi2_limit=solutions.limit,
-        rms=best.solution.rms,
-        candidates=tuple(sorted(candidates, key=lambda candidate: bool(candidate.reasons))),
-        surfaces={} if status == "inconsistent" else agreed([s.solution for s in left or solutions.found], contacts),
-        contacts=contact_residuals(best.contacts, best.solution),
-    )
 
 
 def _names(unknown: frozenset[Unknown]) -> tuple[str, ...]:
