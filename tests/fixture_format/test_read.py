@@ -88,6 +88,13 @@ def test_angles_arrive_in_rad(tmp_path: Path) -> None:
     assert relation.sigma == pytest.approx(math.radians(0.5))
 
 
+@pytest.mark.parametrize(("written", "read"), [("2.5e-15", 0.0), ("1e-6", 1e-6)])
+def test_what_rounding_leaves_of_a_distance_of_zero(tmp_path: Path, written: str, read: float) -> None:
+    text = PAPER.replace("distances:\n", f"distances:\n  - {{between: [ball, other], value: {written}}}\n")
+    text = text.replace("features:\n", "features:\n  other: {type: sphere, radius: 1.0}\n")
+    assert loaded(tmp_path, text).relations[0].value == read
+
+
 def test_the_probe(tmp_path: Path) -> None:
     text = PAPER + "probe: {tip_radius: 1.5, sigma: 5e-3, approach_distance: 10}\n"
     assert loaded(tmp_path, text).probe == Probe(1.5, 0.005, 10)

@@ -14,12 +14,17 @@ from tests.validation.relation_touches import Touched, by_relations, touches
 def turned_part(kind: str, rng: np.random.Generator, angle: Angle, most: int) -> tuple[Part, Touched]:
     """A part of a kind, and touches of it in a turned base, at most so many on each feature."""
     part = KINDS[kind].make(angle)
+    return part, few_touches(part, rng, most)
+
+
+def few_touches(part: Part, rng: np.random.Generator, most: int) -> Touched:
+    """Touches of a part in a turned base, at most so many on each feature."""
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
     touched = touches(part, base, rng, nominal=False)
     few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < most]
     parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
-    return part, replace(touched, names=tuple(touched.names[i] for i in few), **parts)
+    return replace(touched, names=tuple(touched.names[i] for i in few), **parts)
 
 
 def few_contacts_on(
@@ -28,7 +33,14 @@ def few_contacts_on(
     """A part in a turned base, noisy contacts, at most so many on each feature; angle: value and sigma in the file."""
     rng = np.random.default_rng([seed, *kind.encode()])
     part, touched = turned_part(kind, rng, Angle(*angle, angle[0], 0.0), most)
+    return (*as_read(part, touched, rng, folder), touched)
+
+
+def as_read(
+    part: Part, touched: Touched, rng: np.random.Generator, folder: Path
+) -> tuple[tactfix.Fixture, tactfix.Contacts]:
+    """What the package reads of the files of a part and of noisy contacts."""
     (folder / "fixture.yaml").write_text(by_relations(part))
     (folder / "contacts.csv").write_text(touched.csv(0.01, rng.standard_normal(len(touched.names))))
     fixture = tactfix.load_fixture(folder / "fixture.yaml")
-    return fixture, tactfix.load_contacts(folder / "contacts.csv", fixture), touched
+    return fixture, tactfix.load_contacts(folder / "contacts.csv", fixture)

@@ -17,6 +17,12 @@ from tactfix.placement import Placement
 AXIS_KEYS: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
+ROUNDED = 1e-9
+"""Share of the fixture's largest length below which a distance is zero: 1e-15 is what computing in doubles leaves of a
+zero, and a millionth of a millimetre is no distance of a part. Features at a small distance have a direction from one
+to the other; those that coincide have none."""
+
+
 def build_fixture(entries: Entries, name: str, placement: Placement | None) -> Fixture:
     """The fixture of a file in which form and rules found nothing wrong; name: if it gives none itself."""
     return Fixture(
@@ -72,9 +78,17 @@ def _surface(entry: Entry) -> Surface | None:
 
 def _relations(entries: Entries) -> tuple[Relation, ...]:
     """The distances, then the angles, angles in rad."""
+    given = entries.distances.values()
+    radii = (entry.get("radius") or 0.0 for entry in entries.named.values())
+    smallest = ROUNDED * max([*(abs(d["value"]) for d in given), *radii], default=0.0)
     distances = [
-        Relation("distance", (d["between"][0], d["between"][1]), float(d["value"]), float(d.get("sigma", 0.0)))
-        for d in entries.distances.values()
+        Relation(
+            "distance",
+            (d["between"][0], d["between"][1]),
+            float(d["value"]) if abs(d["value"]) > smallest else 0.0,
+            float(d.get("sigma", 0.0)),
+        )
+        for d in given
     ]
     angles = [
         Relation("angle", (a["between"][0], a["between"][1]), math.radians(a["value"]), math.radians(a.get("sigma", 0)))

@@ -27,7 +27,7 @@ where rounding (2e-9) and second order (1e-7) are far below what a covariance ne
 
 
 @frozen_value
-class _Group:
+class Group:
     """The best of some indistinct fits, and the others."""
 
     best: JointFit
@@ -43,7 +43,7 @@ def joint_solutions(
 
     Raises FrameError if the recipe has no frame for any fit that explains the contacts.
     """
-    groups = _grouped(fits, problem)
+    groups = grouped(fits, problem)
     dof = groups[0].best.dof if groups else fixture.equations(problem.contacts.features) - 6
     limit = chi_square_limit(dof)
     explaining = [group for group in groups if group.best.chi2 <= limit]
@@ -59,13 +59,13 @@ def joint_solutions(
     return Solutions(tuple(found), dof, limit, complete=True, continuum=continuum)
 
 
-def _grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[_Group]:
+def grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[Group]:
     """Groups of indistinct fits, best first."""
-    groups: list[_Group] = []
+    groups: list[Group] = []
     for fit in sorted((fit for fit in fits if fit.missing < RELATIONS_HOLD), key=lambda fit: fit.chi2):
         group = next((group for group in groups if _are_one(group.best, fit, problem)), None)
         if group is None:
-            groups.append(_Group(fit, []))
+            groups.append(Group(fit, []))
         else:
             group.others.append(fit)
     return groups
@@ -77,7 +77,7 @@ def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
     return seen < (FOLD if same_branch else BRANCHES)
 
 
-def _framed(fixture: Fixture, problem: JointProblem, group: _Group, curved: bool) -> list[Solution]:
+def _framed(fixture: Fixture, problem: JointProblem, group: Group, curved: bool) -> list[Solution]:
     """One solution per frame that the recipe allows; their spread is the same, since it is in base axes."""
     recipe, fit = recipe_of(fixture), group.best
     pose, *others = frames(recipe, fit.surfaces)

@@ -1,18 +1,22 @@
 """Solutions from many random placements, for features that can be located neither alone nor as one rigid body.
 
-1. A feature that is located alone starts at one of its candidates, every other feature at random.
-2. Damped least squares follow all placements side by side (`placements`), on a part of the contacts if there are many;
-   indistinct ends are merged.
+1. A feature that is located alone starts at one of its candidates, every other feature at random. Random numbers are
+   drawn in the principal axes of the contacts, so that the result does not depend on the directions of base.
+   Combinations of candidates that violate the relations among themselves are left out.
+2. Damped least squares follow SAMPLE_STARTS placements side by side (`placements`), on a part of the contacts if there
+   are many; indistinct ends are merged.
 3. Joint fits start at the ends, those first that the approaches allow.
-4. If contacts and relations leave no motion free, the fits are the solutions. They are complete if every end was met
-   OFTEN_MET times, else partial: if all are rejected, another may be right.
-5. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
+4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most MOST_ROUNDS
+   times, and not if contacts and relations leave a motion free.
+5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times, else partial:
+   if all are rejected, another may be right.
+6. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
    nearest miss: of all ends, or partial.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from itertools import islice, product
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, islice, product
 from math import prod
 from random import Random
 
@@ -21,15 +25,17 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.feature import Feature
 from tactfix.fixture import Fixture
-from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Sphere, Surface
+from tactfix.geometry.arrays import Floats, cross
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import Surface, moved
 from tactfix.noise import chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import branch_fit, nearest_start
+from tactfix.relations.branches import COSTLY, least_cost
 from tactfix.relations.features_alone import FeatureCandidate
 from tactfix.relations.joint_problem import JointFit, JointProblem
-from tactfix.relations.joint_solutions import RELATIONS_HOLD, joint_solutions
+from tactfix.relations.joint_solutions import RELATIONS_HOLD, grouped, joint_solutions
 from tactfix.relations.placements import settled
 from tactfix.relations.realization import random_surface
 from tactfix.relations.unresolved import seen_difference
@@ -37,6 +43,9 @@ from tactfix.relations.unresolved import seen_difference
 SAMPLE_STARTS = 128
 """Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
 starts met two."""
+MOST_ROUNDS = 4
+"""Times that so many placements are followed at most: they bound the time, a tenth of a second each with 15 contacts.
+In a hundredth of the placements a solution of five features with three contacts each is met."""
 PLACED_CONTACTS = 200
 """Contacts of each feature that placements see: ends are starts of fits, which see all contacts. More would say no more
 of where a minimum lies, and a placement fills a row of numbers for each."""
@@ -46,9 +55,11 @@ that each is used at least twice with other random places of the rest. With more
 FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
-"""Distinct ends of placements that are fitted, those first that the approaches allow, then the best: half as many
-again as the eight solutions of a slab with few contacts on its hole. They are a bound on time, not on what there is:
-three contacts on each of three bars at angles leave up to 40 ends. With more ends the result is not complete."""
+"""Distinct ends of placements that are fitted in each round, those first that the approaches allow, then the best: half
+as many again as the eight solutions of a slab with few contacts on its hole. With MOST_FITTED_ENDS there are no more
+rounds. They are a bound on time, not on what there is: three contacts on each of three bars at angles leave up to 40
+ends. If ends are left over, the result is not complete."""
+MOST_FITTED_ENDS = 2 * FITTED_ENDS
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
 least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
@@ -61,6 +72,16 @@ OFTEN_MET = 4
 average is missed with probability e^-4, once in 50 times."""
 
 
+@dataclass(slots=True)
+class End:
+    """A distinct end of placements: its surfaces, chi-square there, the placements that led to it, its joint fit."""
+
+    surfaces: Mapping[str, Surface]
+    chi2: float
+    count: int = 1
+    fit: JointFit | None = None
+
+
 def sampled_solutions(
     fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
 ) -> Solutions:
@@ -68,24 +89,49 @@ def sampled_solutions(
 
     alone: the candidates of the features that their own contacts locate.
     """
-    starts = _starts(fixture, problem, alone)  # step 1
-    few = _thinned(problem)
-    ends = _distinct_ends(few, *settled(fixture, few, starts))  # step 2
-    ends.sort(key=lambda end: _comes_out(problem.contacts, end[0]))
-    fits: list[JointFit] = []
-    for surfaces, _ in ends[:FITTED_ENDS]:  # step 3
-        fits.append(branch_fit(problem, nearest_start(problem, surfaces)))
-        if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits) and not _are_misses(fits):
+    few, ends = _thinned(problem), list[End]()
+    placements = _placements(fixture, problem, alone)  # step 1
+    for _ in range(MOST_ROUNDS):  # step 4
+        ends = _with_ends(few, ends, *settled(fixture, few, list(islice(placements, SAMPLE_STARTS))))  # step 2
+        _fit(problem, ends)  # step 3
+        fits = [end.fit for end in ends if end.fit is not None]
+        isolated = [fit for fit in fits if _is_isolated(fit)]
+        is_continuum = not (isolated or _are_misses(fits))
+        if is_continuum or len(fits) >= MOST_FITTED_ENDS or _all_met_often(problem, ends, isolated):
             break
-    isolated = [fit for fit in fits if _is_isolated(fit)]
-    if isolated:  # step 4
+    if isolated:  # step 5
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
-        complete = are_started and len(ends) <= FITTED_ENDS and all(count >= OFTEN_MET for _, count in ends)
-        return replace(joint_solutions(fixture, problem, isolated), complete=complete, partial=not complete)
-    best = _kept(fits)[:FREE_SAMPLES]  # step 5
+        complete = are_started and _all_met_often(problem, ends, isolated)
+        # Of partial solutions none is located, so that no covariance is asked for.
+        solutions = joint_solutions(fixture, problem, isolated, curved=complete)
+        return replace(solutions, complete=complete, partial=not complete)
+    best = _kept(fits)[:FREE_SAMPLES]  # step 6
     if _are_misses(fits):
         return replace(joint_solutions(fixture, problem, best[:1]), complete=False, partial=len(fits) < len(ends))
     return joint_solutions(fixture, problem, best, continuum=True)
+
+
+def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
+    """Joint fits from at most FITTED_ENDS of the ends without one; a continuum needs no more than it shows."""
+    fits = [end.fit for end in ends if end.fit is not None]
+    new = [end for end in ends if end.fit is None]
+    new.sort(key=lambda end: (_comes_out(problem.contacts, end.surfaces), end.chi2))
+    for end in new[:FITTED_ENDS]:
+        if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits) and not _are_misses(fits):
+            break
+        end.fit = branch_fit(problem, nearest_start(problem, end.surfaces))
+        fits.append(end.fit)
+
+
+def _all_met_often(problem: JointProblem, ends: Sequence[End], isolated: Sequence[JointFit]) -> bool:
+    """Whether every end was fitted, and OFTEN_MET placements have led to each solution."""
+    counts = {id(end.fit): end.count for end in ends}
+    groups = grouped(isolated, problem)
+    return (
+        bool(groups)
+        and all(end.fit is not None for end in ends)
+        and all(sum(counts[id(fit)] for fit in (group.best, *group.others)) >= OFTEN_MET for group in groups)
+    )
 
 
 def _thinned(problem: JointProblem) -> JointProblem:
@@ -99,53 +145,75 @@ def _thinned(problem: JointProblem) -> JointProblem:
     return replace(problem, contacts=problem.contacts.subset(kept), sigmas=problem.sigmas[kept])
 
 
-def _starts(
+def _placements(
     fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
+) -> Iterator[dict[str, Surface]]:
+    """Placements without end, each combination of the candidates of located features in turn."""
+    rng, axes = Random(20261122), _principal_axes(problem.contacts)
+    for known in cycle(_start_combinations(problem, alone)):
+        yield {
+            name: known[name] if name in known else _anywhere(feature, problem.contacts, problem.scale, rng, axes)
+            for name, feature in fixture.features.items()
+        }
+
+
+def _start_combinations(
+    problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
 ) -> list[dict[str, Surface]]:
-    rng, contacts = Random(20261122), problem.contacts
-    combinations = list(islice(product(*alone.values()), START_COMBINATIONS)) or [()]
-    starts = []
-    for number in range(SAMPLE_STARTS):
-        chosen = combinations[number % len(combinations)]
-        known = {name: candidate.surface for name, candidate in zip(alone, chosen, strict=False)}
-        starts.append(
-            {
-                name: known[name] if name in known else _anywhere(feature, contacts, problem.scale, rng)
-                for name, feature in fixture.features.items()
-            }
-        )
-    return starts
+    """The combinations of candidates that keep the relations among them; all if none does."""
+    choices = islice(product(*alone.values()), START_COMBINATIONS)
+    every = [{n: c.surface for n, c in zip(alone, choice, strict=True)} for choice in choices] or [{}]
+    among = tuple(relation for relation in problem.relations if set(relation.between) <= set(alone))
+    if not among or len(every) == 1:
+        return every
+    index = np.flatnonzero([name in alone for name in problem.contacts.features])
+    contacts, sigmas = problem.contacts.subset(index.tolist()), problem.sigmas[index]
+    own = replace(problem, contacts=contacts, sigmas=sigmas, relations=among)
+    limit = COSTLY * chi_square_limit(len(problem.contacts))
+    return [surfaces for surfaces in every if least_cost(own, surfaces) <= limit] or every
 
 
-def _anywhere(feature: Feature, contacts: Contacts, scale: float, rng: Random) -> Surface:
-    """The feature in a random direction, near its contacts, or anywhere in the fixture if it has none."""
+def _principal_axes(contacts: Contacts) -> Floats:
+    """Right-handed principal axes (3, 3) of the contacts as columns, each with the sense of the third moment."""
+    points = contacts.points - contacts.centre
+    axes = np.linalg.svd(points.T @ points)[0]
+    axes = axes * np.where(((points @ axes) ** 3).sum(axis=0) < 0, -1.0, 1.0)
+    return np.column_stack([axes[:, 0], axes[:, 1], cross(axes[:, 0], axes[:, 1])])
+
+
+def _anywhere(feature: Feature, contacts: Contacts, scale: float, rng: Random, axes: Floats) -> Surface:
+    """The feature in a random direction, near its contacts, or anywhere in the fixture if it has none.
+
+    axes (3, 3): columns of the frame in which it is drawn.
+    """
     index = contacts.by_feature.get(feature.name)
     near = scale if index is None else feature.radius or scale
     middle = contacts.centre if index is None else contacts.points[index].mean(axis=0)
-    return _shifted(random_surface(feature, near, rng), middle)
+    return moved(homogeneous(axes, middle), random_surface(feature, near, rng))
 
 
-def _shifted(surface: Surface, shift: Floats) -> Surface:
-    if isinstance(surface, Sphere):
-        return replace(surface, center=surface.center + shift)
-    return replace(surface, point=surface.point + shift)
-
-
-def _distinct_ends(
-    problem: JointProblem, ends: Sequence[Mapping[str, Surface]], chi2: Floats
-) -> list[tuple[Mapping[str, Surface], int]]:
-    """Distinct ends, best first, and the number of placements that led to each; a few if none is within the limit."""
+def _with_ends(
+    problem: JointProblem, known: Sequence[End], surfaces: Sequence[Mapping[str, Surface]], chi2: Floats
+) -> list[End]:
+    """The distinct ends with new ones among them, best first; a few if none is within the limit."""
+    limit = END_LIMIT * chi_square_limit(len(problem.contacts))
     order = np.argsort(chi2, kind="stable").tolist()
-    explaining = [n for n in order if chi2[n] <= END_LIMIT * chi_square_limit(len(problem.contacts))]
-    found: list[tuple[Mapping[str, Surface], int]] = []
-    for number in explaining or order[:FREE_SAMPLES]:
-        for k, (surfaces, count) in enumerate(found):
-            if seen_difference(surfaces, ends[number], problem.contacts, problem.sigmas, problem.scale) < ONE_END:
-                found[k] = surfaces, count + 1
+    explaining = [number for number in order if chi2[number] <= limit]
+    found = [end for end in known if end.chi2 <= limit]
+    if not found and not explaining:
+        found, explaining = list(known), order[: max(FREE_SAMPLES - len(known), 0)]
+    for number in explaining:
+        for end in found:
+            if _are_one_end(problem, end.surfaces, surfaces[number]):
+                end.count += 1
                 break
         else:
-            found.append((ends[number], 1))
-    return found
+            found.append(End(surfaces[number], float(chi2[number])))
+    return sorted(found, key=lambda end: end.chi2)
+
+
+def _are_one_end(problem: JointProblem, one: Mapping[str, Surface], other: Mapping[str, Surface]) -> bool:
+    return seen_difference(one, other, problem.contacts, problem.sigmas, problem.scale) < ONE_END
 
 
 def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:
