@@ -134,7 +134,7 @@ def staged_diagnosis(
     elif trials is None and len(contacts) >= MANY:
         stages = []  # `diagnose` searches for them with a part of the contacts
     else:
-        stages = [feasible(chain(units, _tip_radii(contacts, solve)))]
+        stages = [feasible(units), feasible(_tip_radii(contacts, solve))]
     if fits or len(contacts) < MANY:
         alone = deletion.singly if deletion else order
         stages[-1] = chain(stages[-1], feasible(_without_each(contacts, alone if trials else alone[:SINGLE_DELETIONS])))
