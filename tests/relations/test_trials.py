@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import tactfix
 from tactfix.relations import branch_fits
 from tactfix.relations.features_alone import thickness
-from tactfix.relations.trials import MOST_FITS_FROM_MISS, MOST_TRIAL_FITS, Trials
+from tactfix.relations.trials import MOST_FITS_FROM_MISS, MOST_TRIAL_FITS, CorrectionTrials
 from tests.relations.touched_parts import few_contacts_on
 from tests.validation.relation_geometry import KINDS, Angle
 from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
@@ -106,7 +106,7 @@ def test_units_are_not_doubted_where_the_fixture_has_no_length(tmp_path):
 def test_contacts_bent_more_than_a_radius_allows_are_ruled_out_before_any_fit(tmp_path, fits):
     part, touched, noise = touched_part("bar on plate")
     fixture, contacts = read(part, touched, noise, tmp_path)
-    trials = Trials(fixture, contacts)
+    trials = CorrectionTrials(fixture, contacts)
     assert trials.is_feasible(contacts)
     for factor in (1e-3, 25.4):
         assert not trials.is_feasible(replace(contacts, points=contacts.points * factor))
@@ -137,7 +137,7 @@ def test_a_correction_that_loses_a_feature_leaves_the_others_their_fits(tmp_path
     """Fits from the nearest miss are limited by themselves."""
     part, touched, noise = touched_part("bar on plate")
     fixture, contacts = read(part, touched, noise, tmp_path)
-    trials = Trials(fixture, contacts)
+    trials = CorrectionTrials(fixture, contacts)
     lost = contacts.subset([i for i in range(len(contacts)) if i not in contacts.by_feature["bar"][2:]])
     trials.solutions(lost)
     for _ in range(MOST_FITS_FROM_MISS + 1):

@@ -57,7 +57,7 @@ from tactfix.noise import SURE
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
-from tactfix.relations.trials import Trials
+from tactfix.relations.trials import CorrectionTrials
 from tactfix.results import Diagnosis
 
 MANY = 48
@@ -109,7 +109,7 @@ def staged_diagnosis(
     fits: bool,
     solve: Solve,
     explained: Explained,
-    trials: Trials | None = None,
+    trials: CorrectionTrials | None = None,
 ) -> tuple[Diagnosis, ...]:
     """The corrections of the first stage that explains the contacts, best first; empty if no single mistake does.
 
@@ -174,13 +174,13 @@ def _has_lengths(fixture: Fixture) -> bool:
     return bool(given) or any(relation.kind == "distance" for relation in fixture.relations)
 
 
-def _contradicted_first(contacts: Contacts, trials: Trials | None) -> list[int]:
+def _contradicted_first(contacts: Contacts, trials: CorrectionTrials | None) -> list[int]:
     """Indices of the contacts, those on features first whose contacts no surface explains."""
     suspects = trials.contradicted() if trials else ()
     return sorted(range(len(contacts)), key=lambda i: contacts.features[i] not in suspects)
 
 
-def _promising(stage: Iterable[Correction], trials: Trials) -> Iterator[Correction]:
+def _promising(stage: Iterable[Correction], trials: CorrectionTrials) -> Iterator[Correction]:
     """The corrections that the linear model does not exclude, in order of its chi-square: not all may be fitted."""
     ranked = [(trials.least_predicted(corrected), (one, corrected)) for one, corrected in stage]
     for chi2, correction in sorted(ranked, key=lambda pair: pair[0]):

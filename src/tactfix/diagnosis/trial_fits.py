@@ -72,7 +72,7 @@ def _row(surface: SidedSurface, origin: Floats, length: float) -> tuple[Floats, 
 
 
 @frozen_value
-class Trials:
+class WeightedTrials:
     """points (n, 3) in base; flanges (n, 3, 3): rotations of the flange if the tip's place in it is fitted, else None.
 
     For each of T trials: weights (T, n), surfaces (T, n) by their row in the table, tip radii tips (T, n),
@@ -91,7 +91,7 @@ class Trials:
     offsets: Floats
     numbers: Floats
 
-    def take(self, index: Ints) -> "Trials":
+    def take(self, index: Ints) -> "WeightedTrials":
         """Those trials."""
         names = [f.name for f in fields(self)][2:]
         return replace(self, **{name: getattr(self, name)[index] for name in names})
@@ -155,13 +155,13 @@ def _sided(surface: object) -> SidedSurface:
 class Fits:
     """Trials after some steps, with residuals (T, n) over sigma, jacobians (T, n, 6 + k) and chi2 (T,) there."""
 
-    trials: Trials
+    trials: WeightedTrials
     residuals: Floats
     jacobians: Floats
     chi2: Floats
 
 
-def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
+def fitted(table: SurfaceTable, trials: WeightedTrials, steps: int) -> Fits:
     """The trials after at most so many steps; none ends with a larger chi-square than it began with."""
     trials = trials.take(np.arange(len(trials.tips)))
     residuals, jacobians = evaluate(table, trials)  # step 2
@@ -186,7 +186,7 @@ def fitted(table: SurfaceTable, trials: Trials, steps: int) -> Fits:
     return Fits(trials, residuals, jacobians, chi2)
 
 
-def evaluate(table: SurfaceTable, trials: Trials) -> tuple[Floats, Floats]:
+def evaluate(table: SurfaceTable, trials: WeightedTrials) -> tuple[Floats, Floats]:
     """Residuals (T, n) over sigma and their derivatives (T, n, 6 + k): turn and shift in the fixture frame, numbers."""
     points = trials.points
     if trials.flanges is not None:
@@ -218,7 +218,7 @@ def _step(residuals: Floats, jacobians: Floats, damping: Floats) -> Floats:
     return np.asarray(step / np.maximum(1.0, np.linalg.norm(step[:, :6], axis=1))[:, None])
 
 
-def _stepped(trials: Trials, step: Floats) -> Trials:
+def _stepped(trials: WeightedTrials, step: Floats) -> WeightedTrials:
     return replace(
         trials,
         rotations=_turns(step[:, :3]) @ trials.rotations,

@@ -18,7 +18,7 @@ import numpy as np
 from tactfix.diagnosis.deletion import falls_without, span_of
 from tactfix.diagnosis.feasibility import least_chi_square
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
-from tactfix.diagnosis.trial_fits import Fits, HypothesisRows, SurfaceTable, Trials, evaluate, fitted
+from tactfix.diagnosis.trial_fits import Fits, HypothesisRows, SurfaceTable, WeightedTrials, evaluate, fitted
 from tactfix.errors import TactfixError
 from tactfix.geometry.arrays import Bools, Floats, Ints
 from tactfix.geometry.rigid import homogeneous, inverse
@@ -129,12 +129,12 @@ class TrialSearch:
         turns = self.frame.half_turns(self.single.surfaces, self.single.contacts)
         return [centre @ homogeneous(turn, np.zeros(3)) @ inverse(centre) for turn in turns]
 
-    def _trials(self, hypotheses: Sequence[Hypothesis]) -> tuple[SurfaceTable, Trials, Ints]:
+    def _trials(self, hypotheses: Sequence[Hypothesis]) -> tuple[SurfaceTable, WeightedTrials, Ints]:
         """Trials of the hypotheses from their promising poses, and the number (T,) of the hypothesis of each trial."""
         rows = HypothesisRows(self.problem, self.frame, hypotheses)
         promising = np.array([self._promising_poses(hypothesis) for hypothesis in hypotheses])
         of, pose = np.nonzero(promising)
-        trials = Trials(
+        trials = WeightedTrials(
             points=rows.points,
             flanges=rows.flanges,
             weights=rows.weights[of],
@@ -227,7 +227,7 @@ def _most_plausible(begun: Fits, penalties: Floats, of: Ints) -> Ints:
     return np.array([number for numbers in taken.values() for number in numbers], dtype=np.intp)
 
 
-def _is_any(trials: Trials, number: int, others: Sequence[int]) -> bool:
+def _is_any(trials: WeightedTrials, number: int, others: Sequence[int]) -> bool:
     """Whether a trial has the pose of one of the others."""
     return any(
         np.abs(trials.rotations[number] - trials.rotations[k]).max() < ONE_POSE

@@ -233,10 +233,10 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
     from tactfix.diagnosis.diagnose import NOTHING_EXPLAINS, diagnosed
     from tactfix.diagnosis.staged import staged_diagnosis
     from tactfix.relations.realization import few_shapes
-    from tactfix.relations.trials import Trials
+    from tactfix.relations.trials import CorrectionTrials
 
     best = next(iter(solutions.found), None)
-    trials = None if few_shapes(fixture) else Trials(fixture, contacts, best.surfaces if best else None)
+    trials = None if few_shapes(fixture) else CorrectionTrials(fixture, contacts, best.surfaces if best else None)
 
     def solve_again(corrected: Contacts, with_misses: bool = True) -> Solutions:
         if trials is not None:

@@ -42,7 +42,7 @@ TRIAL_FIT_STEPS = 20
 of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 MOST_TRIAL_FITS = 40
 """Fits of all corrections together that start at located features: they bound the time of a diagnosis, 2 s with 30
-contacts (`tests.benchmarks.bench_relations`). If a fit is left out, `Trials.is_cut` says so."""
+contacts (`tests.benchmarks.bench_relations`). If a fit is left out, `CorrectionTrials.is_cut` says so."""
 MOST_FITS_FROM_MISS = 10
 """The same of those that start at the nearest miss, counted by themselves: far from a minimum each takes 50 ms where
 relations are exact."""
@@ -58,7 +58,7 @@ class PreparedCorrection:
     is_from_miss: bool
 
 
-class Trials:
+class CorrectionTrials:
     """Tests of corrections of the contacts of one fixture; is_cut: whether a limit of fits left one without a fit."""
 
     def __init__(self, fixture: Fixture, contacts: Contacts, miss: Mapping[str, Surface] | None = None) -> None:

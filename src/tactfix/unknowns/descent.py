@@ -9,7 +9,7 @@
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.unknowns.equations import TipEquations, Trials
+from tactfix.unknowns.equations import PosesWithTip, TipEquations
 
 MOST_TIP_STEPS = 80
 """Steps of one descent at most: weakly determined tips converge linearly."""
@@ -20,7 +20,7 @@ TIP_GAIN = 1e-13
 """Share of its cost below which the gain of a step counts as none: near the rounding of a sum of squares."""
 
 
-def descend(equations: TipEquations, trials: Trials) -> tuple[Trials, Floats]:
+def descend(equations: TipEquations, trials: PosesWithTip) -> tuple[PosesWithTip, Floats]:
     """The ends of the trials, and their chi-square (S,)."""
     residuals, jacobian = equations.evaluate(trials)  # step 1
     cost = (residuals**2).sum(axis=1)
@@ -56,9 +56,9 @@ def _step(residuals: Floats, jacobian: Floats, damping: Floats) -> Floats:
     return np.asarray(step * np.minimum(1.0, 0.5 / np.maximum(size, 0.5)))
 
 
-def _chosen(better: Floats, ahead: Trials, before: Trials) -> Trials:
+def _chosen(better: Floats, ahead: PosesWithTip, before: PosesWithTip) -> PosesWithTip:
     which = better[:, None]
-    return Trials(
+    return PosesWithTip(
         np.where(which[:, :, None], ahead.rotations, before.rotations),
         np.where(which, ahead.origins, before.origins),
         np.where(which, ahead.tips, before.tips),

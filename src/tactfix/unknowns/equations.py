@@ -31,8 +31,8 @@ from tactfix.values import frozen_value
 
 
 @frozen_value
-class Trials:
-    """S trials: base_from_fixture, rotations (S, 3, 3) and origins (S, 3); changes of the tip (S, 3), its radii (S,).
+class PosesWithTip:
+    """S trial poses: base_from_fixture, rotations (S, 3, 3) and origins (S, 3); changes of the tip (S, 3), its radii (S,).
 
     Lengths in the units of the problem; places counted from its centre.
     """
@@ -42,9 +42,9 @@ class Trials:
     tips: Floats
     radii: Floats
 
-    def subset(self, index: Ints) -> "Trials":
+    def subset(self, index: Ints) -> "PosesWithTip":
         """The trials with these numbers."""
-        return Trials(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
+        return PosesWithTip(self.rotations[index], self.origins[index], self.tips[index], self.radii[index])
 
 
 KNOWN_DIRECTION: Final = 1e-5
@@ -146,23 +146,23 @@ class TipEquations:
     def __len__(self) -> int:
         return len(self.of) + len(self.known.whitening)
 
-    def trials(self, poses: Floats, tips: Floats, tip_radius: float) -> Trials:
-        """Trials at base_from_fixture poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
-        return Trials(
+    def trials(self, poses: Floats, tips: Floats, tip_radius: float) -> PosesWithTip:
+        """Trial poses at base_from_fixture poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
+        return PosesWithTip(
             poses[:, :3, :3],
             (poses[:, :3, 3] - self.centre) / self.length,
             tips / self.length,
             np.full(len(poses), tip_radius / self.length),
         )
 
-    def poses(self, trials: Trials) -> Floats:
+    def poses(self, trials: PosesWithTip) -> Floats:
         """base_from_fixture (S, 4, 4) of the trials, in fixture units."""
         poses = np.zeros((len(trials.radii), 4, 4))
         poses[:, :3, :3], poses[:, 3, 3] = orthonormalized(trials.rotations), 1.0
         poses[:, :3, 3] = self.centre + self.length * trials.origins
         return poses
 
-    def evaluate(self, trials: Trials) -> tuple[Floats, Floats]:
+    def evaluate(self, trials: PosesWithTip) -> tuple[Floats, Floats]:
         """Residuals over sigma (S, m), and their Jacobian (S, m, u) in the columns that are unknown."""
         places = self.points + np.einsum("mij,sj->smi", self.flanges, trials.tips)
         local = (places - trials.origins[:, None]) @ trials.rotations - self.anchors
@@ -187,12 +187,12 @@ class TipEquations:
         jacobian = np.concatenate([jacobian * self.weights[:, None], known_jacobian], axis=1)
         return np.concatenate([values * self.weights, known], axis=1), jacobian[:, :, self.columns]
 
-    def stepped(self, trials: Trials, step: Floats) -> Trials:
+    def stepped(self, trials: PosesWithTip, step: Floats) -> PosesWithTip:
         """The trials after steps (S, u): turns about the problem's centre, shifts, tip and radius."""
         whole = np.zeros((len(step), 10))
         whole[:, self.columns] = step
         turns = rotation_from_vector(whole[:, :3])
-        return Trials(
+        return PosesWithTip(
             turns @ trials.rotations,
             (turns @ trials.origins[:, :, None])[:, :, 0] + whole[:, 3:6],
             trials.tips + whole[:, 6:9],

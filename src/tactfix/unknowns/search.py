@@ -31,7 +31,7 @@ from tactfix.poses.rigid import UNRESOLVED
 from tactfix.poses.sigma_points import Spread
 from tactfix.poses.solution import solution_from
 from tactfix.unknowns.descent import descend
-from tactfix.unknowns.equations import TipEquations, Trials
+from tactfix.unknowns.equations import PosesWithTip, TipEquations
 from tactfix.unknowns.solution import Knowledge, TipSolution, about_origin
 from tactfix.values import frozen_value
 
@@ -119,7 +119,7 @@ def _starts(
     off: float,
     placement: Placement | None,
     thorough: bool,
-) -> Trials:
+) -> PosesWithTip:
     """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2.
 
     Without thorough the poses are those that one covering of the rotations finds; if it finds none, those of the whole
@@ -136,7 +136,7 @@ def _starts(
     return equations.trials(np.repeat(poses, len(tips), axis=0), np.tile(tips, (len(poses), 1)), contacts.tip_radius)
 
 
-def _distinct(equations: TipEquations, trials: Trials, cost: Floats, ok: Bools) -> list[Ints]:
+def _distinct(equations: TipEquations, trials: PosesWithTip, cost: Floats, ok: Bools) -> list[Ints]:
     """The numbers of the trials that are ok, best first, without those that noise does not distinguish from a better
     one.
     """
@@ -152,7 +152,7 @@ def _distinct(equations: TipEquations, trials: Trials, cost: Floats, ok: Bools) 
     return [np.array(at) for at in kept]
 
 
-def _are_one(equations: TipEquations, trials: Trials, scaled: Floats, one: int, other: int) -> bool:
+def _are_one(equations: TipEquations, trials: PosesWithTip, scaled: Floats, one: int, other: int) -> bool:
     if np.abs(scaled[one] - scaled[other]).max() < 1e-6:
         return True
     if np.einsum("ij,ij->", trials.rotations[one], trials.rotations[other]) < 2.99:
@@ -166,10 +166,10 @@ def _are_one(equations: TipEquations, trials: Trials, scaled: Floats, one: int, 
     return rise < UNRESOLVED**2 and changed < UNRESOLVED**2
 
 
-def _halfway(trials: Trials, one: int, other: int) -> Trials:
+def _halfway(trials: PosesWithTip, one: int, other: int) -> PosesWithTip:
     pair = np.array([one, other])
     u, _, vt = np.linalg.svd(trials.rotations[pair].sum(axis=0))
-    return Trials(
+    return PosesWithTip(
         (u @ vt)[None],
         trials.origins[pair].mean(axis=0, keepdims=True),
         trials.tips[pair].mean(axis=0, keepdims=True),
@@ -178,7 +178,7 @@ def _halfway(trials: Trials, one: int, other: int) -> Trials:
 
 
 def _solution(
-    equations: TipEquations, surfaces: Mapping[str, Surface], trial: Trials, contacts: Contacts
+    equations: TipEquations, surfaces: Mapping[str, Surface], trial: PosesWithTip, contacts: Contacts
 ) -> TipSolution:
     """The trial as a solution with its uncertainty, for the contacts corrected for its tip."""
     known = Knowledge.at(equations, trial)

@@ -15,7 +15,7 @@ from tactfix.geometry.arrays import TINY, Bools, Floats
 from tactfix.geometry.rigid import skew
 from tactfix.poses.pose_fit import SMALLEST_RATIO
 from tactfix.poses.solution import Solution
-from tactfix.unknowns.equations import TipEquations, Trials
+from tactfix.unknowns.equations import PosesWithTip, TipEquations
 from tactfix.values import frozen_value
 
 TELLS_NOTHING = 0.1
@@ -62,11 +62,11 @@ class Knowledge:
     """The singular values of the Jacobian at one trial, and their motions (step 1)."""
 
     equations: TipEquations
-    trials: Trials
+    trials: PosesWithTip
     jacobian: Floats
 
     @staticmethod
-    def at(equations: TipEquations, trials: Trials) -> "Knowledge":
+    def at(equations: TipEquations, trials: PosesWithTip) -> "Knowledge":
         """That of a single trial."""
         return Knowledge(equations, trials, equations.evaluate(trials)[1][0])
 
