@@ -18,7 +18,7 @@ from tactfix.batching.task import BatchTask, locate_set
 from tactfix.cli import main
 from tactfix.design.random_layouts import Study, study_layouts
 from tactfix.files.batch_journal import BatchJournal
-from tactfix.report.plan_json import plan_json
+from tactfix.report.plan_report import plan_json
 from tests.support.contact_sets import PLAIN, blank, contact_sets, rows, slow, write_cell
 
 pytest.importorskip("distributed", reason="needs the extra: pip install 'tactfix[dask]'")

@@ -15,7 +15,7 @@ from clock import ROOT, heading, table
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from tactfix import load_fixture, locate, simulate
-from tactfix.report.plan_csv import simulation_csv
+from tactfix.report.plan_report import simulation_csv
 
 FIXTURE = "fixtures/robot-cell-plate.yaml"
 

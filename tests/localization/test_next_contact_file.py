@@ -8,7 +8,7 @@ import pytest
 
 from tactfix import guide, load_contacts, load_fixture, locate
 from tactfix.report.html_scene import locate_figure
-from tactfix.report.plan_csv import contact_csv
+from tactfix.report.plan_report import contact_csv
 from tactfix.simulation.simulate import simulate
 from tests.support.command_line import tactfix
 from tests.support.project import ROOT

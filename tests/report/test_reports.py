@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.fitting.fit import FitCandidate, FitResult
 from tactfix.geometry.surfaces import Plane, Sphere
-from tactfix.report.json_report import array, fit_json, locate_json, number, text_of
+from tactfix.report.json_report import fit_json, locate_json, plain, text_of
 from tactfix.report.summary import _rotation_vector, summary
 from tactfix.report.text_report import fit_status_lines, matrix_text, status_lines, surface_text
 from tactfix.results import Status
@@ -72,9 +72,9 @@ def test_zero_has_no_sign() -> None:
 
 
 def test_what_is_no_number_is_null() -> None:
-    assert number(float("nan")) is None
-    assert number(float("inf")) is None
-    assert array(np.array([[1.0, np.nan], [np.inf, -0.0]])) == [[1.0, None], [None, 0.0]]
+    assert plain(float("nan")) is None
+    assert plain(float("inf")) is None
+    assert plain(np.array([[1.0, np.nan], [np.inf, -0.0]])) == [[1.0, None], [None, 0.0]]
 
 
 def test_the_matrix_is_four_lines_that_numpy_reads_to_the_last_bit() -> None:

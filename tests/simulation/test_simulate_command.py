@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactfix.cli import main
-from tactfix.report.plan_csv import simulation_csv
+from tactfix.report.plan_report import simulation_csv
 from tactfix.simulation.simulate import simulate
 from tests.support.command_line import tactfix
 from tests.support.placed_cells import ball_and_bar

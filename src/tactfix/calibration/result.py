@@ -179,7 +179,7 @@ class Calibration(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """What `tactfix calibrate --json` prints."""
-        from tactfix.report.calibration_json import calibration_json
+        from tactfix.report.calibration_report import calibration_json
 
         return calibration_json(self)
 

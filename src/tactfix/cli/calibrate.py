@@ -133,8 +133,8 @@ def _plan(
     """Judge planned touches and print those to add."""
     from tactfix.calibration.touch_plan import plan_touches
     from tactfix.files.touch_file import load_touches
+    from tactfix.report.calibration_report import plan_csv, touch_plan_json, touch_plan_lines
     from tactfix.report.json_report import text_of
-    from tactfix.report.touch_plan_report import plan_csv, print_touch_plan, touch_plan_json, touch_plan_lines
 
     endings = (".csv", ".json")
     if output is not None and output.suffix.lower() not in endings:
@@ -148,6 +148,8 @@ def _plan(
     emit(plan_csv(result) if text is None else text, output)
     tell(touch_plan_lines(result), quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
+        from tactfix.report.calibration_summary import print_touch_plan
+
         print_touch_plan(result, standard_error())
     return Exit.DONE
 
@@ -161,7 +163,7 @@ def _dialect(name: str) -> str:
 def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_json: bool, is_written: bool) -> None:
     """What goes to standard output: the JSON, the tip, or the robot where it is not written to a file."""
     from tactfix.files.robot_file import robot_text
-    from tactfix.report.calibration_json import calibration_json
+    from tactfix.report.calibration_report import calibration_json
     from tactfix.report.json_report import text_of
 
     if as_json:
@@ -175,7 +177,7 @@ def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_j
 def _write(file: "CellFile", result: "Calibration", output: Path) -> None:
     """The JSON or the robot to a file; no robot that is not calibrated."""
     from tactfix.files.robot_file import robot_text
-    from tactfix.report.calibration_json import calibration_json
+    from tactfix.report.calibration_report import calibration_json
     from tactfix.report.json_report import text_of
 
     if output.suffix.lower() == ".json":

@@ -84,7 +84,7 @@ def command(
 def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     """JSON where it is asked for; whether it has moved; why that is not known, on standard error."""
     from tactfix.report.json_report import text_of
-    from tactfix.report.monitoring_report import check_json, check_lines
+    from tactfix.report.movement_report import check_json, check_lines
 
     is_json = wants_json(output, as_json=as_json)
     if is_json:

@@ -44,8 +44,8 @@ def command(
     from tactfix.files.pose_file import load_pose
     from tactfix.files.writing import write_whole
     from tactfix.pose_formats.comparison import Limits, compare, exceeded
-    from tactfix.report.compare_report import compare_json, compare_junit, compare_lines
     from tactfix.report.json_report import text_of
+    from tactfix.report.movement_report import compare_json, compare_junit, compare_lines
 
     limits = Limits(limit_translation, None if limit_rotation is None else float(np.deg2rad(limit_rotation)))
     movement = compare(load_pose(before, default_units=units), load_pose(after, default_units=units))

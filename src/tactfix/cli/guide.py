@@ -43,7 +43,7 @@ def command(
     """
     from tactfix.files.fixture_file import load_fixture
     from tactfix.monitoring.guide import guide
-    from tactfix.report.monitoring_report import guide_json_line, guide_line
+    from tactfix.report.movement_report import guide_json_line, guide_line
 
     if follow and contacts == "-":
         raise UsageError("standard input is followed to its end in any case; leave --follow out")

@@ -129,7 +129,7 @@ def command(
 
 def _write_next(result: "LocateResult", contacts: "Contacts", output: Path) -> None:
     """The contacts to make next as a file, where any are named."""
-    from tactfix.report.plan_csv import next_contact_csv
+    from tactfix.report.plan_report import next_contact_csv
 
     text = next_contact_csv(result, contacts.tip_radius, float(contacts.sigmas.max()))
     if text is None:

@@ -81,8 +81,7 @@ def command(
     from tactfix.files.fixture_file import load_fixture
     from tactfix.planning.plan import plan
     from tactfix.report.json_report import text_of
-    from tactfix.report.plan_csv import plan_csv, plan_lines
-    from tactfix.report.plan_json import plan_json
+    from tactfix.report.plan_report import plan_csv, plan_json, plan_lines
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")

@@ -76,8 +76,7 @@ def command(
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.report.json_report import text_of
-    from tactfix.report.plan_csv import simulation_csv
-    from tactfix.report.plan_json import simulation_json
+    from tactfix.report.plan_report import simulation_csv, simulation_json
     from tactfix.simulation.faults import parse_fault
     from tactfix.simulation.simulate import simulate
     from tactfix.simulation.touches import NoPlanError

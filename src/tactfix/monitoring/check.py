@@ -100,7 +100,7 @@ class CheckResult(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `tactfix check --json` as dictionaries, lists and numbers."""
-        from tactfix.report.monitoring_report import check_json
+        from tactfix.report.movement_report import check_json
 
         return check_json(self)
 

@@ -50,13 +50,13 @@ class GuideStep(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of one line of `tactfix guide --json` as dictionaries, lists and numbers."""
-        from tactfix.report.monitoring_report import guide_json
+        from tactfix.report.movement_report import guide_json
 
         return guide_json(self)
 
     def to_json(self) -> str:
         """The line that `tactfix guide --json` prints."""
-        from tactfix.report.monitoring_report import guide_json_line
+        from tactfix.report.movement_report import guide_json_line
 
         return guide_json_line(self)
 

@@ -78,7 +78,7 @@ class Plan(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `tactfix plan --json` as dictionaries, lists and numbers."""
-        from tactfix.report.plan_json import plan_json
+        from tactfix.report.plan_report import plan_json
 
         return plan_json(self)
 

@@ -47,7 +47,7 @@ class Movement(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `tactfix compare --json`, without limits, as dictionaries, lists and numbers."""
-        from tactfix.report.compare_report import compare_json
+        from tactfix.report.movement_report import compare_json
 
         return compare_json(self, Limits())
 

@@ -8,7 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from tactfix.calibration.result import Calibration, ParameterResult
-from tactfix.report.calibration_json import calibration_sentence
+from tactfix.calibration.touch_plan import TouchPlan
+from tactfix.report.calibration_report import calibration_sentence
 from tactfix.wording import borne
 
 _BAR: Final = 24
@@ -62,3 +63,12 @@ def _remark(item: ParameterResult) -> Text:
     if item.identified:
         return Text("")
     return Text("held" if item.sigma == 0 else "hardly told by the touches", "dim")
+
+
+def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
+    """The sigma of each parameter: by the prior, after the touches planned, and with those added."""
+    table = Table("parameter", "prior", "planned", "with added", "unit", "", box=None, header_style="dim")
+    for item in plan.parameters:
+        sigmas = (f"{value:.3g}" for value in (item.prior, item.planned, item.with_added))
+        table.add_row(item.name, *sigmas, item.unit, "" if item.identified else "hardly told")
+    Console(file=file, highlight=False).print(table)

@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.text import Text
 
 from tactfix.calibration.result import Calibration
-from tactfix.report.calibration_json import calibration_sentence
+from tactfix.report.calibration_report import calibration_sentence
 from tactfix.report.calibration_summary import calibration_summary
 from tactfix.report.html_page import Provenance, render
 from tactfix.report.html_scene import frame_traces, layout

@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -13,11 +13,11 @@ from tactfix.formats import LOCATE_SCHEMA
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.locate_result import LocateResult
-from tactfix.results import POSE_UNKNOWNS, Candidate, Diagnosis, NextContact, Reason, TipEstimate
+from tactfix.results import POSE_UNKNOWNS, Diagnosis, NextContact
 from tactfix.version import VERSION
 
 if TYPE_CHECKING:
-    from tactfix.fitting.fit import FitCandidate, FitResult
+    from tactfix.fitting.fit import FitResult
 
 Json: TypeAlias = dict[str, Any]
 
@@ -36,179 +36,109 @@ def _value(value: Any) -> str:
     return json.dumps(value, allow_nan=False)
 
 
+def document(schema: str, **parts: Any) -> Json:
+    """The JSON of a command: its schema, the version, and these parts."""
+    return {"schema": schema, "tactfix_version": VERSION, **plain(parts)}
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: the fields of a dataclass by name, arrays as lists, null for what is not finite."""
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {name: plain(item) for name, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) + 0.0 if math.isfinite(value) else None
+    return value
+
+
+def picked(value: object, *names: str) -> Json:
+    """These fields of a value, by name."""
+    return {name: getattr(value, name) for name in names}
+
+
 def locate_json(result: LocateResult, at: Floats | None = None) -> Json:
     """The JSON of locate, all in base coordinates and the fixture's units.
 
     at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and its sigma.
     """
-    report = _locate_json(result)
+    more: Json = {}
     if result.unknowns != POSE_UNKNOWNS:
-        report["unknowns"] = list(result.unknowns)
-        report["joint_covariance"] = array(result.joint_covariance)
-        report["tip"] = None if result.tip is None else _tip(result.tip)
+        more = picked(result, "unknowns", "joint_covariance", "tip")
     if at is not None:
-        report["at"] = _at(result, at)
-    return report
-
-
-def _locate_json(result: LocateResult) -> Json:
-    return {
-        "schema": LOCATE_SCHEMA,
-        "tactfix_version": VERSION,
-        "fixture": result.fixture,
-        "units": result.units,
-        "status": result.status,
-        "transform": array(result.base_from_fixture),
-        "covariance": array(result.covariance),
-        "dof": result.dof,
-        "chi2": number(result.chi2),
-        "chi2_limit": number(result.chi2_limit),
-        "rms": number(result.rms),
-        "candidates": [_candidate(candidate) for candidate in result.candidates],
-        "features": {name: surface_json(surface) for name, surface in result.surfaces.items()},
-        "contacts": [
-            {
-                "row": contact.row,
-                "feature": contact.feature,
-                "residual": number(contact.residual),
-                "approach_angle_deg": number(contact.approach_angle_deg),
-            }
-            for contact in result.contacts
+        more["at"] = _at(result, at)
+    return document(
+        LOCATE_SCHEMA,
+        **picked(result, "fixture", "units", "status"),
+        transform=result.base_from_fixture,
+        **picked(result, "covariance", "dof", "chi2", "chi2_limit", "rms"),
+        candidates=[
+            {"transform": one.base_from_fixture, **picked(one, "chi2", "rms", "accepted", "reasons")}
+            for one in result.candidates
         ],
-        "free_motions": [
-            {"rotation": array(motion.rotation), "translation": array(motion.translation), "message": motion.message}
-            for motion in result.free_motions
-        ],
-        "next_contact": _next_contact(result.next_contact),
-        "without_prior": None if result.without_prior is None else asdict(result.without_prior),
-        "diagnosis": [_diagnosis(cause) for cause in result.diagnosis],
-        "warnings": list(result.warnings),
-    }
+        features={name: surface_json(surface) for name, surface in result.surfaces.items()},
+        **picked(result, "contacts", "free_motions"),
+        next_contact=_next_contact(result.next_contact),
+        without_prior=result.without_prior,
+        diagnosis=[_diagnosis(cause) for cause in result.diagnosis],
+        warnings=result.warnings,
+        **more,
+    )
 
 
 def fit_json(result: "FitResult") -> Json:
     """The JSON of fit, in base coordinates and the contacts' unit."""
-    return {
-        "schema": FIT_SCHEMA,
-        "tactfix_version": VERSION,
-        "kind": result.kind,
-        "units": result.units,
-        "status": result.status,
-        "surface": None if result.surface is None else surface_json(result.surface),
-        "candidates": [_fit_candidate(candidate) for candidate in result.candidates],
-        "dof": result.dof,
-        "chi2": number(result.chi2),
-        "chi2_limit": number(result.chi2_limit),
-        "rms": number(result.rms),
-        "residuals": array(result.residuals),
-        "sigma": sigma_json(result.sigma),
-        "warnings": list(result.warnings),
-    }
+    return document(
+        FIT_SCHEMA,
+        **picked(result, "kind", "units", "status"),
+        surface=None if result.surface is None else surface_json(result.surface),
+        candidates=[
+            {
+                "surface": surface_json(one.surface),
+                **picked(one, "chi2", "rms", "accepted", "poorly_determined", "reasons"),
+            }
+            for one in result.candidates
+        ],
+        **picked(result, "dof", "chi2", "chi2_limit", "rms", "residuals"),
+        sigma={name: values[0] if name == "radius" else values for name, values in result.sigma.items()},
+        warnings=result.warnings,
+    )
 
 
 def surface_json(surface: Surface) -> Json:
     """A surface by its type, place and size."""
     match surface:
         case Plane():
-            return {"type": "plane", "point": array(surface.point), "normal": array(surface.normal)}
+            return {"type": "plane", **picked(surface, "point", "normal")}
         case Sphere():
-            return {"type": "sphere", "center": array(surface.center), "radius": number(surface.radius)}
+            return {"type": "sphere", **picked(surface, "center", "radius")}
         case Point():
-            return {"type": "point", "point": array(surface.point)}
+            return {"type": "point", **picked(surface, "point")}
         case Cylinder():
-            place = {"point": array(surface.point), "direction": array(surface.direction)}
-            return {"type": "cylinder", **place, "radius": number(surface.radius)}
-
-
-def sigma_json(sigma: Mapping[str, Floats]) -> Json:
-    """One standard deviation of each number of a surface, under the names that the surface has."""
-    return {name: number(values[0]) if name == "radius" else array(values) for name, values in sigma.items()}
-
-
-def number(value: float | None) -> float | None:
-    """A finite number without the sign of zero, or None."""
-    return float(value) + 0.0 if value is not None and math.isfinite(value) else None
-
-
-def array(values: Floats | None) -> list[Any] | None:
-    """An array as lists of numbers, None for what is not finite."""
-    if values is None:
-        return None
-    if np.isfinite(values).all():
-        return list((np.asarray(values) + 0.0).tolist())
-    return [array(row) if np.ndim(row) else number(row) for row in values]
-
-
-def _candidate(candidate: Candidate) -> Json:
-    return {
-        "transform": array(candidate.base_from_fixture),
-        "chi2": number(candidate.chi2),
-        "rms": number(candidate.rms),
-        "accepted": candidate.accepted,
-        "reasons": _reasons(candidate.reasons),
-    }
-
-
-def _fit_candidate(candidate: "FitCandidate") -> Json:
-    return {
-        "surface": surface_json(candidate.surface),
-        "chi2": number(candidate.chi2),
-        "rms": number(candidate.rms),
-        "accepted": candidate.accepted,
-        "poorly_determined": candidate.poorly_determined,
-        "reasons": _reasons(candidate.reasons),
-    }
-
-
-def _reasons(reasons: Iterable[Reason]) -> list[Json]:
-    return [
-        {"code": reason.code, "feature": reason.feature, "row": reason.row, "message": reason.message}
-        for reason in reasons
-    ]
+            return {"type": "cylinder", **picked(surface, "point", "direction", "radius")}
 
 
 def _at(result: LocateResult, point_fixture: Floats) -> Json:
     pose, covariance = result.base_from_fixture, result.covariance
-    spread = None if pose is None or covariance is None else point_covariance(pose, covariance, point_fixture)
     return {
-        "point_fixture": array(point_fixture),
-        "point": None if pose is None else array(pose[:3, :3] @ point_fixture + pose[:3, 3]),
-        "covariance": array(spread),
-        "worst_sigma": number(sigma_at(result, point_fixture)),
-    }
-
-
-def _tip(tip: TipEstimate) -> Json:
-    return {
-        "offset": array(tip.offset),
-        "radius": number(tip.radius),
-        "covariance": array(tip.covariance),
-        "message": tip.message,
+        "point_fixture": point_fixture,
+        "point": None if pose is None else pose[:3, :3] @ point_fixture + pose[:3, 3],
+        "covariance": None if pose is None or covariance is None else point_covariance(pose, covariance, point_fixture),
+        "worst_sigma": sigma_at(result, point_fixture),
     }
 
 
 def _diagnosis(cause: Diagnosis) -> Json:
-    told: Json = {
-        "code": cause.code,
-        "rows": list(cause.rows),
-        "features": list(cause.features),
-        "value": list(cause.value) if isinstance(cause.value, tuple) else number(cause.value),
-        "chi2": number(cause.chi2),
-        "message": cause.message,
-        "one_of": cause.one_of,
-    }
+    told = picked(cause, "code", "rows", "features", "value", "chi2", "message", "one_of")
     return {**told, "causes": [_diagnosis(each) for each in cause.causes]} if cause.one_of else told
 
 
 def _next_contact(contact: NextContact | None) -> Json | None:
     if contact is None:
         return None
-    told: Json = {
-        "feature": contact.feature,
-        "point": array(contact.point),
-        "approach": array(contact.approach),
-        "point_in_fixture": array(contact.point_in_fixture),
-        "approach_in_fixture": array(contact.approach_in_fixture),
-        "message": contact.message,
-    }
+    told = picked(contact, "feature", "point", "approach", "point_in_fixture", "approach_in_fixture", "message")
     return {**told, "further": [_next_contact(each) for each in contact.further]} if contact.further else told

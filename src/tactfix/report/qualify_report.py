@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from tactfix.qualification.result import QualifyResult
-from tactfix.report.json_report import Json, array, number
-from tactfix.version import VERSION
+from tactfix.report.json_report import Json, document, picked
 from tactfix.wording import borne
 
 QUALIFY_SCHEMA: Final = "tactfix/qualify/1"
@@ -13,34 +12,11 @@ QUALIFY_SCHEMA: Final = "tactfix/qualify/1"
 
 def qualify_json(result: QualifyResult) -> Json:
     """The JSON of qualify; lengths in the contact file's unit."""
-    drift = result.drift
-    return {
-        "schema": QUALIFY_SCHEMA,
-        "tactfix_version": VERSION,
-        "units": result.units,
-        "touches": result.touches,
-        "places": result.places,
-        "dof": result.dof,
-        "sigma": number(result.sigma),
-        "sigma_interval": [number(end) for end in result.sigma_interval],
-        "range": number(result.range),
-        "drift": None if drift is None else {"per_touch": number(drift.per_touch), "sigma": number(drift.sigma)},
-        "steps": [{"row": step.row, "size": number(step.size)} for step in result.steps],
-        "outliers": list(result.outliers),
-        "tip_radius": number(result.tip_radius),
-        "tip_radius_sigma": number(result.tip_radius_sigma),
-        "direction_frame": result.direction_frame,
-        "directions": [
-            {
-                "direction": array(mean.direction),
-                "touches": mean.touches,
-                "mean": number(mean.mean),
-                "sigma": number(mean.sigma),
-            }
-            for mean in result.directions
-        ],
-        "warnings": list(result.warnings),
-    }
+    return document(
+        QUALIFY_SCHEMA,
+        **picked(result, "units", "touches", "places", "dof", "sigma", "sigma_interval", "range", "drift", "steps"),
+        **picked(result, "outliers", "tip_radius", "tip_radius_sigma", "direction_frame", "directions", "warnings"),
+    )
 
 
 def qualify_lines(result: QualifyResult) -> Iterator[str]:

@@ -68,7 +68,7 @@ class Simulation(JsonResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `tactfix simulate --json` as dictionaries, lists and numbers."""
-        from tactfix.report.plan_json import simulation_json
+        from tactfix.report.plan_report import simulation_json
 
         return simulation_json(self)
 

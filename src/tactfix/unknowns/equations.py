@@ -32,7 +32,7 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class PosesWithTip:
-    """S trial poses: base_from_fixture, rotations (S, 3, 3) and origins (S, 3); changes of the tip (S, 3), its radii (S,).
+    """S trial poses: rotations (S, 3, 3) and origins (S, 3) of the fixture; changes of the tip (S, 3), its radii (S,).
 
     Lengths in the units of the problem; places counted from its centre.
     """
@@ -147,7 +147,7 @@ class TipEquations:
         return len(self.of) + len(self.known.whitening)
 
     def trials(self, poses: Floats, tips: Floats, tip_radius: float) -> PosesWithTip:
-        """Trial poses at base_from_fixture poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
+        """Trial poses at poses (S, 4, 4) with tip changes (S, 3), in fixture units, and one radius."""
         return PosesWithTip(
             poses[:, :3, :3],
             (poses[:, :3, 3] - self.centre) / self.length,

@@ -1,23 +1,61 @@
-"""What calibrate --plan prints: the touches to add as a touch file, its JSON, and a summary for people."""
+"""What calibrate and calibrate --plan say: the answer in a sentence, the JSON, touches to add as a touch file."""
 
 import csv
 import io
 from collections.abc import Iterator
-from typing import IO, Final
+from typing import Final
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from tactfix.calibration.accuracy import IDENTIFIED
+from tactfix.calibration.result import Calibration
 from tactfix.calibration.touch_plan import EXPECTED_ERRORS, TouchPlan
-from tactfix.report.json_report import Json, number
-from tactfix.version import VERSION
+from tactfix.report.json_report import Json, document, picked
 from tactfix.wording import listed, spreadsheet_cell
 
-CALIBRATE_PLAN_SCHEMA: Final = "tactfix/calibrate-plan/1"
 _DIGITS: Final = 4
 """Of a degree: a ten thousandth is 2 um at a metre, less than any robot repeats."""
+
+
+def calibration_sentence(result: Calibration) -> str:
+    """The answer in one sentence: the sigma of the tip's place over the joint ranges, after and before."""
+    if result.status == "inconsistent":
+        return "inconsistent; no calibrated robot explains the touches"
+    before, after = result.prediction
+    sure = f"known to {after:.2g} {result.units} (rms sigma over the joint ranges; {before:.2g} before)"
+    return f"{result.status}; the robot's parameters leave the place of its tip {sure}"
+
+
+def calibration_json(result: Calibration) -> Json:
+    """Everything that a calibration says, in base and the cell's units; angles of parameters in degrees."""
+    before, after = result.prediction
+    return document(
+        "tactfix/calibrate/1",
+        **picked(result, "units", "status", "reasons", "parameters", "not_identified"),
+        tip={
+            "flange": result.tip.flange,
+            "transform": result.tip.flange_from_tip,
+            **picked(result.tip, "covariance", "radius", "radius_sigma"),
+        },
+        places={
+            place.name: {
+                "transform": place.base_from_fixture,
+                **picked(place, "covariance", "rms_before", "rms_after"),
+            }
+            for place in result.places
+        },
+        held_out=[
+            {
+                **picked(item, "place", "rms_before", "rms_after"),
+                "by": "hold-out" if item.held_out else "leaving out",
+            }
+            for item in result.left_out
+        ],
+        shrinkage=result.shrinkage,
+        factors=result.scores,
+        prediction={"before": before, "after": after},
+        **picked(result, "undetermined", "observability", "outliers", "touches", "warnings"),
+    )
 
 
 def plan_csv(plan: TouchPlan) -> str:
@@ -39,34 +77,19 @@ def _joints(plan: TouchPlan) -> list[list[float]]:
 def touch_plan_json(plan: TouchPlan) -> Json:
     """The JSON of calibrate --plan, in the cell's units; angles in degrees."""
     stages = ("prior", "planned", "with_added")
-    return {
-        "schema": CALIBRATE_PLAN_SCHEMA,
-        "tactfix_version": VERSION,
-        "units": plan.units,
-        "planned": plan.planned,
-        "added": [
+    return document(
+        "tactfix/calibrate-plan/1",
+        **picked(plan, "units", "planned"),
+        added=[
             {"place": place, "feature": feature, "joints": joints}
             for place, feature, joints in zip(plan.added.places, plan.added.features, _joints(plan), strict=True)
         ],
-        "parameters": [
-            {
-                "name": item.name,
-                "unit": item.unit,
-                "prior": number(item.prior),
-                "planned": number(item.planned),
-                "with_added": number(item.with_added),
-                "identified": item.identified,
-            }
-            for item in plan.parameters
-        ],
-        "not_identified": list(plan.not_identified),
-        "prediction": dict(zip(stages, map(number, plan.prediction), strict=True)),
-        "worst": dict(zip(stages, map(number, plan.worst), strict=True)),
-        "undetermined": dict(zip(stages[1:], map(number, plan.undetermined), strict=True)),
-        "observability": {name: number(value) for name, value in plan.observability.items()},
-        "unplaced": list(plan.unplaced),
-        "out_of_reach": list(plan.out_of_reach),
-    }
+        **picked(plan, "parameters", "not_identified"),
+        prediction=dict(zip(stages, plan.prediction, strict=True)),
+        worst=dict(zip(stages, plan.worst, strict=True)),
+        undetermined=dict(zip(stages[1:], plan.undetermined, strict=True)),
+        **picked(plan, "observability", "unplaced", "out_of_reach"),
+    )
 
 
 def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
@@ -99,12 +122,3 @@ def _left(plan: TouchPlan) -> str:
     size = f"if they are {100 * EXPECTED_ERRORS:.0f} per cent of the prior"
     what = f"the touches {', with those '.join(stages)} of the robot's errors undetermined, {size}"
     return f"{what}; {limit}{remedy if plan.undetermined[1] >= IDENTIFIED else ''}"
-
-
-def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
-    """The sigma of each parameter: by the prior, after the touches planned, and with those added."""
-    table = Table("parameter", "prior", "planned", "with added", "unit", "", box=None, header_style="dim")
-    for item in plan.parameters:
-        sigmas = (f"{value:.3g}" for value in (item.prior, item.planned, item.with_added))
-        table.add_row(item.name, *sigmas, item.unit, "" if item.identified else "hardly told")
-    Console(file=file, highlight=False).print(table)

@@ -1,8 +1,9 @@
-"""Contacts as a contact file: what plan and simulate write and every command that takes contacts reads."""
+"""Plans and simulations as contact files, which every command that takes contacts reads, and as JSON."""
 
 import csv
 import io
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from tactfix.localization.motion_words import vector
 from tactfix.locate_result import LocateResult
 from tactfix.planning.result import Plan
 from tactfix.pose_formats import DIALECTS
+from tactfix.report.json_report import Json, document, picked
 from tactfix.report.text_report import decimal
 from tactfix.simulation.simulate import Simulation
 from tactfix.simulation.touches import CONE_DEG
@@ -163,3 +165,65 @@ def _outcome(plan: Plan) -> str:
     if not plan.located:
         return "not located: the contacts do not fix the pose"
     return f"not unique: {plan.rivals} other {'pose is' if plan.rivals == 1 else 'poses are'} within ten sigma"
+
+
+def plan_json(plan: Plan) -> Json:
+    """The JSON of plan: contacts in the frame that "frame" names, and in base where "transform" is known."""
+    in_base = plan.in_base
+    contacts = [
+        {
+            **contact,
+            "point_in_base": None if in_base is None else in_base.points[i],
+            "approach_in_base": None if in_base is None else in_base.approaches[i],
+            "flange_in_fixture": _flange_in_fixture(plan, i),
+        }
+        for i, contact in enumerate(_contacts(plan.contacts))
+    ]
+    return document(
+        "tactfix/plan/1",
+        **picked(plan, "fixture", "units", "frame"),
+        transform=plan.base_from_fixture,
+        **picked(plan, "criterion", "unique", "located", "rivals", "starts", "agreeing"),
+        **picked(plan, "worst_sigma", "worst_point", "covariance"),
+        tip_radius=plan.contacts.tip_radius,
+        tip_sigma=plan.tip_sigma,
+        contacts=contacts,
+        steps=[{"contacts": step.count, **picked(step, "worst_sigma", "gain", "unique")} for step in plan.steps],
+    )
+
+
+def simulation_json(simulation: Simulation) -> Json:
+    """The JSON of simulate: contacts in base, and the truth."""
+    return document(
+        "tactfix/simulate/1",
+        **picked(simulation, "fixture", "units"),
+        transform=simulation.base_from_fixture,
+        seed=simulation.seed,
+        fault=None if simulation.fault is None else simulation.fault.kind,
+        mistake=simulation.mistake,
+        tip_radius=simulation.contacts.tip_radius,
+        contacts=_contacts(simulation.contacts),
+    )
+
+
+def _flange_in_fixture(plan: Plan, i: int) -> Floats | None:
+    """How the flange stands in the fixture frame (3, 3), None where no orientations were planned."""
+    rotations = plan.contacts.flange_rotations
+    if rotations is None:
+        return None
+    stands = plan.base_from_fixture
+    turned = rotations[i] if plan.frame == "fixture" or stands is None else stands[:3, :3].T @ rotations[i]
+    return np.asarray(turned)
+
+
+def _contacts(contacts: Contacts) -> list[dict[str, Any]]:
+    return [
+        {
+            "row": contacts.rows[i],
+            "feature": contacts.features[i],
+            "point": contacts.points[i],
+            "approach": contacts.approaches[i] if contacts.has_approach[i] else None,
+            "sigma": contacts.sigmas[i],
+        }
+        for i in range(len(contacts))
+    ]
