@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tactfix.design.accuracy import certainty, free_of
+from tactfix.design.nominal_contacts import Touched
 from tactfix.geometry.scale import tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tests.support.plans import contacts_of
@@ -68,7 +69,7 @@ def sigma_at(covariance, x):
 def judged():
     contacts, sigmas = touches()
     at = np.array([[1.0, 2.0, 3.0]])
-    found = certainty(contacts, SURFACES, sigmas, CORNERS, at, tolerance_for(SURFACES), "plan")
+    found = certainty(Touched(SURFACES, contacts, sigmas, CORNERS), at, tolerance_for(SURFACES), "plan")
     return contacts, sigmas, jacobian(contacts, sigmas), found
 
 
@@ -118,7 +119,7 @@ def test_the_contact_that_matters_most_and_least(judged):
 def test_a_contact_that_alone_holds_a_motion_matters_most():
     contacts, sigmas = touches()
     six = contacts.subset([0, 1, 2, 4, 8, 9])
-    found = certainty(six, SURFACES, sigmas[:6], CORNERS, np.zeros((0, 3)), tolerance_for(SURFACES), "plan")
+    found = certainty(Touched(SURFACES, six, sigmas[:6], CORNERS), np.zeros((0, 3)), tolerance_for(SURFACES), "plan")
     assert found.most.sigma_without is None
 
 
@@ -160,6 +161,6 @@ def test_the_weakest_motion_is_one_sigma_of_itself(judged):
 def test_contacts_that_miss_a_motion_name_it():
     contacts, _ = touches()
     few = contacts.subset(list(range(8)))
-    free = free_of(few, SURFACES, few.sigmas, tolerance_for(SURFACES))
+    free = free_of(Touched(SURFACES, few, few.sigmas, CORNERS), tolerance_for(SURFACES))
     assert [m.message for m in free] == ["rotates about the normal of table through the centre of ball"]
-    assert not free_of(contacts, SURFACES, contacts.sigmas, tolerance_for(SURFACES))
+    assert not free_of(Touched(SURFACES, contacts, contacts.sigmas, CORNERS), tolerance_for(SURFACES))

@@ -1,1 +1,1 @@
-"""What a fixture's geometry promises before anyone touches it: motions, symmetries, contacts, accuracy, blind spots."""
+"""The check of a fixture's design before it is touched: motions, symmetries, contacts, accuracy, blind spots."""

@@ -1,6 +1,6 @@
 """The accuracy of the pose from a set of contacts: covariance, extreme points, observability, influence of each.
 
-Everything is in the fixture frame with the fixture standing at its origin, the true pose being the identity.
+All quantities are in the fixture frame; the true pose is the identity.
 
 1. Rows [n, (x - c) x n] over sigma, for each contact at x with normal n, and those of a measured pose make up J.
 2. The covariance of the pose is (J^T J)^-1, carried to the fixture's origin.
@@ -10,19 +10,17 @@ Everything is in the fixture frame with the fixture standing at its origin, the 
 6. The singular values of the contacts alone, all sigmas alike, give the observability indices (`Observability`).
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from tactfix.acceptance import point_covariance
 from tactfix.contacts import Contacts
-from tactfix.design.nominal_contacts import Source
+from tactfix.design.nominal_contacts import Source, Touched
 from tactfix.geometry.arrays import Floats, Frozen, Ints
 from tactfix.geometry.scale import Tolerance
-from tactfix.geometry.surfaces import Surface
 from tactfix.localization.free_motions import tidied
-from tactfix.localization.motion_words import twist_in_words
+from tactfix.localization.motion_words import motion_in_words
 from tactfix.placement import Placement
 from tactfix.poses.placement_terms import terms_in_fixture
 from tactfix.poses.points_as_planes import one_equation_each
@@ -31,12 +29,12 @@ from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 
 _HERE = np.eye(4)
-"""base_from_fixture of a design: the fixture stands where its frame is base, and sigmas are in its own axes."""
+"""base_from_fixture of a design: base is the fixture frame."""
 
 
 @frozen_value
 class PointSigma:
-    """A point (3,) of the fixture: one standard deviation (units) along the direction (3,) that is known worst."""
+    """A point (3,) of the fixture, and its largest standard deviation (units), along direction (3,)."""
 
     point: Frozen
     sigma: float
@@ -45,9 +43,9 @@ class PointSigma:
 
 @frozen_value
 class Observability:
-    """The indices of robot calibration, from the singular values (6,) of the rows [n, (x - c) x n / length], one each.
+    """The observability indices of robot calibration, from the singular values (6,) of rows [n, (x - c) x n / length].
 
-    Where directions are held there are fewer values, of the others.
+    If the placement constrains directions, the singular values are those of the other directions.
 
     length: rms distance of the contacts from their centroid c (units); it makes rotations and translations comparable.
     O1 = (product s)^(1/6) / sqrt(n), O2 = smin / smax, O3 = smin, O4 = smin^2 / smax, O5 = 1 / sum(1 / s).
@@ -60,7 +58,7 @@ class Observability:
 
     @property
     def indices(self) -> dict[str, float]:
-        """O1 to O5; all 0 where a motion is free."""
+        """O1 to O5; all 0 if a motion is free."""
         s = self.singular_values
         if s[-1] <= 0:
             return dict.fromkeys(("O1", "O2", "O3", "O4", "O5"), 0.0)
@@ -77,7 +75,7 @@ class Observability:
 class Influence:
     """A contact at point (3,) of the fixture frame, and the worst sigma of an extreme point without it.
 
-    None where a motion is then free.
+    sigma_without is None if a motion is free without the contact.
     """
 
     label: str
@@ -88,10 +86,11 @@ class Influence:
 
 @frozen_value
 class Certainty:
-    """What the contacts promise. covariance (6, 6): d_rot (rad), d_t (units) about the fixture's origin.
+    """The accuracy of the pose. covariance (6, 6): d_rot (rad), d_t (units) about the fixture's origin.
 
-    extreme: the extreme points of the fixture, worst: the one that is known worst; at: the points asked for; weakest:
-    the motion known worst, one standard deviation of it; most and least: the contacts whose loss costs most and least.
+    extreme: the extreme points of the fixture; worst: the one with the largest sigma; at: the points asked for;
+    weakest: the motion with the largest sigma, one standard deviation of it; most and least: the contacts without which
+    the worst sigma is largest and smallest.
     """
 
     source: Source
@@ -107,45 +106,27 @@ class Certainty:
 
     @property
     def turn_sigma(self) -> float:
-        """One standard deviation of the rotation known worst (rad)."""
+        """The largest standard deviation of a rotation about any axis (rad)."""
         return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
 
 
-def free_of(
-    contacts: Contacts,
-    surfaces: Mapping[str, Surface],
-    sigmas: Floats,
-    tolerance: Tolerance,
-    placement: Placement | None = None,
-) -> tuple[FreeMotion, ...]:
-    """The motions that these contacts leave free beside placement, in words; none where they fix the pose.
-
-    sigmas (n,) of the residuals.
-    """
-    free = _sensitivity(contacts, surfaces, sigmas, placement).free_motions(np.zeros(3))
+def free_of(touched: Touched, tolerance: Tolerance) -> tuple[FreeMotion, ...]:
+    """The motions that contacts and placement leave free, in words; empty if they determine the pose."""
+    free = _sensitivity(touched, touched.placement).free_motions(np.zeros(3))
     motions = tidied(free) if len(free) else free
-    return tuple(_in_words(motion, surfaces, tolerance) for motion in motions)
+    return tuple(motion_in_words(motion, touched.surfaces, tolerance) for motion in motions)
 
 
-def certainty(
-    contacts: Contacts,
-    surfaces: Mapping[str, Surface],
-    sigmas: Floats,
-    corners: Floats,
-    at: Floats,
-    tolerance: Tolerance,
-    source: Source,
-    placement: Placement | None = None,
-) -> Certainty:
-    """What contacts in the fixture frame promise beside placement, with sigmas (n,) of their residuals.
+def certainty(touched: Touched, at: Floats, tolerance: Tolerance, source: Source) -> Certainty:
+    """The accuracy of the pose from contacts and placement that leave no motion free (`free_of`).
 
-    corners (k, 3): the fixture's extreme points; at (m, 3): further points to tell. The contacts must leave no motion
-    free (free_of).
+    at (m, 3): further points of the fixture whose sigma is computed.
     """
-    seen = _sensitivity(contacts, surfaces, sigmas, placement)  # step 1
+    contacts, placement, corners = touched.contacts, touched.placement, touched.corners
+    seen = _sensitivity(touched, placement)  # step 1
     covariance = seen.covariance(np.zeros(3))  # step 2
     found = tuple(_sigma_at(covariance, corner) for corner in corners)  # step 3
-    of = one_equation_each(surfaces, contacts, sigmas).of
+    of = one_equation_each(touched.surfaces, contacts, touched.sigmas).of
     influences = _influences(contacts, seen, of, covariance, corners)  # step 4
     values, motions = seen.svd()  # step 5
     weakest = seen.twists(motions[-1:] / values[-1], np.zeros(3))[0]
@@ -153,21 +134,19 @@ def certainty(
         source=source,
         contacts=len(contacts),
         covariance=covariance,
-        observability=_observability(contacts, surfaces, placement),  # step 6
+        observability=_observability(touched),  # step 6
         worst=max(found, key=lambda point: point.sigma),
         extreme=found,
         at=tuple(_sigma_at(covariance, point) for point in at),
-        weakest=_in_words(weakest, surfaces, tolerance),
+        weakest=motion_in_words(weakest, touched.surfaces, tolerance),
         most=max(influences, key=lambda i: np.inf if i.sigma_without is None else i.sigma_without),
         least=min(influences, key=lambda i: np.inf if i.sigma_without is None else i.sigma_without),
     )
 
 
-def _sensitivity(
-    contacts: Contacts, surfaces: Mapping[str, Surface], sigmas: Floats, placement: Placement | None
-) -> Sensitivity:
-    """What the contacts see, and beside them a pose that was measured, of the motions that are not held."""
-    single = one_equation_each(surfaces, contacts, sigmas)
+def _sensitivity(touched: Touched, placement: Placement | None) -> Sensitivity:
+    """The sensitivity of the contacts, and of a measured pose, to the motions that placement leaves free."""
+    single = one_equation_each(touched.surfaces, touched.contacts, touched.sigmas)
     _, normals = contact_residuals(single.surfaces, single.contacts)
     seen = sensitivity(single.contacts, normals, single.sigmas)
     if placement is None:
@@ -176,11 +155,12 @@ def _sensitivity(
     return Sensitivity(np.vstack([seen.jacobian, rows]), seen.centre, seen.scale, basis)
 
 
-def _observability(contacts: Contacts, surfaces: Mapping[str, Surface], placement: Placement | None) -> Observability:
-    """The indices of the contacts alone, over what is not held."""
-    held = None if placement is None else replace(placement, sigma=None, within=None)
-    seen = _sensitivity(contacts, surfaces, np.ones(len(contacts)), held)
-    return Observability(seen.svd()[0], seen.scale, len(contacts))
+def _observability(touched: Touched) -> Observability:
+    """The indices of the contacts alone, over the motions that placement does not constrain."""
+    count = len(touched.contacts)
+    constrained = None if touched.placement is None else replace(touched.placement, sigma=None, within=None)
+    seen = _sensitivity(replace(touched, sigmas=np.ones(count)), constrained)
+    return Observability(seen.svd()[0], seen.scale, count)
 
 
 def _sigma_at(covariance: Floats, point: Floats) -> PointSigma:
@@ -189,8 +169,8 @@ def _sigma_at(covariance: Floats, point: Floats) -> PointSigma:
 
 
 _NO_REDUNDANCY = 1e-9
-"""1 - leverage (no unit) below which the contact alone holds some motion. Of 2,000 random sets rounding leaves 1e-15
-at most where six contacts are all there are; with a seventh it is 2e-9 or more, 2e-3 in the median."""
+"""1 - leverage (no unit) below which some motion is determined by the contact alone. In 2,000 random sets rounding
+leaves 1e-15 at most with six contacts; with a seventh it is 2e-9 or more, 2e-3 in the median."""
 
 
 def _influences(
@@ -198,20 +178,19 @@ def _influences(
 ) -> list[Influence]:
     """The worst sigma of a corner without each contact in turn.
 
-    Taking the rows J away from the information adds C J^T (I - J C J^T)^-1 J C to the covariance C (Woodbury); J C J^T
-    is the contact's leverage, with an eigenvalue of 1 where no other contact sees what it sees. of: as in `Equations`.
+    Without the rows J of a contact the covariance C increases by C J^T (I - J C J^T)^-1 J C (Woodbury). J C J^T is the
+    contact's leverage; it has an eigenvalue of 1 if the contact alone determines a motion. of: as in `Equations`.
     """
-    # Rows about the fixture's origin: the twist there is what the covariance is of.
-    # Those of a measured pose come last and are no contact's.
+    # Rows about the fixture's origin, as the covariance; those of a measured pose come last and are left out.
     jacobian = seen.jacobian[: len(of)]
     rows = np.hstack([jacobian[:, :3] * seen.scale, np.zeros((len(jacobian), 3))])
     rows += np.hstack([np.cross(seen.centre, jacobian[:, 3:]), jacobian[:, 3:]])
     blocks = _by_contact(rows, of, len(contacts))
-    told = blocks @ covariance
-    rest = np.eye(blocks.shape[1]) - told @ np.swapaxes(blocks, 1, 2)
+    gain = blocks @ covariance
+    rest = np.eye(blocks.shape[1]) - gain @ np.swapaxes(blocks, 1, 2)
     lost = np.linalg.eigvalsh(rest)[:, 0] <= _NO_REDUNDANCY
     rest[lost] = np.eye(blocks.shape[1])
-    without = covariance + np.swapaxes(told, 1, 2) @ np.linalg.solve(rest, told)
+    without = covariance + np.swapaxes(gain, 1, 2) @ np.linalg.solve(rest, gain)
     worst = np.zeros(len(contacts))
     for corner in corners:
         variances = np.linalg.eigvalsh(point_covariance(_HERE, without, corner))[:, -1]
@@ -224,12 +203,8 @@ def _influences(
 
 
 def _by_contact(rows: Floats, of: Ints, count: int) -> Floats:
-    """The rows (m, 6) of each contact (count, k, 6), zeros behind where others have more."""
+    """The rows (m, 6) by contact (count, k, 6), filled up with zeros."""
     place = np.arange(len(of)) - np.searchsorted(of, of)
     blocks = np.zeros((count, int(place.max(initial=0)) + 1, 6))
     blocks[of, place] = rows
     return blocks
-
-
-def _in_words(twist: Floats, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> FreeMotion:
-    return FreeMotion(twist[:3], twist[3:], twist_in_words(twist[:3], twist[3:], surfaces, tolerance))

@@ -1,4 +1,4 @@
-"""One mistake: how often would the residuals show it, and how far is the pose off?"""
+"""The blind spot of one mistake: the probability that the residuals show it, and the error of the pose."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.design.distance_errors import Misplaced
 from tactfix.design.nominal_contacts import Locator, Touched, shift_of
 from tactfix.design.symmetries import Symmetry
 from tactfix.diagnosis.hypotheses import Problem
@@ -22,19 +21,17 @@ from tactfix.poses.pose_fit import PoseFit, refine
 from tactfix.values import frozen_value
 
 _POWER: Final = 0.95
-"""Probability with which a mistake must be noticed to count as detectable: 0.95, as the intervals that are told hold
-95 of 100 values."""
+"""Least probability of detection of a detectable mistake, as that of the intervals that are reported."""
 _SELDOM: Final = 0.01
-"""Probability of being noticed, below which no number is told: it is within ten times SUSPICIOUS, which noise alone
-has."""
+"""Probability of detection below which no number is given: less than ten times SUSPICIOUS, that of noise alone."""
 FAR_BEYOND_LIMIT: Final = 20.0
-"""Noncentrality over the limit of chi-square, from which the mistake is always noticed. The noncentral distribution
-function is then 0 to all digits of a double, and its series takes ever more terms."""
+"""Ratio of noncentrality to the limit of chi-square above which the power is 1: the noncentral distribution function is
+then 0 to all digits of a double, and its series takes many terms."""
 
 
 @frozen_value(eq=True)
 class BlindSpot:
-    """One mistake: pose_shift (units) is how far the worst extreme point is off, None where no pose comes out.
+    """One mistake. pose_shift (units): the displacement of the worst extreme point, None if no pose is found.
 
     power: the probability that the residuals show it.
     """
@@ -48,17 +45,16 @@ class BlindSpot:
 
 @frozen_value
 class Case:
-    """What is judged. tip_radius: of the tip that is forgotten. worst_sigma: of the extreme point known worst.
+    """Contacts and fixture whose blind spots are asked for.
 
-    exchanges: the near symmetries by which features could change places unnoticed by side and touch box. misplaced: the
-    fixture with one distance wrong, each way that it can be.
+    tip_radius: of the tip that is forgotten. worst_sigma: of the extreme point with the largest sigma. exchanges: the
+    near symmetries that exchange features without contradicting sides and touch boxes.
     """
 
     touched: Touched
     tip_radius: float
     worst_sigma: float
     exchanges: tuple[Symmetry, ...]
-    misplaced: tuple[Misplaced, ...]
     fixture: Fixture
     locator: Locator
 
@@ -69,23 +65,23 @@ class Case:
 
     @cached_property
     def trials(self) -> TrialSearch:
-        """Of every wrong file: the poses that they are tried from are looked for once."""
+        """The search for wrong files: the poses that it starts from are computed once for all of them."""
         return TrialSearch(self.problem, [np.eye(4)])
 
 
 def power_of(noncentrality: float, dof: int) -> float:
-    """How often chi-square of dof degrees of freedom and this noncentrality is above the limit where locate warns."""
+    """The probability that noncentral chi-square with dof degrees of freedom exceeds the limit of locate's warnings."""
     from scipy.special import chndtr
 
     if dof < 1:
-        # Six contacts have no residuals, unless no pose fits them at all.
+        # Six contacts have no residuals, unless no pose fits them.
         return float(noncentrality > chi_square_limit(1))
     limit = chi_square_limit(dof, SUSPICIOUS)
     return 1.0 if noncentrality > FAR_BEYOND_LIMIT * limit else float(1 - chndtr(limit, dof, noncentrality))
 
 
 def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
-    """The mistake where no pose comes out."""
+    """A mistake with which no pose is found."""
     return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
 
 
@@ -101,14 +97,14 @@ def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
 
 
 def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
-    """A small mistake: contacts and surfaces as the file has them, fitted from the true pose."""
+    """A small mistake: contacts and surfaces with the mistake, fitted from the true pose."""
     fit = refined(touched, contacts, np.eye(4))
     power = power_of(fit.chi2, touched.dof)
     return spot_of(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
 
 
 def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str, locator: Locator) -> BlindSpot:
-    """A mistake as locate answers to it."""
+    """A mistake given to locate."""
     result = locator(contacts)
     if result.base_from_fixture is None:
         return no_pose(error, what)
@@ -117,12 +113,12 @@ def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: st
 
 
 def spot_of(error: BlindSpotCode, power: float, shift: float, what: str) -> BlindSpot:
-    """The mistake where a pose comes out that is off by shift."""
+    """A mistake with which a pose is found, off by shift (units)."""
     seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
     seen = "the residuals do not show it" if power < _SELDOM else seen
     return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")
 
 
 def worst(spots: list[BlindSpot]) -> BlindSpot:
-    """The one that stays unseen and shifts the pose most; where all are seen, the one with the largest shift."""
+    """The undetectable one that shifts the pose most; if all are detectable, the one with the largest shift."""
     return max(spots, key=lambda spot: (not spot.detectable, spot.pose_shift or 0.0))

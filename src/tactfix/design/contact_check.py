@@ -1,11 +1,11 @@
-"""Contacts on a rigid fixture: the accuracy of the pose, what else fits, which mistakes stay unseen.
+"""Contacts on a rigid fixture: the accuracy of the pose, other poses that fit, mistakes that stay undetected.
 
 1. Well spread contacts are chosen among the touches that the probe can make; features that it cannot touch are named.
-2. Contacts that are given are carried into the fixture frame, and projected onto its surfaces. Without any, the spread
-   ones are checked.
-3. Motions that they leave free, and the cylinders that they lie on, are looked for.
-4. Where nothing is free the pose has a covariance (`accuracy`), and margins and blind spots if its direction is known.
-5. The spread contacts say whether locate could find a pose at all, whatever contacts were given.
+2. The given contacts are transformed to the fixture frame and projected onto its surfaces. Without any, the spread
+   contacts are checked.
+3. Motions that they leave free, and the cylinders that they lie on, are determined.
+4. If no motion is free, the accuracy of the pose follows, and margins and blind spots if its rotation is determined.
+5. Whether locate could find a pose at all is decided by the spread contacts, whatever contacts were given.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,6 @@ from tactfix.design.accuracy import Certainty, certainty, free_of
 from tactfix.design.blind_spot import BlindSpot, Case
 from tactfix.design.blind_spots import blind_spots, forgotten_tip
 from tactfix.design.cylinder_layouts import CylinderLayout, cylinder_layouts
-from tactfix.design.distance_errors import misplaced
 from tactfix.design.findings import Finding
 from tactfix.design.geometry_check import GeometryCheck
 from tactfix.design.known_place import settled
@@ -44,15 +43,14 @@ from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import UNDERDETERMINED_ANGLE
 from tactfix.localization.nominal import locate_nominal, standing
 from tactfix.probe import residual_sigmas
-from tactfix.results import FreeMotion
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
 _USUAL_TIP: Final = 0.003
-"""Radius of the tip that is forgotten where nothing names one, in metres: 3 mm, the radius of the 6 mm balls that
-styli of machine tools and robots commonly have. Never more than _BORE_SHARE of a bore."""
+"""Radius (m) of the tip whose radius is forgotten if nothing gives one: 3 mm, that of the 6 mm balls that styli of
+machine tools and robots commonly have. Never more than _BORE_SHARE of a bore."""
 _BORE_SHARE: Final = 0.5
-"""Share of the radius of the smallest bore: a tip that goes in where nothing says its radius."""
+"""Share of the radius of the smallest bore: the largest tip that is assumed."""
 _PLACES_EXCHANGED: Final = 0.02
 """Share of the fixture's size, or ERROR_SIGMAS sigma if that is more: features that change places to within it are
 tried with their labels exchanged. On the plate with pin and ball half and twice as much give the same report."""
@@ -63,11 +61,11 @@ are told apart by eye."""
 
 @frozen_value
 class ContactCheck:
-    """What was found of contacts. certainty is None where they leave a motion free, margins too where one is nearly.
+    """The check of contacts. certainty is None if they leave a motion free, margins also if one is nearly free.
 
     is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
-    layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts, whatever was given,
-    determine the pose well enough for locate.
+    layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts determine the pose well
+    enough for locate.
     """
 
     certainty: Certainty | None
@@ -89,10 +87,11 @@ def check_contacts(
     max_sigma: float | None,
     locator: Locator,
 ) -> ContactCheck:
-    """Check the given contacts, or well spread ones where there are none.
+    """Check the given contacts, or well spread ones if there are none.
 
-    probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is told.
-    locator: of contacts in base. The fixture is checked where it stands at near, wherever the contacts put it.
+    probe: sigma and tip radius of the spread contacts. at (m, 3): points of the fixture frame whose sigma is computed.
+    locator: for contacts in base. The fixture is checked at the pose near of its placement, whatever pose the contacts
+    have.
     """
     access = access_of(fixture, geometry.surfaces, probe[1])
     spread, unreachable = spread_contacts(access, probe[0])  # step 1
@@ -102,40 +101,24 @@ def check_contacts(
     contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)  # step 2
     nominal_locator: Locator = partial(locate_nominal, fixture, base_from_fixture=standing(fixture))
     touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
-    free = _free(touched, geometry)  # step 3
+    free = free_of(touched, geometry.tolerance)  # step 3
     layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)
     findings += contact_findings(touched, free, geometry.symmetries, source)
     findings += layout_findings(layouts, source)
     found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
     if not free:
-        sure = _certainty(touched, geometry, at, source)  # step 4
+        sure = certainty(touched, at, geometry.tolerance, source)  # step 4
         found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, nominal_locator, found)
     # Step 5.
-    return replace(found, can_be_located=spread_touched is not None and _is_held(spread_touched, geometry))
+    return replace(found, can_be_located=spread_touched is not None and _are_determined(spread_touched, geometry))
 
 
-def _certainty(touched: Touched, geometry: GeometryCheck, at: Floats, source: Source) -> Certainty:
-    return certainty(
-        touched.contacts,
-        touched.surfaces,
-        touched.sigmas,
-        touched.corners,
-        at,
-        geometry.tolerance,
-        source,
-        touched.placement,
-    )
-
-
-def _free(touched: Touched, geometry: GeometryCheck) -> tuple[FreeMotion, ...]:
-    return free_of(touched.contacts, touched.surfaces, touched.sigmas, geometry.tolerance, touched.placement)
-
-
-def _is_held(touched: Touched, geometry: GeometryCheck) -> bool:
-    """Whether these contacts leave no motion free, and no direction unknown."""
-    if _free(touched, geometry):
+def _are_determined(touched: Touched, geometry: GeometryCheck) -> bool:
+    """Whether these contacts leave no motion free and no direction undetermined."""
+    if free_of(touched, geometry.tolerance):
         return False
-    return _certainty(touched, geometry, np.zeros((0, 3)), "spread").turn_sigma <= UNDERDETERMINED_ANGLE
+    found = certainty(touched, np.zeros((0, 3)), geometry.tolerance, "spread")
+    return found.turn_sigma <= UNDERDETERMINED_ANGLE
 
 
 def _judged(
@@ -148,21 +131,20 @@ def _judged(
     locator: Locator,
     so_far: ContactCheck,
 ) -> ContactCheck:
-    """What was found so far, with accuracy; and with margins and blind spots where the direction is known at all.
+    """The check so far, with the accuracy, and with margins and blind spots if the rotation is determined.
 
-    spread: well spread contacts, None where there are none.
+    spread: well spread contacts, None if a feature cannot be touched.
     """
-    sigma = float(np.sqrt((touched.sigmas**2).mean()))
-    findings = [*so_far.findings, *certainty_findings(sure, sigma, max_sigma, fixture.units)]
+    findings = [*so_far.findings, *certainty_findings(sure, touched.rms_sigma, max_sigma, fixture.units)]
     if sure.turn_sigma > UNDERDETERMINED_ANGLE:
-        # No pose that locate would call one: nothing is to be told apart from it, and nothing is off.
+        # locate would call this underdetermined: there is no pose to compare others with.
         return replace(so_far, certainty=sure, findings=tuple(findings))
     tip = _forgotten_tip(fixture, touched)
     margin = margins(touched, locator, with_losses=sure.source != "spread")
     spots = blind_spots(_case(fixture, touched, tip, sure.worst.sigma, locator))
-    # Where the well spread contacts are those judged, this has been asked.
-    told = next(spot for spot in spots if spot.error == "tip_radius")
-    sees_tip = spread is not None and (told if sure.source == "spread" else forgotten_tip(spread, tip)).detectable
+    # If the spread contacts are checked themselves, this is known.
+    forgotten = next(spot for spot in spots if spot.error == "tip_radius")
+    sees_tip = spread is not None and (forgotten if sure.source == "spread" else forgotten_tip(spread, tip)).detectable
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
     findings += margin_findings(margin, sure.source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, sure, sure.source, fixture.units)
@@ -173,21 +155,19 @@ def _judged(
 
 
 def _case(fixture: Fixture, touched: Touched, tip_radius: float, worst_sigma: float, locator: Locator) -> Case:
-    sigma = float(np.sqrt((touched.sigmas**2).mean()))
     size = size_of(touched.surfaces.values())
-    ratio = min(_LOOSEST, max(_PLACES_EXCHANGED, ERROR_SIGMAS * sigma / (size or np.inf)))
+    ratio = min(_LOOSEST, max(_PLACES_EXCHANGED, ERROR_SIGMAS * touched.rms_sigma / (size or np.inf)))
     near = settled(symmetries(touched.surfaces, fixture.touch, ratio), fixture.placement, size)
     exchanges = tuple(s for s in near if s.confusable)
-    wrong = tuple(misplaced(touched.surfaces, ERROR_SIGMAS * sigma))
-    return Case(touched, tip_radius, worst_sigma, exchanges, wrong, fixture, locator)
+    return Case(touched, tip_radius, worst_sigma, exchanges, fixture, locator)
 
 
 def _in_fixture_frame(
     fixture: Fixture, surfaces: Mapping[str, Surface], given: Contacts | None, spread: Contacts, locator: Locator
 ) -> tuple[Contacts, Source, list[Finding]]:
-    """The contacts to judge, in the fixture frame, and where they come from.
+    """The contacts to check, in the fixture frame, and their source.
 
-    Contacts that lie on the surfaces as they stand are a plan; others are measured and are located first.
+    Contacts that lie on the surfaces as they are given are a plan; others are measured and are located first.
     """
     if given is None:
         return spread, "spread", []
@@ -208,7 +188,7 @@ def _touched(fixture: Fixture, surfaces: Mapping[str, Surface], contacts: Contac
 
 
 def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:
-    """The tip radius that is forgotten: that of the contacts or the fixture, else the usual one, where it fits."""
+    """The tip radius that is forgotten: that of contacts or fixture, else the usual one if it fits the bores."""
     said = touched.contacts.tip_radius or fixture.probe.tip_radius or 0.0
     if said > 0:
         return said

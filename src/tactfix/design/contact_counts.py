@@ -1,14 +1,16 @@
-"""How many contacts a fixture needs: in all, on each feature alone, feature by feature, and how they may be shared out.
+"""The fewest contacts that a fixture needs: in all, on each feature alone, and their distributions over the features.
 
 n_i contacts on feature i are independent in general position if and only if, for every subset of the features, the sum
 of n_i is at most the rank of that subset (Rado's theorem on independent transversals, the contacts on a feature being
 general rows of its constraint space). The rank of a subset is 6 less the dimension of its common motions. One contact
-on a point holds all that the point can hold: with points touched, the condition is asked of what they leave.
+on a point constrains all that the point can constrain, so the condition applies to the motions that touched points
+leave free.
 
-1. Each choice of points to touch is kept that holds, with all other features, as much as all points would.
-2. The choices that need the fewest contacts, one a point and one for each degree of freedom left, give the minimum.
-3. What is left is shared out feature by feature, each given as many contacts as Rado's condition allows, or fewer.
-4. Of the sets found so, in that order, MINIMAL_SETS_LISTED are listed.
+1. A choice of points to touch is kept if with all other features its rank is that of all points.
+2. The choices with the fewest contacts, one for each point and one for each remaining degree of freedom, give the
+   minimum.
+3. The remaining contacts are distributed feature by feature, up to as many on each as Rado's condition allows.
+4. The first MINIMAL_SETS_LISTED distributions are listed.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -43,10 +45,10 @@ MINIMAL_SETS_LISTED: Final = 500
 
 @frozen_value(eq=True)
 class FeatureCounts:
-    """Contacts by feature: alone, the fewest that leave finitely many surfaces; paper, the counts of its localizers.
+    """Contacts by feature. alone: the fewest that leave finitely many surfaces; paper: the counts of its localizers.
 
-    any_size: the same where the feature's own radius is not known. beside: the fewest where all the other features are
-    located and the known distances and angles to them are used.
+    any_size: the same with the feature's own radius unknown. beside: the fewest if all other features are located and
+    the known distances and angles to them are used.
     """
 
     alone: Mapping[str, int]
@@ -58,11 +60,11 @@ class FeatureCounts:
 
 @frozen_value(eq=True)
 class ContactCounts:
-    """What design-check says of numbers of contacts.
+    """The numbers of contacts that a fixture needs.
 
-    minimum_total: the fewest that leave free what all features together do; without points their rank, 6 where nothing
-    is left free. minimal_sets: contacts by feature;
-    complete is False where there are more of them than MINIMAL_SETS_LISTED.
+    minimum_total: the fewest that leave no more motions free than all features together; without points their rank, 6
+    if no motion is free. minimal_sets: contacts by feature; complete is False if there are more of them than
+    MINIMAL_SETS_LISTED.
     """
 
     minimum_total: int
@@ -78,9 +80,9 @@ def contact_counts(
     tolerance: Tolerance,
     placement: Placement | None = None,
 ) -> ContactCounts:
-    """The counts of a rigid fixture with its features at surfaces; what placement holds need no contacts hold.
+    """The counts of a rigid fixture with its features at surfaces; constrained directions of placement need none.
 
-    distances: the pairs between which a distance is known; all pairs that have one where the fixture is placed.
+    distances: the pairs between which a distance is known; of a placed fixture all pairs that have one.
     """
     sets = minimal_sets(surfaces, tolerance, MINIMAL_SETS_LISTED + 1, placement)
     total = _rank(surfaces, tolerance, placement)
@@ -96,7 +98,7 @@ def contact_counts(
 
 
 def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Placement | None) -> int:
-    """How many of the degrees of freedom that placement does not hold contacts on these surfaces can hold."""
+    """How many degrees of freedom that placement leaves free contacts on these surfaces can constrain."""
     if not surfaces:
         return 0
     free = twists(common_motions(surfaces.values(), tolerance))
@@ -104,7 +106,7 @@ def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Plac
 
 
 def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
-    """The counts where relations leave something free: each feature has to be located alone."""
+    """The counts if relations leave the shape open: each feature has to be located alone."""
     distances = {frozenset(r.between) for r in relations if r.kind == "distance"}
     beside = {name: _beside(name, feature, distances) for name, feature in features.items()}
     each = _each(features, distances, beside)
@@ -112,7 +114,7 @@ def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, 
 
 
 def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
-    """Contacts where no body is rigid: each known distance to a located feature spares a sphere one, but for the last.
+    """Contacts without a rigid body: each known distance to a located feature saves a sphere one, except the last.
 
     (src/tactfix/README.md, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
     """
@@ -143,9 +145,9 @@ Rank: TypeAlias = Callable[[frozenset[str]], int]
 def minimal_sets(
     surfaces: Mapping[str, Surface], tolerance: Tolerance, most: int, placement: Placement | None = None
 ) -> tuple[Mapping[str, int], ...]:
-    """Every way to share the fewest contacts out so that they are independent in general position, up to most of them.
+    """Every distribution of the fewest contacts that is independent in general position, at most most of them.
 
-    Each set names every feature, with 0 where it needs none.
+    Each set names every feature, with 0 for those without a contact.
     """
 
     @cache
@@ -172,18 +174,18 @@ def minimal_sets(
 
 
 def _beyond(rank: Rank, touched: frozenset[str]) -> Rank:
-    """What subsets can hold of what the points touched leave."""
+    """The rank of subsets over the motions that the touched points leave free."""
     return lambda subset: rank(subset | touched) - rank(touched)
 
 
 def _distributions(
     chosen: dict[str, int], names: tuple[str, ...], left: int, rank: Rank
 ) -> Iterator[Mapping[str, int]]:
-    """Every independent way to place left more contacts on the features names, after those chosen already."""
+    """Every independent distribution of left more contacts over the features names, beside those chosen."""
     if left == 0:
         yield chosen
         return
-    # What is still to be placed has to fit on the features that remain.
+    # The features that remain must be able to take the remaining contacts.
     if not names or rank(frozenset((*chosen, *names))) < left + sum(chosen.values()):
         return
     first, *others = names
@@ -194,7 +196,7 @@ def _distributions(
 
 
 def _is_independent(chosen: Mapping[str, int], rank: Rank) -> bool:
-    """Rado's condition for the subsets that hold the feature chosen last; the others were asked before."""
+    """Rado's condition for the subsets with the feature chosen last; the others were tested before."""
     *others, last = chosen
     return all(
         sum(chosen[name] for name in subset) + chosen[last] <= rank(frozenset((*subset, last)))

@@ -1,8 +1,8 @@
-"""On how many cylinders the contacts of each cylinder lie at once.
+"""The number of cylinders on which the contacts of each cylinder lie.
 
-Tidy layouts are the worst: three evenly spaced contacts at each of two heights lie on four cylinders whatever the
-stagger, four at each of two heights in line on three (the corners of a box), and all of them pass a radial approach.
-At some lengths they even have one radius. Nothing is taken for tidy by its looks: the cylinders are found.
+Regular layouts are the worst: three evenly spaced contacts at each of two heights lie on four cylinders whatever the
+stagger, four at each of two heights in line on three (the corners of a box), and a radial approach rejects none of
+them. At some lengths they even have one radius. No pattern is looked for: the cylinders are computed.
 """
 
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class CylinderLayout:
-    """The cylinders on which the contacts of one feature lie within noise, seen from the side that was touched.
+    """The number of cylinders on which the contacts of one feature lie within noise, touched from the right side.
 
-    own_radius: those of the feature's radius; any_radius: all of them. None: infinitely many, 0: not looked for.
+    own_radius: those of the feature's radius; any_radius: all of them. None: infinitely many, 0: not computed.
     """
 
     feature: str
@@ -33,7 +33,7 @@ class CylinderLayout:
 
     @property
     def is_ambiguous(self) -> bool:
-        """Whether there are several where contacts so many, in general position, leave one: the radius known."""
+        """Whether there are several of the known radius though so many contacts in general position leave one."""
         return self.contacts > CYLINDER_CONTACTS and _several(self.own_radius)
 
     @property
@@ -60,7 +60,7 @@ def cylinder_layouts(contacts: Contacts, surfaces: Mapping[str, Surface], sigmas
 
 
 def _count(surface: Cylinder, contacts: Contacts, radius: float | None, sigmas: Floats) -> int | None:
-    """How many cylinders of this radius (None: of any) explain the contacts and were touched from the right side."""
+    """How many cylinders of this radius (None: any) fit the contacts and were touched from the right side."""
     try:
         candidates = localize_cylinder(contacts.points, radius, sigmas)
     except DegenerateContactsError:
@@ -69,7 +69,7 @@ def _count(surface: Cylinder, contacts: Contacts, radius: float | None, sigmas: 
 
 
 def _is_touched_from_its_side(candidate: Surface, surface: Cylinder, contacts: Contacts) -> bool:
-    """Whether every probe that says how it came has travelled into the material."""
+    """Whether every known approach leads into the material."""
     assert isinstance(candidate, Cylinder)
     normals = outward_normals(replace(candidate, side=surface.side), contacts.points)
     return not bool((np.einsum("ij,ij->i", normals, contacts.approaches) >= 0).any())

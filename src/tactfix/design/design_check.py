@@ -1,9 +1,9 @@
-"""Whether a fixture will locate, with which accuracy, and what would never be noticed.
+"""The check of a design: whether the fixture can be located, how accurately, and which mistakes stay undetected.
 
 1. The fixture's geometry is checked exactly: motions, symmetries, fewest contacts (`geometry_check`).
-2. The contacts that are given, or well spread ones, are checked: the accuracy of the pose, how far the nearest wrong
-   pose lies, and which mistakes would stay unseen (`contact_check`).
-3. The complex poses of minimal sets of contacts come from a table (`pose_counts`).
+2. The given contacts, or well spread ones, are checked: the accuracy of the pose, the nearest wrong pose, and the
+   mistakes that stay undetected (`contact_check`).
+3. The numbers of complex poses of minimal sets of contacts are read from a table (`pose_counts`).
 4. Random layouts show how many contacts make the pose unique (`random_layouts`).
 """
 
@@ -53,18 +53,18 @@ def design_check(
     Parameters
     ----------
     fixture : Fixture
-        What is to be touched. One whose relations leave its shape free is judged feature by feature: contacts alone,
-        nothing on the pose.
+        To be touched. If its relations leave its shape open, only the contacts of each feature are checked, and no
+        pose.
     contacts : Contacts, optional
-        A plan in the fixture frame, or contacts measured in base: those that lie on the fixture's surfaces as they
-        stand, within noise, are taken for a plan; others are located first and carried into the fixture frame. Without
-        any, four well spread ones on each plane, five on each sphere and six on each cylinder are judged.
+        A plan in the fixture frame, or contacts measured in base: those that lie on the fixture's surfaces as they are
+        given, within noise, are a plan; others are located first and transformed to the fixture frame. Without any,
+        four well spread ones on each plane, five on each sphere and six on each cylinder are checked.
     wishes : Wishes, optional
-        What is asked for beyond that.
+        Further options.
     progress : callable
-        Is called with the share done, from 0 to 1, and what is being done.
+        Called with the share done, from 0 to 1, and the name of the present step.
     over : callable
-        Who locates the random layouts of a study: `map`, one after the other, or its like.
+        Maps the location over the random layouts of a study: `map`, or a parallel function with its signature.
 
     Returns
     -------
@@ -162,11 +162,11 @@ def _studied(
     progress: Callable[[float, str], None],
     over: MapFunction,
 ) -> tuple[LayoutStudy, tuple[Finding, ...]]:
-    """The study of random layouts, and what to say of it."""
+    """The study of random layouts, and its findings."""
     types = {name: feature.type for name, feature in fixture.features.items()}
     sets = [(kind_of_set(types, contacts), contacts) for contacts in geometry.counts.minimal_sets]
     fewest = geometry.counts.minimum_total
-    # Where nothing breaks a symmetry no number of contacts is enough: six tell how many poses there are.
+    # With an unbroken symmetry no number of contacts is enough: the fewest show the number of poses.
     is_symmetric = any(s.broken_by is None and not s.partly for s in geometry.symmetries)
     most = (
         fewest if is_symmetric else QUICK_LAYOUT_CONTACTS if study.layouts <= DEFAULT_LAYOUTS else MOST_LAYOUT_CONTACTS
@@ -193,7 +193,7 @@ def _refuse_foreign(fixture: Fixture, contacts: Contacts | None) -> None:
 
 
 def _distinct(shapes: tuple[Mapping[str, Surface], ...]) -> list[Mapping[str, Surface]]:
-    """The shapes without those that lay the same surfaces."""
+    """The shapes without those whose surfaces are those of another."""
     kept: list[Mapping[str, Surface]] = []
     for shape in shapes:
         length = tolerance_for(shape).length
@@ -205,7 +205,7 @@ def _distinct(shapes: tuple[Mapping[str, Surface], ...]) -> list[Mapping[str, Su
 
 
 def _separate(fixture: Fixture) -> DesignReport:
-    """The report on features that no relations hold together."""
+    """The report on features that relations do not make one rigid body."""
     counts = separate_counts(fixture.features, fixture.relations)
     findings = tuple(count_findings(counts, is_rigid=False))
     return DesignReport(
@@ -225,7 +225,7 @@ def _separate(fixture: Fixture) -> DesignReport:
 
 
 def _probe(fixture: Fixture, contacts: Contacts | None, wishes: Wishes) -> tuple[float | None, float]:
-    """Sigma (None where nothing says it) and tip radius (0 where nothing does) of a contact."""
+    """Sigma of a contact (None if nothing gives it), and tip radius (0 if nothing does)."""
     sigma, tip_radius = wishes.sigma, wishes.tip_radius
     if contacts is not None:
         sigma = float(np.sqrt((contacts.sigmas**2).mean())) if sigma is None else sigma

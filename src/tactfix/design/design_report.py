@@ -1,4 +1,4 @@
-"""What design-check is asked for, and what it answers."""
+"""The options and the report of design-check."""
 
 from typing import Any
 
@@ -22,18 +22,18 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class Wishes:
-    """What design-check is asked for beyond the fixture and the contacts; lengths in fixture units.
+    """The options of design-check; lengths in fixture units.
 
     Parameters
     ----------
     at : tuple of tuples of three floats
-        Points (3,) of the fixture frame whose sigma is told.
+        Points (3,) of the fixture frame whose sigma is computed.
     sigma : float, optional
-        Of the probe where no contacts are given; it beats the fixture's.
+        Of the probe, if no contacts are given; it takes precedence over the fixture's.
     tip_radius : float, optional
-        The same.
+        Of the probe, likewise.
     max_sigma : float, optional
-        An error where an extreme point is known worse.
+        Limit on the sigma of the extreme points; above it there is an error.
     layouts : int
         Random layouts in the study of uniqueness, 0 for no study.
     seed : int
@@ -55,12 +55,12 @@ class Wishes:
 
 @frozen_value
 class DesignReport(JsonResult):
-    """What design-check found, in the fixture frame and units; the names are those of the JSON.
+    """The report of design-check, in the fixture frame and units; the names are those of the JSON.
 
     Attributes
     ----------
     fixture : Fixture
-        What was checked.
+        The checked fixture.
     is_rigid : bool
         Whether the file makes the features one rigid body.
     free_motions : tuple of FreeMotion
@@ -70,17 +70,17 @@ class DesignReport(JsonResult):
     counts : ContactCounts
         The fewest contacts, alone and together.
     pose_counts : tuple of PoseCount or None
-        The complex poses of each of counts.minimal_sets, None where it is no set of six contacts.
+        The complex poses of each of counts.minimal_sets, None for a set of other than six contacts.
     certainty : Certainty or None
-        What the contacts promise; None, as margins, where a motion stays free or nothing says sigma.
+        The accuracy of the pose; None, as margins, if a motion is free or nothing gives sigma.
     margins : Margins or None
-        What lies near the right pose.
+        The nearest wrong pose, and the contacts that are indispensable.
     blind_spots : tuple of BlindSpot
-        Errors that the contacts cannot see.
+        Mistakes, and whether the residuals show them.
     layouts : tuple of CylinderLayout
         How the contacts lie on each cylinder.
     study : LayoutStudy
-        Of random layouts, empty where none was made.
+        Of random layouts, empty if none was made.
     findings : tuple of Finding
         Each check with its status, its message and a hint.
 
@@ -127,5 +127,5 @@ class DesignReport(JsonResult):
 
     @property
     def real_poses(self) -> tuple[RealPoses | None, ...]:
-        """What the study saw of each of counts.minimal_sets, of all sets of its kind; None where it saw none."""
+        """The real poses of each of counts.minimal_sets in the study, of all sets of its kind; None if it had none."""
         return tuple(None if c is None else self.study.real_poses.get(c.kind) for c in self.pose_counts)

@@ -1,4 +1,4 @@
-"""The fixture with one of its distances wrong: every way in which the file can be wrong by that much."""
+"""The fixture with one distance wrong by a given error, for every pair of features with a distance."""
 
 from collections.abc import Iterator, Mapping
 from itertools import permutations
@@ -15,14 +15,14 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Misplaced:
-    """The surfaces as the wrong file has them, and what is wrong."""
+    """The surfaces of the wrong file, and the mistake in words."""
 
     surfaces: Mapping[str, Surface]
     message: str
 
 
 def misplaced(surfaces: Mapping[str, Surface], off: float) -> Iterator[Misplaced]:
-    """Each feature moved by off (units) away from each other one to which it has a distance."""
+    """Each feature moved by off (units) away from each other feature to which it has a distance."""
     for name, other in permutations(surfaces, 2):
         direction = separation(surfaces[other], surfaces[name])
         if direction is not None:
@@ -51,7 +51,7 @@ def separation(from_surface: Surface, to_surface: Surface) -> Floats | None:
 
 
 def _off_plane(plane: Plane, other: Surface) -> Floats | None:
-    """The plane's normal, where the other one keeps its distance all along it."""
+    """The plane's normal, if the other surface has a distance from the plane."""
     match other:
         case Plane():
             has_distance = bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= SPECIAL_POSITION)
@@ -63,7 +63,7 @@ def _off_plane(plane: Plane, other: Surface) -> Floats | None:
 
 
 def _between_axes(first: Cylinder, second: Cylinder) -> Floats | None:
-    """Along the common perpendicular of two axes, square to both where they are parallel."""
+    """Along the common perpendicular of two axes."""
     square = np.cross(first.direction, second.direction)
     if np.linalg.norm(square) > SPECIAL_POSITION:
         return unit(square)

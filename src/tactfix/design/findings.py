@@ -1,4 +1,4 @@
-"""What design-check has to say of a fixture's geometry: findings with a code, a severity, and what to do."""
+"""Findings of design-check on a fixture's geometry, each with a code, a severity, a message and a hint."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, TypeAlias
@@ -20,7 +20,7 @@ Severity: TypeAlias = Literal["ok", "warning", "error"]
 
 @frozen_value(eq=True)
 class Finding:
-    """One thing found. code: what `--explain` knows it by; hint: what to do about it, empty where nothing is to do."""
+    """One finding. code: its name for `--explain`; hint: what to do about it, empty if nothing is."""
 
     code: str
     status: Severity
@@ -37,7 +37,7 @@ def worst(findings: Sequence[Finding]) -> Severity:
 def motion_findings(
     motions: Sequence[FreeMotion], weak: Sequence[FreeMotion], surfaces: Mapping[str, Surface]
 ) -> Iterator[Finding]:
-    """Free motions, and motions that only a few sigma of offset hold."""
+    """Free motions, and motions that are constrained by an offset of a few sigma only."""
     for motion in motions:
         yield Finding(
             "free_motion",
@@ -66,10 +66,10 @@ def symmetry_findings(
     near_ratio: float,
     is_settled: bool,
 ) -> Iterator[Finding]:
-    """Symmetries that nothing breaks, that a box breaks in part, and equal features that could be taken for each other.
+    """Symmetries that are unbroken or broken in part, and features that could be taken for each other.
 
-    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact; is_settled: the contacts
-    given leave one pose only.
+    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact; is_settled: the given
+    contacts leave one pose only.
     """
     unbroken = [symmetry for symmetry in found if symmetry.broken_by is None]
     for symmetry in unbroken:
@@ -112,7 +112,7 @@ def symmetry_findings(
 
 
 def _settled(found: Sequence[Symmetry]) -> str:
-    """Which symmetries there are, and what settles them."""
+    """The number of symmetries by what breaks them."""
     if not found:
         return "no motion lays the fixture on itself"
     by = {way: sum(s.broken_by == way for s in found) for way in ("labels", "approach", "touch", "placement")}
@@ -134,7 +134,7 @@ def _equal_features(found: Sequence[Symmetry], how: str, hint: str) -> Iterator[
 def touch_findings(
     fixture: Fixture, surfaces: Mapping[str, Surface], unreachable: Sequence[str], size: float
 ) -> Iterator[Finding]:
-    """Features that cannot be touched where the file says that they may be."""
+    """Features that cannot be touched inside their touch boxes."""
     for name, box in fixture.touch.items():
         if name in surfaces and not regions_meet(surfaces[name], box, box, np.eye(4), size):
             yield Finding(
@@ -158,7 +158,7 @@ def _blocked(name: str) -> Finding:
 
 
 def count_findings(counts: ContactCounts, is_rigid: bool) -> Iterator[Finding]:
-    """How few contacts do."""
+    """The fewest contacts."""
     if not is_rigid:
         need = ", ".join(f"{name} {count}" for name, count in counts.each.alone.items())
         yield Finding(
@@ -178,7 +178,7 @@ def count_findings(counts: ContactCounts, is_rigid: bool) -> Iterator[Finding]:
 
 
 def shape_findings(shapes: int) -> Iterator[Finding]:
-    """Relations that hold for more than one shape."""
+    """Relations that allow more than one shape."""
     if shapes > 1:
         yield Finding(
             "several_shapes",
@@ -189,7 +189,7 @@ def shape_findings(shapes: int) -> Iterator[Finding]:
 
 
 def same_surface_findings(pairs: Sequence[tuple[str, str]]) -> Iterator[Finding]:
-    """Features that are one and the same surface."""
+    """Features that are the same surface."""
     for one, other in pairs:
         yield Finding(
             "same_surface",

@@ -1,4 +1,4 @@
-"""The fixture's geometry, checked exactly: motions, symmetries, fewest contacts, positions that are nearly special."""
+"""The exact check of a fixture's geometry: motions, symmetries, fewest contacts, and nearly special positions."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
@@ -25,26 +25,26 @@ from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.scale import SPECIAL_POSITION, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import tidied
-from tactfix.localization.motion_words import free_motions, twist_in_words
+from tactfix.localization.motion_words import free_motions, motion_in_words
 from tactfix.placement import Placement
 from tactfix.results import FreeMotion
 from tactfix.values import frozen_value
 
 _NEAR_SIGMAS: Final = 10.0
-"""Sigma within which a position counts as nearly special: contacts then determine what depends on it ten times worse
-than their sigma, or not at all. On the plate with pin and ball 5 and 20 give the same report."""
+"""Distance from a special position, in sigma, within which a position is nearly special: what depends on
+that distance is then ten times less accurate than the contacts, or undetermined. On the plate with pin and ball 5 and
+20 give the same report."""
 _NEAREST: Final = 0.05
-"""Share of the fixture's size that _NEAR_SIGMAS sigma must not exceed: with a larger sigma every position would
-count as nearly special, and the question is not asked."""
+"""Share of the fixture's size above which _NEAR_SIGMAS sigma is not tested: with such a sigma every position would be
+nearly special."""
 
 
 @frozen_value
 class GeometryCheck:
-    """What was found of unbounded surfaces and their touch boxes.
+    """The check of the unbounded surfaces and their touch boxes.
 
     near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact. size: extent of surfaces
-    and boxes (units). findings: all but those on symmetries and on touching, which take the contacts into
-    account.
+    and boxes (units). findings: without those on symmetries and touch boxes, which depend on the contacts.
     """
 
     surfaces: Mapping[str, Surface]
@@ -61,7 +61,7 @@ class GeometryCheck:
 def check_geometry(
     fixture: Fixture, surfaces: Mapping[str, Surface], shapes: int, sigma: float | None
 ) -> GeometryCheck:
-    """Check a rigid fixture with its features at surfaces; sigma: of a contact, None where nothing says it.
+    """Check a rigid fixture with its features at surfaces; sigma: of a contact, None if nothing gives it.
 
     shapes: how many different shapes the fixture's relations allow.
     """
@@ -96,7 +96,7 @@ def check_geometry(
 
 
 def _free(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Placement | None) -> tuple[FreeMotion, ...]:
-    """The motions common to all features that nothing known beforehand holds, in words."""
+    """The motions common to all features that the placement leaves free, in words."""
     motions = free_motions(surfaces, tolerance)
     if placement is None or not motions:
         return motions
@@ -106,16 +106,14 @@ def _free(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Plac
     left = left_free(twists, placement, tolerance.length / tolerance.angle)
     if len(left) == len(motions):
         return motions
-    return tuple(_in_words(twist, surfaces, tolerance) for twist in (tidied(left) if len(left) else left))
-
-
-def _in_words(twist: Floats, surfaces: Mapping[str, Surface], tolerance: Tolerance) -> FreeMotion:
-    unit = twist / (np.linalg.norm(twist[:3]) or np.linalg.norm(twist[3:]))
-    return FreeMotion(unit[:3], unit[3:], twist_in_words(unit[:3], unit[3:], surfaces, tolerance))
+    if not len(left):
+        return ()
+    units = (twist / (np.linalg.norm(twist[:3]) or np.linalg.norm(twist[3:])) for twist in tidied(left))
+    return tuple(motion_in_words(unit, surfaces, tolerance) for unit in units)
 
 
 def _near_ratio(sigma: float | None, tolerance: Tolerance) -> float | None:
-    """Ten sigma against the fixture's size; None where that is no small part of it, or not above the exact ratio."""
+    """Ten sigma over the fixture's size; None if that is too large, or not above the tolerance of exact symmetries."""
     size = tolerance.length / tolerance.angle
     if sigma is None or size == 0:
         return None
@@ -127,7 +125,7 @@ def _is_among(symmetry: Symmetry, found: tuple[Symmetry, ...], ratio: float) -> 
     """Whether a near symmetry is an exact one."""
     turn = symmetry.image_from_fixture[:3, :3]
     turns: list[Floats] = [s.image_from_fixture[:3, :3] for s in found]
-    # Different elements of one group differ by far more than the positions that are taken for equal.
+    # Different elements of one group differ by far more than the tolerance.
     return any(rotation_angle(turn.T @ other) < 100 * ratio for other in turns)
 
 
@@ -138,7 +136,7 @@ def _distances(surfaces: Mapping[str, Surface]) -> set[frozenset[str]]:
 
 
 def _same(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> Iterator[tuple[str, str]]:
-    """Pairs of features that are one surface, touched from one side."""
+    """Pairs of features that are the same surface with the same side."""
     for one, other in combinations(surfaces, 2):
         a, b = surfaces[one], surfaces[other]
         if not same_surface(a, b, tolerance.length, tolerance.angle):

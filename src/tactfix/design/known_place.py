@@ -1,7 +1,8 @@
-"""What is known of a fixture's place beforehand, for its design: the fixture is checked where it stands at near.
+"""The placement of a fixture in the check of its design: motions that it constrains, symmetries that it excludes.
 
-Near is known roughly, and so are the directions of base's axes in the fixture. So a motion counts as held if it is held
-but for a small part (KNOWN_SHARE), and a feature that sees so small a part of a free motion counts as blind to it.
+The fixture is checked at the pose near, which is known roughly, and so are the directions of base's axes in the
+fixture. So a motion is constrained if all but a small part of it (KNOWN_SHARE) is, and a feature whose displacement by
+a free motion is as small does not constrain it.
 """
 
 from collections.abc import Sequence
@@ -18,18 +19,18 @@ from tactfix.poses.placement_terms import search_limits
 from tactfix.poses.prior import deviation
 
 KNOWN_SHARE: Final = 0.02
-"""Rad, and share of the fixture's size. Near a degree: no rough pose says more of how the fixture is turned."""
+"""Rad, and share of the fixture's size: about a degree, the uncertainty of the rotation of a rough pose."""
 
 
 def unknowns(placement: Placement | None) -> int:
-    """How many unknowns the pose has."""
+    """The number of unknowns of the pose."""
     return 6 if placement is None else int(placement.turns.sum() + placement.shifts.sum())
 
 
 def left_free(twists: Floats, placement: Placement | None, size: float) -> Floats:
-    """Of motions (k, 6), twists at the fixture's origin, a basis (j, 6) of those that placement does not hold.
+    """Of motions (k, 6), twists at the fixture's origin, a basis (j, 6) of those that placement leaves free.
 
-    A measured pose holds none: it is known how far off each may be. size: of the fixture (length).
+    A measured pose constrains none of them exactly. size: of the fixture (length).
     """
     if placement is None or not len(twists):
         return twists
@@ -42,7 +43,7 @@ def left_free(twists: Floats, placement: Placement | None, size: float) -> Float
 
 
 def _free_axes(placement: Placement) -> Floats:
-    """Base's axes about and along which the fixture is free (6, u), seen from the fixture."""
+    """The unconstrained rotations and translations (6, u) along base's axes, in fixture coordinates."""
     rotation = placement.near[:3, :3]
     axes = np.zeros((6, 6))
     axes[:3, :3] = axes[3:, 3:] = rotation.T
@@ -50,7 +51,7 @@ def _free_axes(placement: Placement) -> Floats:
 
 
 def settled(found: Sequence[Symmetry], placement: Placement | None, size: float) -> tuple[Symmetry, ...]:
-    """The symmetries, with placement as what breaks those that nothing else breaks and that it excludes."""
+    """The symmetries, those that the placement excludes broken by it unless they are broken otherwise."""
     if placement is None:
         return tuple(found)
     return tuple(_settled(symmetry) if _excludes(placement, symmetry, size) else symmetry for symmetry in found)
@@ -61,9 +62,9 @@ def _settled(symmetry: Symmetry) -> Symmetry:
 
 
 def _excludes(placement: Placement, symmetry: Symmetry, size: float) -> bool:
-    """Whether of two poses that a symmetry takes into each other only one can be where the fixture is known to be.
+    """Whether the placement allows only one of two poses that a symmetry takes into each other.
 
-    Both within the limits are no farther apart than twice as far as each may be from near.
+    Two poses within the limits differ by at most twice the limits.
     """
     off = deviation(placement, placement.near @ inverse(symmetry.image_from_fixture))
     turn, shift = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))

@@ -1,9 +1,9 @@
-"""How far the nearest wrong pose lies behind the right one, and on which contacts that depends.
+"""Margins: the chi-square of the nearest wrong pose, and the contacts without which the pose is not unique.
 
-1. locate is asked with sigmas larger than they are (WIDENED): a wrong pose that it still accepts is near.
-2. Approach and touch boxes had a grace in those sigmas: a pose is left out that they exclude by the true ones.
-3. The nearest is the one with the least chi-square by the true sigmas; where there is none, sigmas are widened further.
-4. Where the pose is unique, each contact is left out in turn: a motion may then be free, or the pose ambiguous.
+1. The contacts are located with enlarged sigmas (WIDENED): a wrong pose that is then accepted is near.
+2. The tolerances of approaches and touch boxes are enlarged too: a pose that they reject at the true sigmas is dropped.
+3. The nearest is the one with the least chi-square at the true sigmas; if there is none, sigmas are enlarged further.
+4. If the pose is unique, each contact is deleted in turn: a motion may then be free, or the pose ambiguous.
 """
 
 from collections.abc import Sequence
@@ -23,22 +23,22 @@ Loss: TypeAlias = Literal["free", "ambiguous"]
 
 WIDENED: Final = (10.0, 100.0)
 """Factors on all sigmas, tried in turn. locate accepts poses within some five sigma: with the first factor wrong
-poses within some fifty sigma are seen, with the second, asked only where there is none, within some five hundred."""
+poses within some fifty sigma are found, with the second, tried only if there is none, within some five hundred."""
 _MOST_LOSSES: Final = 24
-"""Contacts that are taken away one by one, at most: locate is asked for each, some 5 ms. Plans have fewer (14 at
-most without a number, `task._LARGEST_PLAN`); of more contacts those of the most leverage are taken, whose loss
-weighs most."""
+"""Contacts that are deleted one by one, at most: each takes a call of locate, some 5 ms. Plans have fewer (14 at most
+without a number, `task._LARGEST_PLAN`); of more contacts those with the most leverage are deleted, whose loss matters
+most."""
 _FITS_AS_WELL: Final = 1e-3
-"""Sigma behind the right pose, below which a pose fits as well and 0 is written: a symmetric pose is behind by
-rounding alone, and no contact tells a thousandth of sigma."""
+"""Root of chi-square below which a wrong pose fits as well as the right one, and 0 is written: that of a symmetric pose
+is rounding, and no contact shows a thousandth of sigma."""
 _RIGHT_POSE: Final = 1e-3
-"""How near to the right pose a candidate is that pose: rad, and share of the fixture's extent. Nominal contacts have
-no noise, so the right pose is met to rounding; two poses nearer than 1e-3 to each other harm nobody."""
+"""Rad, and share of the fixture's extent, within which a candidate is the right pose. Nominal contacts have no noise,
+so the right pose is found to rounding; a pose nearer than 1e-3 to it is no danger."""
 
 
 @frozen_value
 class Rival:
-    """A wrong pose that the plan does not rule out: how many sigma behind the right one (root of chi-square)."""
+    """A wrong pose that the contacts do not exclude; sigmas_behind: root of its chi-square with nominal contacts."""
 
     image_from_fixture: Frozen
     sigmas_behind: float
@@ -46,7 +46,7 @@ class Rival:
 
     @property
     def words(self) -> str:
-        """How far behind; what rounding leaves of nothing is 0."""
+        """The root of chi-square in words; rounding is shown as 0."""
         return f"{self.sigmas_behind if self.sigmas_behind > _FITS_AS_WELL else 0.0:.2g} sigma behind"
 
 
@@ -61,10 +61,10 @@ class Fragile:
 
 @frozen_value
 class Margins:
-    """What lies near the right pose.
+    """The nearest wrong pose, and the contacts without which the pose is not unique.
 
-    rival: the nearest wrong pose, None where none is within reach (in sigma). limit: within so many sigma
-    locate accepts a pose. fragile: contacts that must not be lost, among as many as losses.
+    rival: the nearest wrong pose, None if none is within reach (sigma). limit (sigma): locate accepts poses within it.
+    fragile: contacts that must not be lost; losses: how many contacts were deleted one by one.
     """
 
     rival: Rival | None
@@ -80,9 +80,9 @@ class Margins:
 
 
 def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> Margins:
-    """The margins of nominal contacts on a fixture that stands at the origin; losses are left out where not wanted."""
+    """The margins of nominal contacts on a fixture at the origin; contacts are deleted only with with_losses."""
     found = _nearest(touched, locator)  # steps 1 to 3
-    # A contact is only missed where the pose is unique with it.
+    # Only a unique pose can become ambiguous.
     if not with_losses or not found.is_unique:
         return found
     tried = sorted(most_telling(touched)[:_MOST_LOSSES])  # step 4
@@ -90,7 +90,7 @@ def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> 
 
 
 def _nearest(touched: Touched, locator: Locator) -> Margins:
-    """The nearest wrong pose, with sigmas widened until there is one."""
+    """The nearest wrong pose, with sigmas enlarged until there is one."""
     found = Margins(None, 0.0, 0.0)
     for factor in WIDENED:
         wide = locator(replace(touched.contacts, sigmas=_widened(touched, factor)))  # step 1
@@ -105,16 +105,16 @@ def _nearest(touched: Touched, locator: Locator) -> Margins:
 
 
 def _widened(touched: Touched, factor: float) -> Floats:
-    """The probe's sigmas (n,) with which all residuals, the features' form errors in them, are factor as uncertain."""
+    """The probe's sigmas (n,) with which those of the residuals, form errors included, are factor times as large."""
     form = touched.sigmas**2 - touched.contacts.sigmas**2
     return np.asarray(np.sqrt((factor * touched.sigmas) ** 2 - form))
 
 
 def _is_admitted(candidate: Candidate, touched: Touched, locator: Locator) -> bool:
-    """Whether nothing but its residuals speaks against a pose at the true sigmas.
+    """Whether residuals alone can reject a pose at the true sigmas.
 
-    Approach and touch boxes are asked with a grace in sigma, which was widened too. Contacts that fit this pose exactly
-    are given to locate: it accepts the pose, or something else excludes it.
+    The tolerances of approaches and touch boxes were enlarged with sigma. So contacts that fit this pose exactly are
+    located with the true sigmas: if the pose is not accepted then, another test rejects it.
     """
     values, normals = contact_residuals(candidate.surfaces, touched.contacts)
     there = replace(touched.contacts, points=touched.contacts.points - values[:, None] * normals)
@@ -138,7 +138,7 @@ def _is_right(candidate: Candidate, corners: Floats) -> bool:
 
 
 def _fragile(touched: Touched, tried: Sequence[int], locator: Locator) -> tuple[Fragile, ...]:
-    """Those of the contacts with the indices tried that must not be lost: each is left out in turn."""
+    """The contacts of the indices tried that must not be lost: each is deleted in turn."""
     found, contacts = [], touched.contacts
     for i in tried:
         rest = contacts.subset([j for j in range(len(contacts)) if j != i])

@@ -1,7 +1,4 @@
-"""The contacts by which a design is checked, without noise, on a fixture that stands at the origin.
-
-They are a plan, contacts already made, or well spread ones on every feature.
-"""
+"""Noise-free contacts by which a design is checked: a plan, contacts already made, or well spread ones."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -28,10 +25,10 @@ Locator: TypeAlias = Callable[[Contacts], LocateResult]
 
 @frozen_value
 class Touched:
-    """Nominal contacts on a fixture that stands at the origin: the true pose is the identity.
+    """Nominal contacts on a fixture at the origin: the true pose is the identity.
 
-    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which a wrong pose is measured. placement: what
-    is known beforehand; the fixture stands at its near in base.
+    sigmas (n,) of the residuals; corners (k, 3): the extreme points at which the error of a pose is measured.
+    placement: what is known beforehand; the pose in base is its near.
     """
 
     surfaces: Mapping[str, Surface]
@@ -42,9 +39,14 @@ class Touched:
 
     @property
     def dof(self) -> int:
-        """Equations beyond those that a pose takes."""
+        """Equations minus unknowns of the pose."""
         known = -6 if self.placement is None else self.placement.dof
         return len(self.contacts) + 2 * int(self.on_points.sum()) + known
+
+    @property
+    def rms_sigma(self) -> float:
+        """The root mean square of the sigmas."""
+        return float(np.sqrt((self.sigmas**2).mean()))
 
     @property
     def on_points(self) -> Bools:
@@ -52,7 +54,7 @@ class Touched:
         return np.array([isinstance(self.surfaces[name], Point) for name in self.contacts.features], dtype=bool)
 
     def standoffs(self, tip_radius: float) -> Floats:
-        """How far (n,) the centre of a tip stands off where it touches: nothing on a point."""
+        """The distance (n,) of the centre of a tip from the surface that it touches: 0 on a point."""
         return np.where(self.on_points, 0.0, tip_radius)
 
 
@@ -63,30 +65,30 @@ def normals_of(touched: Touched) -> Floats:
 
 
 def moments(touched: Touched, normals: Floats) -> Floats:
-    """Rows (n, 6) of the residuals' change by a motion: [x cross n, n], arms in units of the contacts' extent."""
+    """The Jacobian (n, 6) of the residuals for a motion: [x cross n, n], arms in units of the contacts' extent."""
     arms = touched.contacts.points - touched.contacts.points.mean(axis=0)
     return np.hstack([np.cross(arms, normals) / (np.abs(arms).max() or 1.0), normals])
 
 
 _TAKEN_OFF_ONE_BY_ONE: Final = 40
-"""Contacts that are taken off, or labelled anew, one by one; of more, those with the most leverage, whose errors the
-residuals show least. Pairs of so many are 780: small systems that are solved together."""
+"""Contacts that are displaced or relabelled one by one; of more, those with the most leverage, whose errors the
+residuals show least. They form 780 pairs: small systems that are solved together."""
 
 
 def most_telling(touched: Touched) -> list[int]:
-    """Indices of the contacts, the most leverage first: what one sees that no other does, the residuals cannot show."""
+    """Indices of the contacts, those with the most leverage first: the residuals show their errors least."""
     rows = moments(touched, normals_of(touched)) / touched.sigmas[:, None]
     leverage = (np.linalg.qr(rows)[0] ** 2).sum(axis=1)
     return [int(i) for i in np.argsort(-leverage)[:_TAKEN_OFF_ONE_BY_ONE]]
 
 
 _FIT_ROUNDING: Final = 1e-12
-"""Share of the largest coordinate by which a pose may be off by rounding alone: some thousand roundings of a double
-(2e-16), as a chain of products and one least squares leave."""
+"""Share of the largest coordinate below which the error of a pose is rounding: some thousand roundings of a double
+(2e-16), from a chain of products and one least squares."""
 
 
 def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
-    """How far the worst of the corners (k, 3) is from where it should be (units)."""
+    """The largest displacement of a corner (k, 3) by the error of the pose (units)."""
     off = float(np.linalg.norm(transform_points(base_from_fixture, corners) - corners, axis=1).max())
     return off if off > _FIT_ROUNDING * float(np.abs(corners).max()) else 0.0
 
@@ -94,8 +96,8 @@ def shift_of(base_from_fixture: Floats, corners: Floats) -> float:
 Source: TypeAlias = Literal["plan", "contacts", "spread"]
 
 _CHECKED_ALONE: Final[dict[type[Surface], int]] = {Plane: 4, Cylinder: 6, Point: 1}
-"""Contacts by which each feature is checked where none are given: what it needs alone whatever its size (three on a
-plane, five on a cylinder, one on a point), and one more on the surfaces."""
+"""Contacts by which each feature is checked if none are given: one more than it needs alone with unknown size (three on
+a plane, five on a cylinder), and one on a point."""
 _CHECKED_ON_A_BALL: Final = 5
 """The same on a sphere: four and one more."""
 _LAYOUT_POOL: Final = 200
@@ -154,7 +156,7 @@ def _farthest(points: Floats, count: int) -> list[int]:
 
 
 def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> bool:
-    """Whether the contacts, as they stand, lie on the surfaces within noise: then they are in the surfaces' frame.
+    """Whether the contacts lie on the surfaces within noise: then they are given in the surfaces' frame.
 
     sigmas (n,) of the residuals. A plan is written with few digits, so each contact may also be SURE sigma off.
     """
@@ -164,6 +166,6 @@ def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats)
 
 
 def nominal(contacts: Contacts, surfaces: Mapping[str, Surface]) -> Contacts:
-    """The contacts without their noise: each moved along the normal to where its tip just touches."""
+    """The contacts without noise: each moved along the normal to a residual of zero."""
     values, normals = contact_residuals(surfaces, contacts)
     return replace(contacts, points=contacts.points - values[:, None] * normals)

@@ -1,4 +1,4 @@
-"""What design-check has to say of contacts on a fixture: their accuracy, margins and blind spots."""
+"""Findings of design-check on contacts: accuracy, margins, blind spots, layouts."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -20,18 +20,18 @@ from tactfix.results import FreeMotion
 from tactfix.wording import listed
 
 ENOUGH_BEHIND: Final = 10.0
-"""Sigma that the nearest wrong pose should lie behind the right one. locate accepts within some five; noise moves
-the wrong pose by one sigma, so twice five leave five to spare."""
+"""Least root of chi-square of the nearest wrong pose, in sigma. locate accepts poses within some five; noise changes
+this root by one, so twice five leave a margin of five."""
 _WEAKLY_HELD: Final = 10.0
-"""Sigma of the extreme point known worst over that of one contact, from which a warning is given: the contacts then
-give less than a tenth of what the probe can."""
+"""Ratio of the worst sigma of an extreme point to that of one contact above which there is a warning: the pose is then
+less than a tenth as accurate as the probe."""
 _STRAGGLERS: Final = 0.25
 """Share of the random layouts with the most contacts tried that may be left with several poses, or a motion free.
 With DEFAULT_LAYOUTS (8) that is two of them; a true share of a twentieth gives more than that in six studies of a
 thousand."""
 _HARMLESS: Final = 3.0
-"""Sigma of the extreme point known worst, below which a mistake moves the pose harmlessly: noise alone moves it so
-far once in 370 times."""
+"""Shift of the pose, over the worst sigma of an extreme point, up to which a mistake is harmless: noise alone moves it
+so far once in 370 times."""
 _SOURCES: Final[dict[Source, str]] = {
     "plan": "the plan",
     "contacts": "the contacts",
@@ -65,7 +65,7 @@ _BLIND_SPOT_REMEDIES: Final = {
 def contact_findings(
     touched: Touched, free: Sequence[FreeMotion], found: Sequence[Symmetry], source: Source
 ) -> Iterator[Finding]:
-    """Contacts that leave a motion free, that nothing checks, or that do not say how the probe came."""
+    """Contacts that leave a motion free, without redundancy, or without the approaches that are needed."""
     who = _SOURCES[source]
     for motion in free:
         yield Finding(
@@ -104,7 +104,7 @@ def _s(source: Source) -> str:
 
 
 def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | None, units: str) -> Iterator[Finding]:
-    """The sigma of the extreme point known worst. sigma: rms of the contacts' own."""
+    """The worst sigma of an extreme point. sigma: root mean square of those of the contacts."""
     at_worst = certainty.worst
     ratio = at_worst.sigma / sigma
     where = f"the worst extreme point {vector(at_worst.point)} is known to {at_worst.sigma:.3g} {units} (1 sigma)"
@@ -123,7 +123,7 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
 
 
 def margin_findings(margins: Margins, source: Source, is_symmetric: bool, units: str) -> Iterator[Finding]:
-    """The nearest wrong pose, and contacts that must not be lost. is_symmetric: that finding stands already."""
+    """The nearest wrong pose, unless an unbroken symmetry explains it, and contacts that must not be lost."""
     who, rival = _SOURCES[source], margins.rival
     if rival is None:
         yield Finding("margin", "ok", f"no wrong pose lies within {margins.reach:.0f} sigma of the right one")
@@ -158,10 +158,10 @@ def _of(rival: Rival, units: str) -> str:
 def blind_spot_findings(
     spots: Sequence[BlindSpot], spread_sees_tip: bool, certainty: Certainty, source: Source, units: str
 ) -> Iterator[Finding]:
-    """Mistakes that stay unseen and matter. spread_sees_tip: well spread contacts would show a forgotten tip."""
+    """Undetectable mistakes with a large shift. spread_sees_tip: well spread contacts would show a forgotten tip."""
     for spot in spots:
         matters = spot.pose_shift is not None and spot.pose_shift > _HARMLESS * certainty.worst.sigma
-        # One bad contact among the spread ones says nothing of the contacts that will be made.
+        # Contacts other than the spread ones will be made: a bad one among these is of no interest.
         if spot.detectable or not matters or (source == "spread" and spot.error in ("contact", "contacts")):
             if spot.error == "tip_radius":
                 harm = "shows" if spot.detectable else "does no harm"
@@ -175,9 +175,9 @@ def blind_spot_findings(
 
 
 def layout_findings(layouts: Sequence[CylinderLayout], source: Source) -> Iterator[Finding]:
-    """Cylinders whose contacts lie on several cylinders at once where so many contacts should leave one.
+    """Cylinders whose contacts lie on several cylinders though so many contacts should leave one.
 
-    Of spread contacts, which nobody has to make, only those count that the known radius does not settle.
+    Spread contacts, which nobody has to make, count only if they are ambiguous with the known radius too.
     """
     for layout in layouts:
         if layout.is_ambiguous or (layout.is_tidy and source != "spread"):
@@ -200,16 +200,16 @@ def _many(layout: CylinderLayout) -> str:
 
 
 def study_findings(study: LayoutStudy, is_symmetric: bool) -> Iterator[Finding]:
-    """How many contacts make the pose unique in practice. is_symmetric: no number of them can, that is told already."""
+    """How many contacts make the pose unique in practice; no finding if an unbroken symmetry excludes that."""
     if not study.shares or is_symmetric:
         return
     first, last = study.shares[0], study.shares[-1]
     open_ = ", ".join(f"{round(100 * (s.ambiguous + s.underdetermined))} % with {s.contacts}" for s in study.shares)
-    told = f"of {first.layouts} random layouts {open_} contacts leave more than one pose, or a motion free"
+    message = f"of {first.layouts} random layouts {open_} contacts leave more than one pose, or a motion free"
     if last.ambiguous + last.underdetermined <= _STRAGGLERS:
-        yield Finding("uniqueness", "ok", told)
+        yield Finding("uniqueness", "ok", message)
     else:
-        yield Finding("uniqueness", "warning", told, "let tactfix plan choose the contacts, or add a feature")
+        yield Finding("uniqueness", "warning", message, "let tactfix plan choose the contacts, or add a feature")
 
 
 def not_studied(why: str) -> Finding:

@@ -1,8 +1,8 @@
-"""How many poses a minimal set of contacts can have: over the complex numbers, whatever the numbers of the fixture.
+"""The number of poses of a minimal set of contacts over the complex numbers, for almost all fixtures.
 
 The count of a kind (the types of the features, and the contacts on each) is the same for almost every fixture and
 contact set of that kind; a special position has as many or fewer isolated poses. The counts are in pose_counts.json,
-each with where it comes from.
+each with its source.
 """
 
 import json
@@ -23,9 +23,9 @@ _KINDS: Final[tuple[FeatureType, ...]] = ("plane", "sphere", "cylinder", "point"
 class PoseCount:
     """The poses of six contacts of one kind, copies by symmetry included.
 
-    complex_poses: in general position; no set of this kind has more isolated ones. source: where the count comes from.
-    reference: figures made elsewhere by another method, and by path tracking
-    here. reasoned: derived feature by feature, and by path tracking. tracked: by path tracking alone, twice.
+    complex_poses: in general position; no set of this kind has more isolated ones. source: "reference" (figures made
+    elsewhere by another method, and path tracking here), "reasoned" (derived feature by feature, and path tracking), or
+    "tracked" (path tracking alone, twice).
     """
 
     kind: str
@@ -36,7 +36,7 @@ class PoseCount:
 def pose_count(types: Mapping[str, FeatureType], counts: Mapping[str, int]) -> PoseCount | None:
     """The count for this distribution over features of these types.
 
-    None where the contacts are not six, or six so shared out do not locate a fixture.
+    None if the contacts are not six, or so distributed do not locate a fixture.
     """
     if sum(counts.values()) != 6:
         return None

@@ -1,11 +1,10 @@
-"""Random contact sets of a fixture: how many contacts make the pose unique in practice, and how many poses six leave.
+"""Random contact sets of a fixture: the contacts that make the pose unique in practice, and the poses of minimal sets.
 
-1. A layout begins with a minimal set, made of random touches, and goes on with further random touches wherever they
-   may be.
-2. Each is located with that set; how many poses explain it is counted by the kind of the set.
-3. Each number of contacts has its share of layouts that leave more than one pose, or a motion free.
-4. These are located again with one contact more, and so on. More contacts than those that leave one pose can only agree
-   with it, so a layout that is located is not located again.
+1. A layout begins with a minimal set of random touches, followed by further random touches on any feature.
+2. Each is located with that set, and the poses that explain it are counted by the kind of the set.
+3. For each number of contacts the share of layouts that leave more than one pose, or a motion free, is computed.
+4. These are located again with one contact more, and so on. Further contacts cannot add poses, so a layout with one
+   pose is not located again.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,7 +26,7 @@ DEFAULT_LAYOUTS: Final = 8
 """Enough to see which number of contacts is too few; one standard error of a share is up to 0.18."""
 
 MOST_LAYOUTS: Final = 100_000
-"""More tell nothing that these do not: one standard error of a share is then below 0.002."""
+"""Largest study: one standard error of a share is then below 0.002."""
 QUICK_LAYOUT_CONTACTS: Final = 9
 """Contacts of the largest layouts of a quick study."""
 MOST_LAYOUT_CONTACTS: Final = 12
@@ -39,15 +38,15 @@ _SEEDS: Final = 100_000
 
 
 Outcome: TypeAlias = tuple[Status, int]
-"""The status of a layout, and how many poses explain it before approach and touch boxes are asked."""
+"""The status of a layout, and how many poses explain it before the tests of approach and touch boxes."""
 
 MapFunction: TypeAlias = Callable[[Callable[[Contacts], Outcome], Iterable[Contacts]], Iterable[Outcome]]
-"""Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
+"""Like map, in this process or in parallel; results are in order."""
 
 
 @frozen_value(eq=True)
 class Study:
-    """A study of layouts random layouts with this probe (fixture units); one seed gives one study."""
+    """The number of random layouts of a study, its seed, and the probe (fixture units)."""
 
     layouts: int
     seed: int
@@ -57,7 +56,7 @@ class Study:
 
 @frozen_value(eq=True)
 class UniqueShare:
-    """Of layouts random layouts of this many contacts: the share that leave more than one pose, or a motion free."""
+    """Of random layouts with so many contacts, the shares with more than one pose, and with a free motion."""
 
     contacts: int
     layouts: int
@@ -67,7 +66,7 @@ class UniqueShare:
 
 @frozen_value(eq=True)
 class RealPoses:
-    """How many real poses layouts random minimal sets had, before approach and touch boxes were asked.
+    """The numbers of real poses of random minimal sets, before the tests of approach and touch boxes.
 
     Seen in a simulation, not proved: rarer layouts have more, up to the complex count.
     """
@@ -91,7 +90,7 @@ class LayoutStudy:
 
 @frozen_value
 class _Layout:
-    """Contacts in the order in which they are taken, and the kind of the minimal set that they begin with."""
+    """Contacts in order, and the kind of the minimal set that they begin with."""
 
     kind: str
     contacts: Contacts
@@ -107,11 +106,10 @@ def study_layouts(
     progress: Callable[[float, str], None] = lambda share, what: None,
     over: MapFunction = map,
 ) -> LayoutStudy:
-    """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, up to that many contacts.
+    """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, of up to up_to contacts.
 
-    All sets are of as many contacts.
-    Touches are inside the touch boxes, from within 20 degrees of the normal. progress is told the share of the work
-    that is done; over: who locates the layouts. Raises UsageError as simulate does.
+    All sets have the same number of contacts. Touches are inside the touch boxes, within 20 degrees of the normal.
+    progress, over: as in `design_check`. Raises UsageError as simulate does.
     """
     layouts = [_layout(fixture, study, k, sets) for k in range(study.layouts)]  # step 1
     seen: dict[str, list[int]] = {}
@@ -136,7 +134,7 @@ def study_layouts(
 
 
 def _layout(fixture: Fixture, study: Study, k: int, sets: Sequence[tuple[str, Mapping[str, int]]]) -> _Layout:
-    """The layout number k: its minimal set is taken from all along the list of them."""
+    """Layout number k; if there are more sets than layouts, sets are taken at equal steps along their list."""
     seed = _SEEDS * study.seed + k
     kind, counts = sets[k * len(sets) // study.layouts if study.layouts < len(sets) else k % len(sets)]
     made = simulate(fixture, sigma=study.sigma, tip_radius=study.tip_radius, seed=seed).contacts
@@ -148,7 +146,7 @@ def _layout(fixture: Fixture, study: Study, k: int, sets: Sequence[tuple[str, Ma
 
 
 def _outcome(locator: Locator, contacts: Contacts) -> Outcome:
-    """What becomes of one set of contacts; runs wherever the workers are."""
+    """The outcome of one set of contacts; may run in a worker process."""
     result = locator(contacts)
     return result.status, len(result.candidates)
 

@@ -1,6 +1,6 @@
-"""What to change in a fixture: which touch box to add and where, which feature to move, which kind of one to add.
+"""Changes of a fixture that are proposed: a touch box, a feature to move, or a type of feature to add.
 
-Boxes and moves are tried out before they are proposed.
+Boxes and moves are verified before they are proposed.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -20,11 +20,11 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, m
 from tactfix.results import FreeMotion
 
 _CLEAR = 0.1
-"""Share of the fixture's size by which a new touch box keeps away from where the motion would make it overlap
-itself: room enough for a person to see the side. On six bad designs of the tests 0.05 and 0.2 give the same
+"""Share of the fixture's size between a new touch box and the place where it would overlap its image under the motion:
+enough for a person to see the side. On six bad designs of the tests 0.05 and 0.2 give the same
 remedies with nearer and farther limits."""
 _MIDDLE_CUTOFF = 1e-12
-"""Ratio of eigenvalues: below, a direction does not tell where the middle is."""
+"""Ratio of eigenvalues below which a direction does not determine the middle."""
 _MOVE = 0.1
 """Share of the fixture's size by which a feature is moved, about: enough that the symmetry is broken by far more
 than sigma, and a fixture can still be built so. On six bad designs of the tests 0.05 and 0.2 move the same
@@ -32,7 +32,7 @@ features, by half and twice as much."""
 
 
 def symmetry_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> str:
-    """What breaks a symmetry: a touch box, a feature moved, tried out; a further feature where neither does."""
+    """A touch box or a moved feature that breaks the symmetry, or else a further feature."""
     add = "add a feature that the motion does not lay on itself, such as a sphere off its axis"
     move = move_remedy(surfaces, boxes, _is_unsymmetric)
     add = f"{move}; or {add}" if move else add
@@ -44,13 +44,13 @@ def symmetry_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: 
     return add
 
 
-Verdict: TypeAlias = Callable[[Mapping[str, Surface], Mapping[str, TouchBox]], bool]
+Test: TypeAlias = Callable[[Mapping[str, Surface], Mapping[str, TouchBox]], bool]
 
 
-def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], is_mended: Verdict) -> str:
-    """The feature to move, and where to, so that is_mended says so of surfaces and boxes; empty where no move does.
+def move_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], is_mended: Test) -> str:
+    """The feature to move, and where to, so that is_mended holds for surfaces and boxes; empty if no move does.
 
-    Spheres first, which are easiest to move; a feature's touch box goes with it.
+    Spheres first, which are easiest to move; a feature's touch box moves with it.
     """
     length = float(f"{_MOVE * (size_of(surfaces.values()) or _length(surfaces, None)):.1g}")
     order = {Sphere: 0, Point: 0, Cylinder: 1}
@@ -74,7 +74,7 @@ def _is_unsymmetric(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBo
 
 
 def relabelling_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float) -> str:
-    """What keeps equal features apart. ratio: how near, against the fixture's size, positions count as equal."""
+    """What distinguishes equal features. ratio: share of the fixture's size up to which positions are equal."""
 
     def is_mended(shifted: Mapping[str, Surface], along: Mapping[str, TouchBox]) -> bool:
         if not isinstance(common_motions(shifted.values(), tolerance_for(shifted)), Fixed):
@@ -108,7 +108,7 @@ def _one_sided(
 
 
 def _axes(surface: Surface) -> list[int]:
-    """The coordinate axes, the one that runs most along a cylinder or plane first."""
+    """The coordinate axes, the one most parallel to the cylinder's axis or to the plane first."""
     if isinstance(surface, Cylinder):
         return [int(k) for k in np.argsort(-np.abs(surface.direction))]
     if isinstance(surface, Plane):
@@ -122,7 +122,7 @@ def _length(surfaces: Mapping[str, Surface], box: TouchBox | None) -> float:
 
 
 def feature_remedy(motion: FreeMotion, surfaces: Mapping[str, Surface]) -> str:
-    """A feature that a free motion does not lay on itself."""
+    """The types of feature that would constrain a free motion."""
     rotation: Floats = motion.rotation
     if not rotation.any():
         axis = ", ".join(f"{value + 0.0:.3g}" for value in np.round(motion.translation, 9))

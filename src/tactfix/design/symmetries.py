@@ -1,11 +1,11 @@
-"""The finite group of proper motions that lay a fixture's unbounded surfaces on themselves, and what breaks each.
+"""The finite group of proper motions that map a fixture's unbounded surfaces onto themselves, and what breaks each.
 
-1. Where a free motion is left the group is infinite, and none is listed.
-2. Else its elements share a fixed point, the one nearest to all surfaces, which is unique: each is a rotation about it.
-3. A rotation is known once it is known where two independent arrows go: arrows are the normals, axes, and vectors from
-   the middle to centres and axes, that the surfaces carry with them. Every pair of like arrows gives a candidate.
-4. A candidate is an element if each surface, moved, comes to lie on one of them.
-5. Labels, approach or touch boxes, in this order, may tell it from the identity.
+1. If a motion is free the group is infinite, and no element is listed.
+2. Otherwise its elements share a fixed point, the unique point nearest to all surfaces: each is a rotation about it.
+3. A rotation follows from the images of two independent arrows: normals, axes, and vectors from the middle to centres
+   and axes. Every pair of like arrows gives a candidate.
+4. A candidate is an element if the image of each surface is one of the surfaces.
+5. Labels, approaches or touch boxes, in this order, may break it.
 """
 
 from collections.abc import Mapping
@@ -28,19 +28,19 @@ from tactfix.wording import listed
 BrokenBy: TypeAlias = Literal["labels", "approach", "touch", "placement"]
 
 LAID_ON = 4e-6
-"""Share of the fixture's size, and rad, by which a surface may miss its image: four times scale.SPECIAL_POSITION, to
-which numbers are typed. Two surfaces take part, each through a direction and a length."""
+"""Share of the fixture's size, and rad, by which an image may differ from a surface: four times scale.SPECIAL_POSITION,
+the rounding of typed numbers. Two surfaces contribute, each a direction and a length."""
 _SQUARED_COSINE = 1e-12
-"""Squared cosine below which directions count as square to each other where the middle is looked for."""
+"""Squared cosine below which directions are perpendicular, for the computation of the middle."""
 
 
 @frozen_value
 class Symmetry:
-    """A motion other than the identity that lays the surfaces on themselves, in the fixture frame.
+    """A motion other than the identity that maps the surfaces onto themselves, in the fixture frame.
 
-    image_from_fixture (4, 4); images: the feature on which each feature comes to lie; broken_by: what settles it in
-    practice, None where nothing does. partly: features whose touch box keeps some touchable points but not all, so that
-    contacts outside the overlap settle it and contacts in it do not. confusable: contacts with features exchanged like
+    image_from_fixture (4, 4); images: the feature onto which each feature is mapped; broken_by: what excludes it in
+    practice, None if nothing does. partly: features whose touch box and its image overlap in part, so that contacts
+    outside the overlap exclude the motion and contacts inside do not. confusable: contacts with features exchanged like
     this would pass every test (sides, outward normals and touch boxes agree).
     """
 
@@ -55,9 +55,9 @@ class Symmetry:
 def symmetries(
     surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], ratio: float = LAID_ON
 ) -> tuple[Symmetry, ...]:
-    """Every element of the group but the identity, by angle; empty where a motion is free (the group is infinite).
+    """Every element of the group but the identity, by angle; empty if a motion is free (the group is infinite).
 
-    ratio: how far, against the fixture's size, a surface may miss its image.
+    ratio: share of the fixture's size by which an image may differ from a surface.
     """
     tolerance = tolerance_for(surfaces, ratio)
     if not isinstance(common_motions(surfaces.values(), tolerance), Fixed):
@@ -84,7 +84,7 @@ def _about(surface: Surface, middle: Floats) -> Surface:
 
 @frozen_value
 class _Arrows:
-    """Directions (n, 3) that surfaces carry about the middle; of the same kind and length (n,) they may be images."""
+    """Directions (n, 3) of the surfaces about the middle; images of each other have one kind and length (n,)."""
 
     directions: Floats
     lengths: Floats
@@ -92,7 +92,7 @@ class _Arrows:
 
 
 def _arrows(surfaces: list[Surface], tolerance: Tolerance) -> _Arrows:
-    """The arrows of surfaces given about their middle; one without a sense stands there both ways round."""
+    """The arrows of surfaces given about their middle; one without a sense is listed in both directions."""
     directions: list[Floats] = []
     lengths: list[float] = []
     kinds: list[str] = []
@@ -121,19 +121,19 @@ def _arrows(surfaces: list[Surface], tolerance: Tolerance) -> _Arrows:
 
 
 def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[Floats]:
-    """Rotations (3, 3), the identity left out, that take the two best arrows to like arrows at the same angle."""
+    """Rotations (3, 3) except the identity that map the two best arrows to like arrows at the same angle."""
     arrows = _arrows(surfaces, tolerance)
     size = tolerance.length / tolerance.angle
-    # A short arrow knows its direction badly; a normal or axis knows it well whatever its offset.
-    firmness = np.array(
+    # The direction of a short arrow is uncertain; that of a normal or axis is not, whatever its offset.
+    certainty = np.array(
         [
             1.0 if k in {"plane", "axis"} else min(1.0, n / size)
             for k, n in zip(arrows.kinds, arrows.lengths, strict=True)
         ]
     )
     spread = np.linalg.norm(np.cross(arrows.directions[:, None], arrows.directions[None]), axis=2)
-    first, second = np.unravel_index(np.argmax(spread * np.minimum.outer(firmness, firmness)), spread.shape)
-    loose = max(_SIEVE, 10 * tolerance.angle / float(spread[first, second] * min(firmness[first], firmness[second])))
+    first, second = np.unravel_index(np.argmax(spread * np.minimum.outer(certainty, certainty)), spread.shape)
+    loose = max(_SIEVE, 10 * tolerance.angle / float(spread[first, second] * min(certainty[first], certainty[second])))
     cosines = arrows.directions @ arrows.directions.T
     own = _triad(arrows.directions[first], arrows.directions[second])
     rotations = []
@@ -147,25 +147,25 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
 
 
 _SIEVE = 1e-3
-"""Difference of cosines: a sieve before the surfaces themselves are held against their images, far wider than
-LAID_ON."""
+"""Difference of cosines up to which pairs of arrows are compared: a coarse test before the surfaces are compared with
+their images, far wider than LAID_ON."""
 
 
 def _like(arrows: _Arrows, index: int, tolerance: Tolerance) -> Bools:
-    """Which arrows (n,) the one at index can be taken to."""
+    """Which arrows (n,) the one at index can be mapped to."""
     same_kind = np.array([kind == arrows.kinds[index] for kind in arrows.kinds])
     return np.asarray(same_kind & (np.abs(arrows.lengths - arrows.lengths[index]) <= 2 * tolerance.length))
 
 
 def _triad(first: Floats, second: Floats) -> Floats:
-    """The right-handed orthonormal matrix (3, 3) of first, the part of second square to it, and the rest."""
+    """The right-handed orthonormal matrix (3, 3) of first, the part of second perpendicular to it, and their normal."""
     normal = np.cross(first, second)
     normal = normal / np.linalg.norm(normal)
     return np.column_stack([first, np.cross(normal, first), normal])
 
 
 def _images(rotation: Floats, centred: Mapping[str, Surface], tolerance: Tolerance) -> dict[str, str] | None:
-    """On which feature each one comes to lie, itself where it does; None where one comes to lie on none."""
+    """The feature onto which each one is mapped, itself if possible; None if the image of one is no feature."""
     images: dict[str, str] = {}
     turn = homogeneous(rotation, np.zeros(3))
     for name, surface in centred.items():
@@ -178,7 +178,7 @@ def _images(rotation: Floats, centred: Mapping[str, Surface], tolerance: Toleran
 
 
 def _coincide(a: Surface, b: Surface, tolerance: Tolerance) -> bool:
-    """Whether two surfaces, their points taken next to the origin, are one and the same set of points."""
+    """Whether two surfaces, with the points nearest to the origin, are the same set of points."""
     match a, b:
         case Plane(), Plane():
             return are_parallel(a.normal, b.normal, tolerance) and _near(a.point, b.point, tolerance)
@@ -214,7 +214,7 @@ def _symmetry(
     ]
     sides_kept = all(_keeps_side(motion, s, surfaces[images[n]]) for n, s in surfaces.items())
     length = reach_of(surfaces, boxes, middle)
-    # The boxes are only asked where labels and sides leave it to them: they take a hundred times as long.
+    # The boxes are only compared if labels and sides do not decide: that takes a hundred times as long.
     asked = surfaces if (sides_kept if exchanged else not turned) else {}
     apart = [n for n, s in asked.items() if not regions_meet(s, boxes.get(n), boxes.get(images[n]), motion, length)]
     broken_by: BrokenBy | None = "labels" if exchanged else "approach" if turned else "touch" if apart else None
@@ -231,7 +231,7 @@ def _symmetry(
 
 
 def _keeps_side(motion: Floats, surface: Surface, image: Surface) -> bool:
-    """Whether the outward side of the moved surface is that of the surface it comes to lie on."""
+    """Whether the outward side of the moved surface is that of its image."""
     if isinstance(surface, Plane):
         assert isinstance(image, Plane)
         return bool((motion[:3, :3] @ surface.normal) @ image.normal > 0)
@@ -241,7 +241,7 @@ def _keeps_side(motion: Floats, surface: Surface, image: Surface) -> bool:
 
 
 def _keeps_box(motion: Floats, box: TouchBox | None, surface: Surface, length: float) -> bool:
-    """Whether the motion, which lays the surface on itself, takes its whole touchable region into itself."""
+    """Whether the motion, which maps the surface onto itself, maps its touchable region into itself."""
     if box is None:
         return True
     for k in range(3):

@@ -1,10 +1,10 @@
-"""Whether a motion can lay one touchable region on another: exact, without sampling.
+"""Whether the image of one touchable region under a motion meets another: exact, without sampling.
 
 A touchable region is a surface within a box.
 
-1. The points x of one box that a motion takes into another box form a convex polytope of at most twelve faces.
-2. Where it has no corner it is empty.
-3. The distance from a centre, an axis or a plane is greatest at a corner. It is least where it is stationary on the
+1. The points x of one box that a motion maps into another box form a convex polytope of at most twelve faces.
+2. If it has no corner it is empty.
+3. The distance from a centre, an axis or a plane is greatest at a corner. It is least at a stationary point on the
    intersection of no face, or of one, two or three.
 4. The polytope is connected, so that distance takes every value between: the surface has a point in it if and only if
    its radius (0 of a plane) lies between the two.
@@ -28,10 +28,10 @@ fixture is made farther away."""
 def regions_meet(
     surface: Surface, box: TouchBox | None, image_box: TouchBox | None, image_from_surface: Floats, length: float
 ) -> bool:
-    """Whether some point of surface within box is taken by image_from_surface (4, 4) into image_box.
+    """Whether image_from_surface (4, 4) maps some point of surface within box into image_box.
 
-    length is the fixture's size (fixture units); boxes that only touch each other do not meet. A box without thickness
-    (a face typed as z: [0, 0]) keeps the face.
+    length: the fixture's size (fixture units); boxes that only touch each other do not meet. A box without thickness
+    (a face typed as z: [0, 0]) contains the face.
     """
     if box is None and image_box is None:
         return True
@@ -50,16 +50,16 @@ def regions_meet(
 
 
 def reach_of(surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox], middle: Floats) -> float:
-    """A length that holds the surfaces' distances and the closed sides of the boxes; 1 where there is no length."""
+    """The largest of the surfaces' distances and of the closed sides of the boxes; 1 if there is no length."""
     sides = [np.abs(side - middle) for box in boxes.values() for side in (box.low, box.high)]
     closed = [float(side[np.isfinite(side)].max(initial=0.0)) for side in sides]
     return max(size_of(surfaces.values()), *closed, 0.0) or 1.0
 
 
 _SYSTEM_ROUNDING = 1e-7
-"""Fixture sizes by which the small systems below are rounded: a tenth of _SHRINK, which is taken off each face."""
+"""Rounding of the linear systems below, in fixture sizes: a tenth of _SHRINK."""
 _SHRINK = 1e-6
-"""Is taken off each face of a box, in fixture sizes, so that rounding cannot make regions touch."""
+"""Shift of each face inwards, in fixture sizes, so that rounding cannot make regions meet."""
 
 
 def _faces(
@@ -74,7 +74,7 @@ def _faces(
 
 
 def _closed(box: TouchBox | None, point: Floats, length: float) -> tuple[Floats, Floats]:
-    """The box about point in units of length, closed far away and a hair smaller (a face without thickness larger)."""
+    """The box about point in units of length, open sides closed far away, shrunk by _SHRINK (a thin box widened)."""
     low = np.full(3, -np.inf) if box is None else (box.low - point) / length
     high = np.full(3, np.inf) if box is None else (box.high - point) / length
     low, high = (

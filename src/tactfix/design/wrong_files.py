@@ -1,7 +1,7 @@
-"""Mistakes in the fixture file: would contacts on the fixture as it is show them?
+"""Mistakes in the fixture file: would contacts on the real fixture show them?
 
-A small one is followed from the truth. One that makes it another fixture altogether is searched for like a diagnosis:
-the fixture of the file then seems to stand wherever it fits best, unless approaches or touch boxes speak against it.
+A small mistake is fitted from the true pose. With one that makes the file describe another body, all poses are searched
+for as in a diagnosis; the best that approaches and touch boxes do not reject counts.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
+from tactfix.design.distance_errors import misplaced
 from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, shift_of
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
@@ -27,15 +28,15 @@ from tactfix.wording import listed
 
 
 def wrong_place(case: Case) -> Iterator[BlindSpot]:
-    """One feature in the file farther from another one than it is, by ten sigma of a contact."""
-    for wrong in case.misplaced:
+    """One distance between two features is ERROR_SIGMAS sigma larger in the file than it is."""
+    for wrong in misplaced(case.touched.surfaces, ERROR_SIGMAS * case.touched.rms_sigma):
         yield refitted("distance", replace(case.touched, surfaces=wrong.surfaces), case.touched.contacts, wrong.message)
 
 
 def wrong_radius(case: Case) -> Iterator[BlindSpot]:
-    """One radius off by ten sigma of a contact."""
+    """One radius off by ERROR_SIGMAS sigma."""
     touched = case.touched
-    off = ERROR_SIGMAS * float(np.sqrt((touched.sigmas**2).mean()))
+    off = ERROR_SIGMAS * touched.rms_sigma
     for name, surface in touched.surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             wrong = {**touched.surfaces, name: replace(surface, radius=surface.radius + off)}
@@ -44,7 +45,7 @@ def wrong_radius(case: Case) -> Iterator[BlindSpot]:
 
 
 def diameters(case: Case) -> list[BlindSpot]:
-    """The diameter in the place of the radius: of one feature, or of all."""
+    """The diameter in place of the radius, of one feature or of all."""
     doubled: dict[str, Surface] = {
         name: replace(surface, radius=2 * surface.radius)
         for name, surface in case.touched.surfaces.items()
@@ -71,7 +72,7 @@ def exchanged_axes(case: Case) -> list[BlindSpot]:
 
 
 def _what(case: Case, hypothesis: Hypothesis) -> str:
-    """What has its coordinates exchanged: a feature, or its point alone and not its direction."""
+    """The name of what has its coordinates exchanged: a feature, or its point without its direction."""
     (name,) = hypothesis.features
     given, other = case.touched.surfaces[name], hypothesis.surfaces[name]
     if isinstance(given, Plane) and isinstance(other, Plane) and np.array_equal(given.normal, other.normal):
@@ -82,7 +83,7 @@ def _what(case: Case, hypothesis: Hypothesis) -> str:
 
 
 def mirror_image(case: Case) -> list[BlindSpot]:
-    """The file is that of the mirror image, touch boxes and all."""
+    """The file describes the mirror image, with its touch boxes."""
     boxes = {}
     for name, box in case.fixture.touch.items():
         low, high = box.low.copy(), box.high.copy()
@@ -101,7 +102,7 @@ def _key(surfaces: Mapping[str, Surface]) -> tuple[int, ...]:
 def _judged(
     code: BlindSpotCode, case: Case, found: Sequence[Explanation], words: Mapping[tuple[int, ...], str]
 ) -> list[BlindSpot]:
-    """What becomes of each hypothesis: at the best of its poses against which neither approach nor box speaks."""
+    """The blind spot of each hypothesis, at the best of its poses that neither approach nor touch box rejects."""
     fits = {_key(one.hypothesis.surfaces): _best_left(case, one) for one in found}
     spots = []
     for key, what in words.items():
@@ -116,9 +117,9 @@ def _judged(
 
 
 def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats] | None:
-    """Chi-square and pose (4, 4) of an explanation; fitted again where something is known of the pose beforehand.
+    """Chi-square and pose (4, 4) of an explanation; fitted again with what is known of the pose beforehand.
 
-    None where every pose that is fitted again is beyond the limits.
+    None if every such fit is beyond the limits.
     """
     if case.touched.placement is None:
         return way.chi2, way.base_from_fixture
@@ -130,7 +131,7 @@ def _with_placement(case: Case, way: Explanation) -> tuple[float, Floats] | None
 
 
 def _is_possible(touched: Touched, problem: Problem, fit: PoseFit) -> bool:
-    """Whether a pose fitted with what is known beforehand is not beyond its limits."""
+    """Whether a pose that was fitted with what is known beforehand is within its limits."""
     limits = _limits(touched.placement)
     if limits is None:
         return True
@@ -139,7 +140,7 @@ def _is_possible(touched: Touched, problem: Problem, fit: PoseFit) -> bool:
 
 
 def _limits(placement: Placement | None) -> Placement | None:
-    """How far two poses within limits can be from each other, in the fixture's frame."""
+    """The limits on the motion between two poses that are both within the limits, in the fixture frame."""
     if placement is None or placement.within is None:
         return None
     translation, rotation = placement.within
@@ -147,7 +148,7 @@ def _limits(placement: Placement | None) -> Placement | None:
 
 
 def _best_left(case: Case, one: Explanation) -> Explanation | None:
-    """The best of its poses against which nothing speaks; with directions held the limits are those of another fit."""
+    """The best of its poses that no test rejects; if directions are constrained, `_with_placement` tests the limits."""
     known = case.touched.placement
     limits = _limits(known) if known is not None and known.free is None else None
     moved = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}

@@ -65,6 +65,11 @@ def _messages(motions: Motions, surfaces: Surfaces, tolerance: Tolerance) -> lis
             return [*slides, f"rotates about the normal of {planes}"]
 
 
+def motion_in_words(twist: Floats, surfaces: Surfaces, tolerance: Tolerance) -> FreeMotion:
+    """A twist (6,) at the origin of the surfaces' frame, rotation (rad) first, with its words."""
+    return FreeMotion(twist[:3], twist[3:], twist_in_words(twist[:3], twist[3:], surfaces, tolerance))
+
+
 def twist_in_words(rotation: Floats, translation: Floats, surfaces: Surfaces, tolerance: Tolerance) -> str:
     """Any motion in words: rotation (3,) rad and translation (3,) of the point at the origin of the surfaces' frame.
 
