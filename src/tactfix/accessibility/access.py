@@ -7,15 +7,16 @@
 Used by simulate and plan, which choose touches. Everything is in the fixture frame.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tactfix.accessibility.approach_path import path_blocked
 from tactfix.accessibility.touchable import closed_box, extreme_points, sample_touches
+from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats, Frozen
-from tactfix.geometry.surfaces import Cylinder, Point, Sphere, Surface, offset_radius
+from tactfix.geometry.surfaces import Cylinder, Point, Sphere, Surface, offset_radius, standoff
 from tactfix.units import factor
 from tactfix.values import frozen_value
 
@@ -79,6 +80,24 @@ class Access:
             return points, normals
         free = self.can_touch(feature, points, normals, -normals)
         return points[free], normals[free]
+
+    def nominal_contacts(self, names: Sequence[str], points: Floats, normals: Floats, sigma: float) -> Contacts:
+        """Touches at surface points (n, 3) with outward normals (n, 3) as contacts: tip centres, square approaches.
+
+        A contact on a point has no approach.
+        """
+        count, surfaces = len(names), [self.surfaces[name] for name in names]
+        off = np.array([standoff(surface, self.tip_radius) for surface in surfaces])
+        on_points = np.array([isinstance(surface, Point) for surface in surfaces], dtype=bool)
+        return Contacts(
+            features=tuple(names),
+            points=points + off[:, None] * normals,
+            approaches=np.where(on_points[:, None], np.nan, -normals),
+            sigmas=np.full(count, sigma),
+            tip_radius=self.tip_radius,
+            rows=tuple(range(1, count + 1)),
+            ids=(None,) * count,
+        )
 
 
 def access_of(fixture: Fixture, surfaces: Mapping[str, Surface], tip_radius: float) -> Access:

@@ -10,7 +10,7 @@ from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.geometry.rigid import transform_points
-from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, outward_normals, standoff
+from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, outward_normals
 from tactfix.locate_result import LocateResult
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.placement import Placement
@@ -121,19 +121,9 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
         if not len(pick):
             unreachable.append(name)
         names += [name] * len(pick)
+        points.append(choice[pick].reshape(-1, 3))
         normals.append(outward[pick].reshape(-1, 3))
-        points.append(choice[pick].reshape(-1, 3) + standoff(surface, access.tip_radius) * normals[-1])
-    outward_normals = np.concatenate(normals)
-    on_points = np.array([isinstance(access.surfaces[name], Point) for name in names], dtype=bool)
-    contacts = Contacts(
-        features=tuple(names),
-        points=np.concatenate(points),
-        approaches=np.where(on_points[:, None], np.nan, -outward_normals),
-        sigmas=np.full(len(names), sigma),
-        tip_radius=access.tip_radius,
-        rows=tuple(range(1, len(names) + 1)),
-        ids=(None,) * len(names),
-    )
+    contacts = access.nominal_contacts(names, np.concatenate(points), np.concatenate(normals), sigma)
     return contacts, tuple(unreachable)
 
 

@@ -1,1 +1,1 @@
-"""Choosing contacts: what there is to choose from, what a choice is worth, the best choice, and if it is unique."""
+"""Planning of contacts: possible touches, their information, the optimal set, and the uniqueness of its pose."""

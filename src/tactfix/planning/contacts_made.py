@@ -1,11 +1,11 @@
 """Contacts already made, in the fixture frame: by the pose that they give, or by one that they allow.
 
-1. `locate` tells the poses that explain them; where none does and the tip is to be found too, those with another tip.
-2. Where no motion is free, or a pose is known weakly, the best of them is taken.
-3. Where they leave a motion free, what they see of the fixture is nearly the same at all the poses that the motion
-   leads through. From each pose told, turned by each of _FIRST_TURNS, a descent (Levenberg-Marquardt) leads to where
-   every contact lies in the touch box of its feature and came into the material: of those the true one is.
-4. The first where half the sum of squares against it is below the number of contacts is taken, else the best.
+1. The poses that explain them are located; if there is none and the tip is unknown, those with another tip.
+2. If no motion is free, or one is weakly determined, the best pose is taken.
+3. If a motion is free, the contacts have nearly the same information at all poses that it leads through. From each
+   pose, turned by each of _FIRST_TURNS, a descent (Levenberg-Marquardt) leads to a pose at which every contact lies in
+   the touch box of its feature and its approach leads into the material, as at the true pose.
+4. The first pose with a cost below the number of contacts is taken, else the one with the least cost.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,9 @@ from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
 _AS_BAD_AS_SIGMA = 1e-3
-"""Share of the contacts' extent, and cosine, by which outside a box, or on the wrong side, is as bad as one sigma."""
+"""Share of the contacts' extent outside a box, and cosine of an approach, that cost as much as one sigma."""
 _SHALLOWEST_APPROACH = -0.5
-"""Cosine of approach and outward normal that no usual approach exceeds: 60 degrees from square to the surface."""
+"""Cosine of approach and outward normal that usual approaches do not exceed: 60 degrees from the inward normal."""
 _TOUCH_STEPS = 40
 """Levenberg-Marquardt steps at most."""
 _TOUCH_DIFFERENCE = 1e-7
@@ -34,30 +34,30 @@ _TOUCH_DIFFERENCE = 1e-7
 _TOUCH_SETTLED = 1e-6
 """A step that lowers the sum of squares by less than this share of it, and of one, is the last."""
 _FIRST_TURNS = np.vstack([np.zeros(3), *(np.pi * f * axis for f in (1.0, 0.5, -0.5) for axis in np.eye(3))])
-"""Rotation vectors by which a pose is turned to begin with: from the wrong side nothing pulls it to the right one."""
+"""Rotation vectors of the start poses relative to the located one: a descent does not turn the fixture over."""
 _MARGIN = 0.05
-"""Share of a box's width by which the poses taken keep contacts inside: planned contacts are made away from edges."""
+"""Share of a box's width that contacts keep from its edges without cost: planned contacts keep away from edges."""
 
 
 @frozen_value
 class Made:
-    """Contacts already made, in the fixture frame, and where the fixture stands; None where they leave that open."""
+    """Contacts already made, in the fixture frame, and the pose of the fixture; None if they leave a motion free."""
 
     contacts: Contacts
     base_from_fixture: Floats | None
 
 
 def contacts_made(fixture: Fixture, existing: Contacts, tip_unknown: bool = False) -> Made:
-    """The contacts in the fixture frame; tip_unknown: by a pose that another place of the tip gives, where none else.
+    """The contacts in the fixture frame; tip_unknown: if no pose explains them, one with another tip is used.
 
-    Raises UsageError where no pose explains them.
+    Raises UsageError if no pose explains them.
     """
     result = locate(fixture, existing, explain=False)  # step 1
     accepted = _accepted(result)
     if not accepted and tip_unknown and existing.flange_rotations is not None:
         with_tip = _accepted(locate(fixture, existing, unknown=["tip"]))
         if with_tip:
-            # What too few orientations leave free moves fixture and tip together, which is little.
+            # Motions that too few orientations leave free move fixture and tip together, by little.
             pose = with_tip[0].base_from_fixture
             return Made(existing.moved(inverse(pose)), pose)
     if not accepted:
@@ -85,9 +85,9 @@ def _accepted(result: LocateResult) -> list[Candidate]:
 
 
 def _possible(fixture: Fixture, contacts: Contacts, candidate: Candidate, turn: Floats) -> tuple[float, Floats]:
-    """A pose near the candidate's, from where it is turned by a rotation vector (3,), that side and box allow.
+    """The pose of least cost near the candidate's, which is first turned by a rotation vector (3,).
 
-    Half the sum of squares of what speaks against it, and the pose.
+    The cost, half the sum of squares of residuals, sides and boxes, and the pose.
     """
     start = inverse(candidate.base_from_fixture)
     surfaces = {name: moved(start, surface) for name, surface in candidate.surfaces.items()}
@@ -118,7 +118,7 @@ def _possible(fixture: Fixture, contacts: Contacts, candidate: Candidate, turn: 
 
 
 def _least(off: Callable[[Floats], Floats]) -> tuple[Floats, float]:
-    """Where from zero (6,) the sum of squares is least, and half of it: Levenberg-Marquardt, forward differences."""
+    """The minimum from zero (6,), and half the sum of squares there: Levenberg-Marquardt, forward differences."""
     step, damping = np.zeros(6), 1e-3
     values = off(step)
     for _ in range(_TOUCH_STEPS):

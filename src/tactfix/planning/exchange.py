@@ -1,10 +1,10 @@
-"""Finding the best set of touches: single ones are exchanged from many starts, then each is moved smoothly.
+"""The search for the optimal set of touches: an exchange algorithm from many starts, then a pattern search.
 
 1. A start has as many touches as the plan: of features in turn, each a random one that is not crowded.
-2. Each touch in turn is taken out, and the touch of the pool that gives the best score with the rest is put in. Passes
-   over all touches end where one changes nothing.
-3. The touches left are moved over their surfaces: in each of several directions by a step that is halved in turn, as
-   long as that lowers the score (pattern search).
+2. Each touch in turn is replaced by the touch of the pool that gives the best score with the others, until a pass over
+   all touches changes nothing.
+3. Each touch is moved over its surface in several directions, by steps that are halved in turn, as long as that lowers
+   the score (pattern search).
 
 V. V. Fedorov: Theory of optimal experiments, 1972.
 """
@@ -18,13 +18,13 @@ from tactfix.planning.pool import Pool, Touches, joined
 from tactfix.values import frozen_value
 
 WORTH_A_STEP = 1e-6
-"""Share of the objective by which a step must lower it: more than rounding, or an exchange could run in circles."""
+"""Share by which a step must lower the objective: above rounding, so that exchanges do not cycle."""
 _EXCHANGE_PASSES = 25
-"""Passes over all contacts at most; they end where one changes nothing."""
+"""Passes over all contacts at most; the last one changes nothing."""
 _POLISH_DIRECTIONS = 12
-"""Directions around each contact, every 30 degrees, in which each step of the polish tries to move it."""
+"""Directions of the pattern search, every 30 degrees."""
 _POLISH_STEPS = (0.12, 0.06, 0.03, 0.015, 0.0075)
-"""Steps of the polish in radii of the fixture, each half the one before."""
+"""Steps of the pattern search in radii of the fixture, each half the one before."""
 
 
 @frozen_value
@@ -37,7 +37,7 @@ class Choice:
 
 @frozen_value
 class Search:
-    """What a search is over: objective, pool, and touches already made, which count and stay."""
+    """The objective of a search, its pool, and the touches already made, which are kept."""
 
     objective: Objective
     pool: Pool
@@ -53,7 +53,7 @@ class Search:
         return Choice(touches, self.objective.score(self.information(touches)))
 
     def best_in_place(self, chosen: Touches, at: int, offers: Touches) -> tuple[int, float]:
-        """Which of the offers is best in place of chosen[at], and the score with it; inf where all are crowded."""
+        """The offer that is best in place of chosen[at], and the score with it; inf if all are crowded."""
         rest = chosen.take(np.delete(np.arange(len(chosen)), at))
         scores = self.objective.scores(self.information(rest), offers.rows)
         scores = np.where(self.pool.crowded(offers, joined(self.made, rest)), np.inf, scores)
@@ -62,12 +62,12 @@ class Search:
 
 
 def pays(new: float, old: float) -> bool:
-    """Whether a score is better by more than rounding."""
+    """Whether a score is better by more than WORTH_A_STEP."""
     return new < old - WORTH_A_STEP * abs(old)
 
 
 def started(search: Search, count: int, rng: np.random.Generator) -> Touches:
-    """count touches to start from (step 1): features in turn, any touch of each that is not crowded if there is one."""
+    """A start of count touches (step 1): features in turn, a random touch of each, not crowded if there is one."""
     touches = search.pool.touches
     order = np.resize(rng.permutation(np.unique(touches.which)), count)
     chosen = touches.take(np.zeros(0, dtype=np.intp))
@@ -79,7 +79,7 @@ def started(search: Search, count: int, rng: np.random.Generator) -> Touches:
 
 
 def extended(search: Search, smaller: Choice) -> Touches:
-    """The touches of a choice and the one of the pool that is best beside them."""
+    """The touches of a choice, and the touch of the pool that is best with them."""
     offers = search.pool.touches
     scores = search.objective.scores(search.information(smaller.touches), offers.rows)
     scores = np.where(search.pool.crowded(offers, joined(search.made, smaller.touches)), np.inf, scores)
@@ -87,7 +87,7 @@ def extended(search: Search, smaller: Choice) -> Touches:
 
 
 def exchanged(search: Search, start: Touches) -> Choice:
-    """The set that no exchange of one touch for another of the pool improves, reached from start (step 2)."""
+    """The set, reached from start, that the exchange of no touch improves (step 2)."""
     current = search.choice(start)
     for _ in range(_EXCHANGE_PASSES):
         before = current

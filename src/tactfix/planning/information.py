@@ -1,16 +1,15 @@
-"""What a set of contacts is worth: the information matrix of the pose, and the three criteria over it.
+"""The information matrix of the pose from a set of contacts, and three criteria of optimality.
 
-One contact with outward normal n at the point p sees the motion (w, v) of the fixture as n . v + (p x n) . w, so its
-row is [p x n, n] / sigma, and the information of a set is the sum of row row^T; its inverse is the covariance of the
-pose. Points are taken from the middle of the fixture in units of its radius: then all six columns are of one kind, the
-criteria do not change with the unit of length, and w times the radius is a length like v. A contact on a point, which
-holds the tip from all sides, is three such rows, one along each axis.
+The residual of a contact with outward normal n at p changes by n . v + (p x n) . w with a motion (w, v), so its row is
+[p x n, n] / sigma, and the information of a set is the sum of row row^T; its inverse is the covariance of the pose.
+Points are relative to the middle of the fixture in units of its radius, so that all six columns have one unit and the
+criteria do not depend on the unit of length. A contact on a point has three such rows, one along each axis.
 
-1. What is known beforehand is added, and what is held is projected out; a small ridge makes sets of few contacts
+1. Prior information is added, and constrained motions are projected out; a small ridge makes sets of few contacts
    invertible.
-2. For each candidate the information grows by its rows. With one row the criterion follows in closed form: the
-   covariance by Sherman and Morrison, the determinant by its lemma, the smallest eigenvalue from the secular equation.
-3. With several rows each sum is decomposed.
+2. With one row more the criterion follows in closed form: the covariance by Sherman and Morrison, the determinant by
+   its lemma, the smallest eigenvalue from the secular equation.
+3. With several rows more each sum is decomposed.
 
 V. V. Fedorov: Theory of optimal experiments, 1972, for the determinant; G. H. Golub: Some modified matrix eigenvalue
 problems, 1973, for the eigenvalue.
@@ -30,8 +29,8 @@ Criterion: TypeAlias = Literal["worst", "d", "e"]
 CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
 
 _RIDGE = 1e-8
-"""Prior information, as a share of one contact's, that keeps sets of too few contacts invertible while they grow. A
-motion that is seen as well as one contact sees it has its sigma changed by 5e-9 of it."""
+"""Information, as a share of one contact's, that makes sets of too few contacts invertible. It changes the sigma of a
+motion that one contact determines by 5e-9 of it."""
 _BISECTIONS = 24
 """Halvings of the interval in which the smallest eigenvalue of a rank-one update lies: 2^-24 is 6e-8 of it, less
 than WORTH_A_STEP (1e-6) of the objective."""
@@ -50,9 +49,9 @@ def flat(rows: Floats) -> Floats:
 
 @frozen_value
 class Known:
-    """What is known of the pose beforehand, in the columns of the rows.
+    """The prior on the pose, in the columns of the rows.
 
-    rows (m, 6): those of a measured pose, as good as six contacts. basis (6, u): the motions that are not held.
+    rows (m, 6): those of a measured pose, which counts as six contacts. basis (6, u): the unconstrained motions.
     """
 
     rows: Frozen
@@ -60,16 +59,16 @@ class Known:
 
     @property
     def unknowns(self) -> int:
-        """How many unknowns the pose has."""
+        """The number of unknowns of the pose."""
         return len(self.basis.T)
 
     @property
     def information(self) -> Floats:
-        """That of the measured pose (6, 6)."""
+        """The information (6, 6) of the measured pose."""
         return np.asarray(self.rows.T @ self.rows)
 
     def covariance(self, information: Floats) -> Floats:
-        """The covariance (6, 6) of the pose where contacts have this information (6, 6); 0 in what is held."""
+        """The covariance (6, 6) of the pose from the information (6, 6) of contacts; 0 for constrained motions."""
         known = self.basis.T @ (information + self.information) @ self.basis
         return np.asarray(self.basis @ np.linalg.solve(known, self.basis.T))
 
@@ -78,7 +77,7 @@ NOTHING_KNOWN: Final = Known(np.zeros((0, 6)), np.eye(6))
 
 
 def known_of(placement: Placement | None, base_from_fixture: Floats | None, centre: Floats, radius: float) -> Known:
-    """What a placement says of a fixture that stands at base_from_fixture (4, 4), in the columns of `rows_of`."""
+    """The prior of a placement at the pose base_from_fixture (4, 4), in the columns of `rows_of`."""
     if placement is None or base_from_fixture is None:
         return NOTHING_KNOWN
     basis, rows = terms_in_fixture(placement, base_from_fixture, centre, radius)
@@ -87,9 +86,9 @@ def known_of(placement: Placement | None, base_from_fixture: Floats | None, cent
 
 @frozen_value
 class Objective:
-    """The number to make small. corners (k, 3): scaled points of the fixture at which worst looks.
+    """The criterion that is minimized. corners (k, 3): scaled points of the fixture for "worst".
 
-    known: what is known beforehand; what is held has no variance, and counts in no criterion.
+    known: the prior; constrained motions have no variance, and count in no criterion.
 
     worst: the largest variance of a corner's position in any direction. d: minus the logarithm of the determinant of
     the information (D-optimal). e: minus its smallest eigenvalue, the square of the rows' smallest singular value.
@@ -130,7 +129,7 @@ class Objective:
                 return np.asarray(-np.linalg.eigvalsh(information)[:, 0])
 
     def _seen(self) -> Floats:
-        """How each corner x moves by w and v, (k, 3, u), by the motions that are not held: v + w x x."""
+        """Displacements v + w x x of each corner x by the unconstrained motions (k, 3, u)."""
         steady = np.broadcast_to(np.eye(3), (len(self.corners), 3, 3))
         return np.asarray(np.concatenate([-skew(self.corners), steady], axis=2) @ self.known.basis)
 
@@ -139,9 +138,7 @@ class Objective:
         return float(self.scores(information, np.zeros((1, 6)))[0])
 
     def sigma_of(self, score: float) -> float:
-        """The score as a standard deviation, so that scores of all criteria compare by ratio: the largest, for worst;
-        the geometric mean of all, for d; that of the weakest motion, for e.
-        """
+        """The score as a standard deviation: the largest (worst), the geometric mean (d), of the weakest motion (e)."""
         match self.criterion:
             case "worst":
                 return float(np.sqrt(score))
@@ -153,9 +150,9 @@ class Objective:
     def _worst(self, covariance: Floats, rows: Floats) -> Floats:
         # Sherman and Morrison: C - C j j^T C / (1 + j^T C j), seen at each corner.
         seen = self._seen()
-        told = rows @ covariance
-        shrink = 1 + (told * rows).sum(axis=1)
-        change = ((told / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, self.known.unknowns).T).reshape(len(rows), -1, 3)
+        gain = rows @ covariance
+        shrink = 1 + (gain * rows).sum(axis=1)
+        change = ((gain / np.sqrt(shrink)[:, None]) @ seen.reshape(-1, self.known.unknowns).T).reshape(len(rows), -1, 3)
         variances = seen @ covariance @ np.swapaxes(seen, 1, 2)
         return np.asarray(_largest_eigenvalues(variances, change).max(axis=1))
 

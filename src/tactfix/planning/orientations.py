@@ -1,13 +1,13 @@
-"""How to turn the tool at each contact of a plan, so that the tip's place in the flange comes out with the pose.
+"""The tool orientation of each planned contact, optimal for the tip's place in the flange found with the pose.
 
-A tip that is q elsewhere in the flange changes the residual of contact i by n_i . F_i q, F_i how the flange stands:
-three columns more beside those of the pose. Which contact is made in which orientation is chosen so that the largest
-standard deviation of the tip's place, pose and tip found together, is smallest.
+A tip that is displaced by q in the flange frame changes the residual of contact i by n_i . F_i q, with the rotation F_i
+of the flange: three columns more than those of the pose. Orientations are assigned to contacts so that the largest
+standard deviation of the tip's place, with pose and tip unknown, is smallest.
 
 1. The contacts take the orientations in turn.
-2. Contacts already made count as the flange stood at them.
-3. Contact by contact, another orientation is taken where it lowers that standard deviation by more than rounding.
-4. Passes over all contacts follow until one changes nothing.
+2. Contacts already made count with their orientations.
+3. Contact by contact, another orientation is taken if it lowers that standard deviation by more than rounding.
+4. Passes over all contacts are repeated until one changes nothing.
 """
 
 from dataclasses import replace
@@ -31,18 +31,18 @@ from tactfix.simulation.poses import in_turn, tool_orientations
 from tactfix.simulation.simulate import nominal_surfaces
 
 USUAL_CONTACTS: Final = 12
-"""Contacts where their number is left open: pose and tip are nine numbers, and three contacts check them."""
+"""Default number of contacts: nine unknowns of pose and tip, and three contacts of redundancy."""
 ORIENTATION_PASSES: Final = 10
-"""Passes over all contacts at most; they end where one changes nothing."""
+"""Passes over all contacts at most; the last one changes nothing."""
 TIP_UNDETERMINED: Final = 1e-9
 """Ratio of singular values below which the tip is not determined."""
 
 
 def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts | None = None) -> Plan:
-    """The plan in count tool orientations, each contact in that which tells most.
+    """The plan in count tool orientations, assigned to its contacts.
 
-    made: contacts already made, in the fixture frame: how the flange stood at them counts.
-    Raises UsageError for less than one, and where those made do not say how the flange stood.
+    made: contacts already made, in the fixture frame. Raises UsageError for a count below one, and if contacts already
+    made have no flange rotations.
     """
     if count < 1:
         raise UsageError(f"{count} tool orientations cannot be planned; ask for one or more")
@@ -81,7 +81,7 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
 
 
 class _Seen:
-    """What nominal contacts in the fixture frame see of the pose, and of a tip in orientations that are tried."""
+    """The Jacobian of nominal contacts in the fixture frame for the pose, and for a tip in given orientations."""
 
     def __init__(self, fixture: Fixture, contacts: Contacts) -> None:
         single = one_equation_each(nominal_surfaces(fixture), contacts, residual_sigmas(fixture, contacts))
@@ -95,7 +95,7 @@ class _Seen:
             self.pose, self.known = self.pose @ basis, rows @ basis
 
     def tip_sigma(self, rotations: Floats) -> float:
-        """The largest standard deviation of the tip's place (units); inf where it is not determined."""
+        """The largest standard deviation of the tip's place (units); inf if it is not determined."""
         tip = np.einsum("ni,nij->nj", self.normals, rotations[self.of]) / self.sigmas[:, None]
         below = np.hstack([self.known, np.zeros((len(self.known), 3))])
         joint = np.vstack([np.hstack([self.pose, tip]), below])

@@ -1,9 +1,10 @@
-"""Where to touch: the contacts that determine the pose of a fixture uniquely, with the smallest sigma for their number.
+"""Planning: the contacts that determine a fixture's pose uniquely, with the smallest sigma for their number.
 
 1. A task is made of the fixture, the contacts already made and the criterion (`task`).
-2. With a number of contacts, or a number to add, one plan is searched: random starts, exchanges, polish (`exchange`).
+2. With a number of contacts, or a number to add, one plan is searched for: random starts, exchanges, pattern search
+   (`exchange`).
 3. Without one, there is a plan for each number from the fewest on, until one leaves a single pose (`uniqueness`).
-4. Where orientations of the tool are asked for, each contact of the plan is given one (`orientations`).
+4. If tool orientations are asked for, each contact of the plan gets one (`orientations`).
 """
 
 from tactfix.contacts import Contacts
@@ -38,12 +39,12 @@ def plan(
     fixture : Fixture
         Whose file places its features.
     contacts : int, optional
-        How many; None: the fewest that are unique, with a table of more.
+        Number of contacts; None: the fewest with a unique pose, and a table for more.
     existing : Contacts, optional
-        Already made, in base: the best next ones are chosen, in base, or in the fixture frame where those made leave a
-        motion free.
+        Contacts already made, in base: the best next ones are chosen, in base, or in the fixture frame if those made
+        leave a motion free.
     add : int, optional
-        How many next ones; None: the fewest that hold the pose.
+        Number of next contacts; None: the fewest that determine the pose.
     criterion : {"worst", "d", "e"}
         "worst" makes the worst sigma over the fixture's bounding box smallest, "d" the determinant of the covariance,
         "e" the smallest singular value of the contacts' rows largest (lengths in radii of the fixture, about its
@@ -51,39 +52,39 @@ def plan(
     seed : int
         Of the random starts.
     sigma, tip_radius : float, optional
-        In fixture units; those of the existing contacts, or of the fixture's probe, where None.
+        In fixture units; None: those of the existing contacts, or of the fixture's probe.
     progress : callable, optional
-        Is called with the share done, from 0 to 1, and what is being done.
+        Called with the share done, from 0 to 1, and the name of the present step.
     starts : int, optional
         Random sets of touches that the search begins with: more are more likely to find the optimum.
     over : callable
-        Who follows the starts: `map`, one after the other, or its like.
+        Maps the search over its starts: `map`, or a parallel function with its signature.
     orientations : int, optional
-        Of the tool: each contact is planned in one of so many, chosen so that the tip's place in the flange is known
-        best where it is found with the pose. Without contacts twelve are then planned. How the flange stood at existing
-        contacts counts, and must be known.
+        Number of tool orientations: each contact gets one of them, so that the sigma of the tip's place in the flange,
+        found with the pose, is smallest. Without contacts, twelve are planned. Existing contacts must have flange
+        rotations, which count.
 
     Returns
     -------
     Plan
-        Touches inside the touch boxes, clear of their edges and of other features, and square to the surface unless a
-        turned approach is what makes the pose unique.
+        Touches inside the touch boxes, clear of their edges and of other features, with approaches along the normal
+        unless a tilted one makes the pose unique.
 
     Raises
     ------
     UsageError
-        Impossible numbers of contacts, a fixture whose file does not place its features or whose features leave a
-        motion free, and existing contacts that do not give a pose.
+        Impossible numbers of contacts; a fixture whose file does not place its features, or whose features leave a
+        motion free; existing contacts without a pose.
     TipDoesNotFitError
         A tip that is not smaller than a bore.
 
     Notes
     -----
-    Where the fixture has a placement, the contacts are the best beside it: what is held takes as many contacts fewer, a
-    measurement counts, limits make unique. The plan then tells them in base too.
+    The placement of a fixture is used: each constrained direction needs one contact less, a measured pose adds
+    information, and limits exclude poses. The plan is then given in base too.
 
-    An exchange algorithm from several starts, polished: it is no proof of the best plan, and how many starts agree
-    tells how likely it is. Relations with a sigma of their own are taken as exact while choosing.
+    An exchange algorithm from several starts with a pattern search does not prove that a plan is optimal; the number of
+    starts that agree indicates it. Relations with a sigma of their own are taken as exact in the search.
 
     References
     ----------
@@ -98,9 +99,11 @@ def plan(
     """
     if starts is not None and starts < 1:
         raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")
-    told = progress or (lambda share, what: None)
+    report = progress or (lambda share, what: None)
     # Step 1.
-    task = Task.of(fixture, existing, criterion, seed, sigma, tip_radius, told, starts, over, orientations is not None)
+    task = Task.of(
+        fixture, existing, criterion, seed, sigma, tip_radius, report, starts, over, orientations is not None
+    )
     if existing is not None:
         if contacts is not None:
             raise UsageError("contacts already made are extended with a number to add, not with a number of contacts")

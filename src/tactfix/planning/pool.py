@@ -1,10 +1,8 @@
-"""The touches to choose from: those that the probe can make, spread over all features of the fixture.
+"""The pool of candidate touches: those that the probe can make, spread over all features of the fixture.
 
-1. Each feature has its share of the candidates, within limits, spread evenly over what can be touched of it.
+1. Each feature has its share of the candidates, within limits, spread evenly over its touchable part.
 2. Each touch has its row of the information, or three on a point (`information.rows_of`).
 3. Two contacts on one feature keep a distance, a share of the extent of its candidates.
-
-Nominal contacts are what a perfect probe would report of a plan.
 """
 
 from collections.abc import Mapping
@@ -16,7 +14,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Bools, Floats, Ints
-from tactfix.geometry.surfaces import Point, feet, outward_normals, standoff
+from tactfix.geometry.surfaces import Point, feet, outward_normals
 from tactfix.planning.information import rows_of
 from tactfix.probe import residual_sigmas
 from tactfix.values import frozen_value
@@ -42,7 +40,7 @@ than 2 per cent."""
 class Touches:
     """m touches in the fixture frame: index of the feature (m,), points and outward normals (m, 3), sigmas (m,).
 
-    rows: (m, 6), of which a touch of a point has three; (m, 3, 6), filled up with zeros, where the fixture has points.
+    rows: (m, 6); (m, 3, 6) if the fixture has points, whose touches have three rows, others filled up with zeros.
     """
 
     which: Ints
@@ -73,7 +71,7 @@ def joined(first: Touches, second: Touches) -> Touches:
 
 @frozen_value
 class Pool:
-    """All candidates: touches, the names to which `which` points, and how far apart contacts on each feature stay."""
+    """All candidates: touches, the names by the index `which`, and the least distance of contacts on each feature."""
 
     access: Access
     names: tuple[str, ...]
@@ -82,24 +80,24 @@ class Pool:
     touches: Touches
 
     def touches_at(self, which: Ints, points: Floats, normals: Floats, sigmas: Floats | None = None) -> Touches:
-        """Touches at points (m, 3) with unit normals (m, 3) on the features that which (m,) counts."""
+        """Touches at points (m, 3) with unit normals (m, 3) on the features of index which (m,)."""
         return _touches(self.access, which, points, normals, self.sigmas[which] if sigmas is None else sigmas)
 
     def on_points(self, which: Ints) -> Bools:
-        """Which of the features (m,) are points: one place each, touched from anywhere."""
+        """Which of the features (m,) are points."""
         return _on_points(self.access, which)
 
     def crowded(self, touches: Touches, others: Touches) -> Bools:
-        """Which touches (m,) are too near to one of the others on the same feature."""
+        """Which touches (m,) are nearer than apart to one of the others on the same feature."""
         arms = touches.points[:, None] - others.points[None]
         near = np.einsum("mnk,mnk->mn", arms, arms) < self.apart[others.which] ** 2
         return np.asarray((near & (touches.which[:, None] == others.which[None])).any(axis=1))
 
 
 def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
-    """All candidates on a fixture. sigmas: one standard deviation of a contact on each feature, its own form included.
+    """All candidates on a fixture; sigmas: of a contact on each feature, its form error included.
 
-    Raises UsageError where no feature can be reached at all.
+    Raises UsageError if no feature can be touched.
     """
     names = tuple(access.surfaces)  # step 1
     each = int(np.clip(_POOL_SIZE / len(names), _FEWEST_ON_ONE, _MOST_ON_ONE))
@@ -141,26 +139,8 @@ def _rows(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: 
     return rows
 
 
-def nominal_contacts(pool: Pool, touches: Touches, sigma: float) -> Contacts:
-    """The touches as contacts in the fixture frame: tip centres, approached square to the surface.
-
-    A point says nothing of how the tip comes into it: no approach.
-    """
-    n = len(touches)
-    off = [standoff(pool.access.surfaces[pool.names[i]], pool.access.tip_radius) for i in touches.which]
-    return Contacts(
-        features=tuple(pool.names[i] for i in touches.which),
-        points=touches.points + np.array(off)[:, None] * touches.normals,
-        approaches=np.where(pool.on_points(touches.which)[:, None], np.nan, -touches.normals),
-        sigmas=np.full(n, sigma),
-        tip_radius=pool.access.tip_radius,
-        rows=tuple(range(1, n + 1)),
-        ids=(None,) * n,
-    )
-
-
 def touches_made(pool: Pool, contacts: Contacts | None, fixture: Fixture) -> Touches:
-    """Contacts already made, in the fixture frame, as touches with their own sigmas; none where None."""
+    """Contacts already made, in the fixture frame, as touches with their own sigmas; no touches for None."""
     if contacts is None:
         return pool.touches.take(np.zeros(0, dtype=np.intp))
     surfaces = [pool.access.surfaces[name] for name in contacts.features]
@@ -172,7 +152,7 @@ def touches_made(pool: Pool, contacts: Contacts | None, fixture: Fixture) -> Tou
 
 
 def joined_contacts(first: Contacts | None, second: Contacts) -> Contacts:
-    """The contacts of both, in one frame, rows counted anew; the tip is that of the second."""
+    """The contacts of both, in one frame, with rows renumbered; the tip is that of the second."""
     if first is None:
         return second
     return Contacts(

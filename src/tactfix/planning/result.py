@@ -1,4 +1,4 @@
-"""What plan answers."""
+"""The result of planning."""
 
 from typing import Any, Literal
 
@@ -11,7 +11,7 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class PlanStep:
-    """One row of the table: how many contacts, the worst sigma, the share it falls by from the row before, unique."""
+    """One row of the table: number of contacts, worst sigma, its relative fall from the row before, uniqueness."""
 
     count: int
     worst_sigma: float
@@ -21,20 +21,20 @@ class PlanStep:
 
 @frozen_value
 class Plan(JsonResult):
-    """Contacts to make, and what they are worth together with those already made.
+    """Contacts to make, and the accuracy of the pose from them and from those already made.
 
     Attributes
     ----------
     fixture, units : str
         Name of the fixture, and the unit of all lengths.
     contacts : Contacts
-        Nominal, tip centres, in the frame that frame names.
+        Nominal contacts (tip centres), in the frame named by frame.
     frame : {"fixture", "base"}
-        Base where contacts already made say where the fixture stands.
+        "base" if contacts already made give the pose of the fixture.
     base_from_fixture : (4, 4) array or None
-        Where it stands by those contacts, else by its placement; None where nothing is known.
+        Its pose by those contacts, else by its placement; None if neither is known.
     criterion : {"worst", "d", "e"}
-        What was made best.
+        The criterion that was minimized.
     worst_sigma : float
         Largest standard deviation (units) of a point of the fixture's bounding box in any direction.
     worst_point : (3,) array
@@ -42,16 +42,16 @@ class Plan(JsonResult):
     covariance : (6, 6) array
         Of the pose in the order rotation (rad), translation (units), about the fixture's origin.
     located : bool
-        Whether the contacts fix a pose at all.
+        Whether the contacts determine a pose.
     rivals : int
-        Second poses within ten sigma; none where the plan is unique.
+        Number of other poses within ten sigma; 0 if the plan is unique.
     starts, agreeing : int
-        Random sets of touches that the search began with, and those that led to within one per cent of the best sigma.
+        Number of starts of the search, and of those that ended within one per cent of the best sigma.
     steps : tuple of PlanStep
-        The table, where the number of contacts was left open.
+        The table, if the number of contacts was left open.
     tip_sigma : float or None
-        Largest standard deviation (units) of the tip's place in the flange, where it is found together with the pose;
-        inf where the orientations do not tell it, None where none were planned.
+        Largest standard deviation (units) of the tip's place in the flange, found together with the pose; inf if the
+        orientations do not determine it, None if none were planned.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class Plan(JsonResult):
 
     @property
     def in_base(self) -> Contacts | None:
-        """The contacts in base, None where it is not known where the fixture stands."""
+        """The contacts in base; None if the pose of the fixture is not known."""
         if self.frame == "base" or self.base_from_fixture is None:
             return self.contacts if self.frame == "base" else None
         return self.contacts.moved(self.base_from_fixture)

@@ -1,9 +1,9 @@
-"""One planning task from its search to the plan that is judged: the work behind `tactfix.plan`.
+"""One planning task, from the search to the test of uniqueness.
 
-1. Random sets of touches begin; in a table the first is that of the row before with the best one more.
-2. From each of them single touches are exchanged until none pays (`exchange`, Fedorov 1972).
-3. The best are polished: each touch moves over its surface as long as that pays.
-4. From the best on, `uniqueness` judges them; the first that leaves one pose only is the plan, else the best.
+1. Starts are random sets of touches; in a table the first is the set of the row before and the best further touch.
+2. From each of them single touches are exchanged (`exchange`, Fedorov 1972).
+3. The best sets are refined by a pattern search over the surfaces.
+4. In order of their score they are tested for `uniqueness`; the first with one pose only is the plan, else the best.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -23,7 +23,7 @@ from tactfix.localization.nominal import standing
 from tactfix.planning.contacts_made import Made, contacts_made
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
-from tactfix.planning.pool import Touches, joined_contacts, nominal_contacts, pool_of, touches_made
+from tactfix.planning.pool import Touches, joined_contacts, pool_of, touches_made
 from tactfix.planning.result import Plan, PlanStep
 from tactfix.planning.uniqueness import judged, telling_approaches
 from tactfix.poses.pose_fit import covariance_at
@@ -32,19 +32,19 @@ from tactfix.simulation.simulate import nominal_surfaces
 from tactfix.values import frozen_value
 
 _LARGEST_PLAN = 14
-"""Contacts of the largest plan that is tried before a fixture is said to have no unique plan: twice the seven that
-are enough wherever approach and touch boxes can tell at all."""
+"""Contacts of the largest plan before a fixture is taken to have no unique plan: twice the seven that are enough if
+approaches and touch boxes can exclude the other poses at all."""
 _AGREEING_START = 1.01
-"""Ratio to the best sigma, within which a start counts as agreeing with it: nobody notices one per cent of sigma."""
+"""Ratio to the best sigma up to which a start agrees with it: one per cent of sigma is of no importance."""
 _PLAN_STARTS = 8
-"""Starts of the search when one plan is wanted. With 4 the worst sigma of the plan on the plate with pin and ball (8
+"""Starts of the search for one plan. With 4 the worst sigma of the plan on the plate with pin and ball (8
 contacts) is 4 per cent larger, with 16 that on three planes (9 contacts) 2 per cent smaller; the others of five
 plans change by less."""
 _STARTS_IN_TABLE = 2
-"""Starts for each row of the table, where the last row with a touch more is a start as well."""
+"""Starts for each row of the table; one of them is the row before with a touch more."""
 _POLISHED = 3
-"""Of the starts the best, which are polished; the others are only polished where none of these is unique. With 1
-none of those five plans has a worst sigma larger by 2 per cent."""
+"""Best sets that are refined by a pattern search. With 1 none of those five plans has a worst sigma larger by 2 per
+cent."""
 _POLISHED_IN_TABLE = 1
 """The same for each row of the table."""
 _FREE_MOTION_RATIO = 1e-7
@@ -55,16 +55,16 @@ MOST_PLANNED = 200
 and ball. Their sigma shrinks with the root of their number alone; a fixture that needs more is the wrong fixture."""
 
 Progress = Callable[[float, str], None]
-"""Told how much of the work is done (0 to 1) and what is being done."""
+"""Called with the share of the work that is done (0 to 1) and the name of the present step."""
 MapFunction: TypeAlias = Callable[[Callable[[Touches], Choice], Iterable[Touches]], Iterable[Choice]]
-"""Like map: this process one after the other, or workers elsewhere; what comes back is in order."""
+"""Like map, in this process or in parallel; results are in order."""
 
 
 @frozen_value
 class Task:
-    """One planning task: the search, how many starts it has and who follows them, and what its results are judged by.
+    """One planning task: search, contacts already made, sigma and tip radius of the probe, seed, and number of starts.
 
-    starts: where None, few for each number of contacts.
+    starts: None for the default. over: maps the search over its starts.
     """
 
     fixture: Fixture
@@ -106,9 +106,9 @@ class Task:
 
     @property
     def fewest(self) -> int:
-        """The fewest contacts that can hold what nothing else holds: a point holds up to three, others one each.
+        """The fewest contacts that can determine the pose: one on a point constrains up to three motions, others one.
 
-        Those made count, and one more is asked for at least. A measured pose spares none of them: what it says is to be
+        Contacts already made count, but one more is planned at least. A measured pose does not count: it is to be
         checked.
         """
         touches, known = self.search.pool.touches, self.search.objective.known
@@ -121,7 +121,7 @@ class Task:
 
     @property
     def stands(self) -> Floats | None:
-        """Where the fixture stands, base_from_fixture (4, 4): by contacts already made, else by its placement."""
+        """The pose base_from_fixture (4, 4): by contacts already made, else by the placement."""
         by_contacts = None if self.made is None else self.made.base_from_fixture
         return standing(self.fixture) if by_contacts is None else by_contacts
 
@@ -138,7 +138,7 @@ class Task:
         return found
 
     def table(self) -> Plan:
-        """The plan of the fewest contacts that are unique, with the gain of each further one up to twice as many."""
+        """The plan of the fewest contacts with a unique pose, and the gain of further contacts up to twice as many."""
         steps: list[PlanStep] = []
         first: Plan | None = None
         last: Choice | None = None
@@ -156,17 +156,16 @@ class Task:
         return replace(first or found, steps=tuple(steps))
 
     def _found(self, count: int, smaller: Choice | None, share: tuple[float, float]) -> tuple[Choice, Plan]:
-        """The best choice of count touches, and the plan that it makes; unique if one of the choices is.
+        """The best choice of count touches, and its plan; unique if one of the choices is.
 
-        smaller: the choice of the row before, where a table is made. share: what of the whole work this begins with
-        and how much it is.
+        smaller: the choice of the row before, in a table. share: where in the whole work this begins, and its share.
         """
         begun = self._starts(count, smaller)  # step 1
         ended: list[Choice] = []  # step 2
         for choice in self.over(partial(exchanged, self.search), begun):
             ended.append(choice)
             self.progress(share[0] + share[1] * len(ended) / (len(begun) + 1), f"{count} contacts")
-        # What was unique with one contact less is kept as it was, with one more: it still is, and is surer.
+        # A set that was unique with one contact less stays so with one more: it is a choice as it is.
         choices = [*ended, *([] if smaller is None else [self.search.choice(begun[0])])]
         choices.sort(key=lambda choice: choice.score)
         # Step 3.
@@ -183,26 +182,24 @@ class Task:
         return choices[0], plans[0]
 
     def _starts(self, count: int, smaller: Choice | None) -> list[Touches]:
-        """Sets of count touches to begin with: random ones, but for the first that which has one more than smaller."""
+        """Starts of count touches: random ones; in a table the first is the set before with one more."""
         usual = _PLAN_STARTS if smaller is None else _STARTS_IN_TABLE
         rng = np.random.Generator(np.random.PCG64([self.seed, count]))
         begun = [started(self.search, count, rng) for _ in range(self.starts or usual)]
         return begun if smaller is None else [extended(self.search, smaller), *begun[1:]]
 
     def _agreeing(self, ended: Sequence[Choice]) -> int:
-        """How many of the ends of the search are about as good as the best of them."""
+        """How many of the ends of the search agree with the best of them."""
         sigmas = np.array([self.search.objective.sigma_of(choice.score) for choice in ended])
         return int((sigmas <= _AGREEING_START * sigmas.min()).sum())
 
     def _plan(self, touches: Touches, ended: Sequence[Choice]) -> Plan:
-        """The plan that these touches make, with approaches turned where that makes it unique.
-
-        ended: all that the search led to.
-        """
+        """The plan of these touches, with approaches tilted if that makes it unique; ended: all ends of the search."""
         pool = self.search.pool
         order = np.argsort(touches.which, kind="stable")
         touches = touches.take(order)
-        nominal = nominal_contacts(pool, touches, self.probe[0])
+        names = [pool.names[i] for i in touches.which]
+        nominal = pool.access.nominal_contacts(names, touches.points, touches.normals, self.probe[0])
         fixed = None if self.made is None else self.made.contacts
         stands = self.stands
         by_contacts = None if self.made is None else self.made.base_from_fixture
@@ -212,7 +209,7 @@ class Task:
             second = judged(self.fixture, joined_contacts(fixed, turned), stands)
             if second.located and len(second.rivals) < len(found.rivals):
                 nominal, found = turned, second
-        # What locate says of the covariance counts relations with a sigma of their own; the search took them as exact.
+        # The covariance of locate includes the sigmas of relations, which the search took as exact.
         covariance = found.result.covariance
         covariance = self._covariance(touches) if covariance is None else covariance
         corners = pool.access.corners
@@ -242,7 +239,7 @@ class Task:
 
 
 def _rank(rows: Floats) -> int:
-    """How many degrees of freedom the rows (k, u) hold."""
+    """The rank of the rows (k, u)."""
     singular = np.linalg.svd(rows, compute_uv=False)
     return int((singular >= _FREE_MOTION_RATIO * singular.max(initial=0.0)).sum())
 

@@ -1,10 +1,10 @@
-"""Whether a plan leaves one pose only, by asking locate, and what makes it so: an approach turned off the normal.
+"""Whether a plan leaves one pose only, and tilted approaches that exclude the other poses.
 
 1. The nominal contacts are located with their own sigma.
-2. Where one pose is left, they are located as if their sigma were larger: what is then still a candidate is a pose that
-   the real contacts would put no more than ten sigma behind the right one.
-3. The candidate nearest to where the contacts were planned is right, the others are rivals.
-4. For each rival one approach is turned, that which has to turn least to come out of the rival's material.
+2. If one pose is left, they are located with a larger sigma: accepted candidates are then all poses with a root of
+   chi-square of at most ten.
+3. The candidate nearest to the identity is right, the others are rivals.
+4. For each rival one approach is tilted: the one with the least tilt at which it comes out of the rival's material.
 """
 
 from dataclasses import replace
@@ -23,22 +23,22 @@ from tactfix.results import Candidate
 from tactfix.values import frozen_value
 
 BEHIND = 10.0
-"""Sigma (root of chi-square) within which a second pose is a rival, as plan_findings.ENOUGH_BEHIND has it for a
-design. With 5 and 20 none of five plans of 7 to 9 contacts (three planes, sphere and cylinder, three spheres,
-plate with pin and ball) has another answer."""
+"""Root of chi-square up to which a second pose is a rival, as plan_findings.ENOUGH_BEHIND for a design. With 5 and 20
+none of five plans of 7 to 9 contacts (three planes, sphere and cylinder, three spheres, plate with pin and ball) has
+another answer."""
 _MOST_TILT_DEG = 45.0
-"""Degrees by which an approach is turned off the normal at most: a tip still touches without sliding, and machines
+"""Largest tilt of an approach from the normal, in degrees: a tip still touches without sliding, and machines
 usually allow it. With 22.5 and 70 none of those five plans changes."""
 _BEYOND_DEG = 15.0
-"""Degrees by which a turned approach comes out of the rival's material: SURE (5) sigma of a normal that is known to
-three degrees. With 7.5 and 30 none of those five plans changes."""
+"""Angle at which a tilted approach comes out of the rival's material, in degrees: SURE (5) sigma of a normal that is
+known to three degrees. With 7.5 and 30 none of those five plans changes."""
 
 
 @frozen_value
 class Uniqueness:
-    """What locate answers to the nominal contacts. result: with their own sigma. rivals: wrong poses not excluded.
+    """Nominal contacts, located. result: with their own sigma; rivals: wrong poses within BEHIND sigma.
 
-    located: the contacts determine a pose at all; unique: no rival is within BEHIND sigma.
+    located: whether the contacts determine a pose.
     """
 
     result: LocateResult
@@ -52,9 +52,9 @@ class Uniqueness:
 
 
 def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Uniqueness:
-    """Whether nominal contacts in the fixture frame leave one pose only: the right one is the identity.
+    """Whether nominal contacts in the fixture frame leave one pose only: the identity.
 
-    base_from_fixture (4, 4): where the fixture stands, for what is known of that beforehand.
+    base_from_fixture (4, 4): the expected pose of the fixture, to which its placement applies.
     """
     result = locate_nominal(fixture, contacts, base_from_fixture)  # step 1
     if result.status not in ("located", "ambiguous"):
@@ -75,10 +75,10 @@ def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | Non
 
 
 def telling_approaches(access: Access, contacts: Contacts, normals: Floats, rivals: tuple[Candidate, ...]) -> Contacts:
-    """The contacts, in the fixture frame, with as few approaches as possible turned so that no rival passes eq. 11.
+    """The contacts, in the fixture frame, with as few approaches as possible tilted so that no rival passes eq. 11.
 
-    normals (n, 3): outward at the contacts. One contact a rival: the one whose approach has to turn least to come from
-    inside the rival's material. A rival that no approach tells apart is left.
+    normals (n, 3): outward at the contacts. For each rival one contact, that with the least tilt, comes out of the
+    rival's material. A rival that no approach excludes is left.
     """
     approaches = contacts.approaches.copy()  # step 4
     turned: set[int] = set()
@@ -87,7 +87,7 @@ def telling_approaches(access: Access, contacts: Contacts, normals: Floats, riva
         if ((approaches * wrong).sum(axis=1) > np.sin(np.radians(_BEYOND_DEG))).any():
             continue
         tilted, tilts = _least_tilts(normals, wrong)
-        # A point has no side that an approach could tell.
+        # A point has no side.
         tilts[[isinstance(access.surfaces[name], Point) for name in contacts.features]] = np.pi
         for i in np.argsort(tilts):
             if tilts[i] > np.radians(_MOST_TILT_DEG):
@@ -105,16 +105,16 @@ def _rival_normals(rival: Candidate, contacts: Contacts) -> Floats:
 
 
 def _least_tilts(normals: Floats, wrong: Floats) -> tuple[Floats, Floats]:
-    """Approaches (n, 3) nearest to -normals that come out of wrong by _BEYOND_DEG, and their turns (n,) in rad."""
+    """Approaches (n, 3) nearest to -normals that leave surfaces wrong at _BEYOND_DEG, and their tilts (n,) in rad."""
     facing = (normals * wrong).sum(axis=1)
-    # In the plane of both normals the approach -n stands at angle(n, wrong) - 90 degrees past the wrong surface.
+    # In the plane of both normals the approach -n is at angle(n, wrong) - 90 degrees beyond the wrong surface.
     past = np.arccos(np.clip(facing, -1.0, 1.0)) - np.pi / 2
     tilts = np.maximum(np.radians(_BEYOND_DEG) - past, 0.0)
     aside = wrong - facing[:, None] * normals
     flat = np.linalg.norm(aside, axis=1) < 1e-6
     aside = unit(np.where(flat[:, None], np.roll(normals, 1, axis=1) + 1e-3, aside))
     turned = -np.cos(tilts)[:, None] * normals + np.sin(tilts)[:, None] * aside
-    # Parallel normals leave no way to turn.
+    # With parallel normals there is no direction to tilt in.
     return turned, np.where(flat & (tilts > 0), np.pi, tilts)
 
 
