@@ -1,1 +1,1 @@
-"""Many contact sets at once: one set as a task, its answer as a row, and who does the work."""
+"""Many contact sets: the location of one set, its row of results, and worker processes."""

@@ -1,6 +1,9 @@
-"""Many contact sets of one fixture: spread over workers, a row for each, in order.
+"""Many contact sets of one fixture, located by workers: one row of results for each, in order.
 
-Rows are kept in a journal, so that a batch can go on later. A set whose worker dies gets exactly one row too.
+1. Sets whose rows are not in the journal are sent to workers in chunks.
+2. If a worker dies, the sets that it may have worked on are located again, one at a time. A set with which a worker
+   dies alone gets a row with that message.
+3. Rows are added to the journal as they come, so that a batch can be continued later.
 """
 
 from collections import deque
@@ -15,25 +18,25 @@ from tactfix.batching.row import BatchRow, row_of_failure
 from tactfix.batching.task import BatchTask, ChunkDone, ContactSet, Numbered, NumberedRow, locate_chunk, locate_set
 
 _CHUNK_TIME = 0.2
-"""Seconds that a chunk of sets takes, which sizes the next one. One process locates some 200 sets a second
-(tests/README.md), so that forty go together: sending then costs little, and a stop loses no more than this of
+"""Intended time of a chunk (s), which determines the size of the next one. A process locates some 200 sets a second
+(tests/README.md), so a chunk has about forty: the cost of sending is small, and a stop loses no more than this time of
 each worker."""
 _MOST_TOGETHER = 256
-"""Sets in one chunk at most: sets that fail at once would else be sent by thousands, and all of a chunk whose
-process dies are located again, one at a time."""
+"""Sets in one chunk at most: without a limit, sets that fail at once would form chunks of thousands, and all sets of a
+chunk whose process dies are located again, one at a time."""
 _CHUNKS_AHEAD = 2
-"""Chunks for each worker: one that it works on and one that waits, so that none is idle while rows are taken in."""
+"""Chunks for each worker: one in work and one waiting, so that no worker is idle while rows are received."""
 
 
 class Workers(Protocol):
-    """Who locates sets: processes of this machine, or of a cluster."""
+    """Workers that locate sets: processes of this machine, or of a cluster."""
 
     @property
     def deaths(self) -> tuple[type[BaseException], ...]:
-        """What a chunk raises whose worker died."""
+        """The exceptions of a chunk whose worker died."""
 
     def open(self) -> AbstractContextManager[tuple[Executor, int]]:
-        """An executor, fresh where the last one broke, and how many chunks it works on at the same time."""
+        """An executor, a new one after a failure, and the number of chunks that it works on at the same time."""
 
 
 def here(task: BatchTask, numbered: Iterator[Numbered]) -> Iterator[NumberedRow]:
@@ -43,11 +46,7 @@ def here(task: BatchTask, numbered: Iterator[Numbered]) -> Iterator[NumberedRow]
 
 
 def spread_over(workers: Workers, task: BatchTask, numbered: Iterator[Numbered]) -> Iterator[NumberedRow]:
-    """The row of each set, as they are done. numbered is read only as far as workers can follow.
-
-    Where a worker dies, the sets that it may have worked on are located again, one at a time; the set at which a worker
-    dies alone gets a row that says so.
-    """
+    """The row of each set, in order of completion (step 2). numbered is read no faster than sets are located."""
     supply = _Supply(numbered)
     while not supply.is_empty:
         orphans: list[Numbered] = []
@@ -57,20 +56,20 @@ def spread_over(workers: Workers, task: BatchTask, numbered: Iterator[Numbered])
 
 @dataclass(slots=True)
 class _Supply:
-    """Sets in chunks of a size that follows from how long the last ones took."""
+    """Sets in chunks, whose size follows from the time of the last ones."""
 
     numbered: Iterator[Numbered]
     size: int = 1
     is_empty: bool = False
 
     def next_chunk(self) -> tuple[Numbered, ...]:
-        """The next few sets; none or fewer than usual at the end."""
+        """The next sets; fewer or none at the end."""
         chunk = tuple(islice(self.numbered, self.size))
         self.is_empty = len(chunk) < self.size
         return chunk
 
     def learn(self, done: ChunkDone) -> None:
-        """Send as many together as take _CHUNK_TIME, growing no faster than twofold."""
+        """Set the size to the sets that take _CHUNK_TIME, at most twice the size before."""
         fitting = int(_CHUNK_TIME * len(done.rows) / max(done.seconds, 1e-9))
         self.size = max(1, min(fitting, 2 * self.size, _MOST_TOGETHER))
 
@@ -78,7 +77,7 @@ class _Supply:
 def _until_a_death(
     workers: Workers, task: BatchTask, supply: _Supply, orphans: list[Numbered]
 ) -> Iterator[NumberedRow]:
-    """Rows until all is done, or until a worker dies and all that was sent out has come back, or is among orphans."""
+    """Rows until all sets are done, or a worker died and every set sent has its row or is among orphans."""
     under_way: dict[Future[ChunkDone], tuple[Numbered, ...]] = {}
     with workers.open() as (executor, width):
         while True:
@@ -118,54 +117,59 @@ def _one_at_a_time(workers: Workers, task: BatchTask, orphans: deque[Numbered]) 
 
 
 Spread = Callable[[BatchTask, Iterator[Numbered]], Iterator[NumberedRow]]
-"""Locates numbered sets, in any order: here, or by workers."""
+"""Locates numbered sets, in any order: in this process, or by workers."""
 
 
 ProgressCallback = Callable[[int], None]
-"""Told how many sets are done, each time one is."""
+"""Called with the number of sets that are done, each time one is."""
 
 
 class Journal(Protocol):
-    """Where rows are kept as they come, by the key of their set."""
+    """Storage of rows, by the key of their set."""
 
     def __contains__(self, key: object) -> bool:
-        """Whether the row of the set with this key is there."""
+        """Whether it has the row of the set with this key."""
 
     def add(self, key: str, row: BatchRow) -> None:
-        """Keep the row of the set with this key."""
+        """Store the row of the set with this key."""
 
     def row(self, key: str) -> BatchRow:
         """The row of the set with this key."""
 
 
 def run_batch(
-    task: BatchTask, sets: Iterable[ContactSet], spread: Spread, journal: Journal, digest: str, told: ProgressCallback
+    task: BatchTask,
+    sets: Iterable[ContactSet],
+    spread: Spread,
+    journal: Journal,
+    digest: str,
+    progress: ProgressCallback,
 ) -> Iterator[BatchRow]:
-    """Locate every set that is not in the journal yet; then all rows in the order of the sets.
+    """Locate every set that is not in the journal; return all rows in the order of the sets.
 
-    digest: a checksum of all that rows depend on but the contacts (fixture, options, program); with the set's name and
-    contacts it makes the key of its row. Only the sets under way and the keys are held in memory. Sets that cannot be
-    read are sent to nobody. Raises what spread and journal raise; the journal then has all rows that were done.
+    digest: a checksum of fixture, options and program; with the set's name and contacts it gives the key of its row.
+    Only the sets in work and the keys are held in memory. Sets that cannot be read are not sent to workers. Raises what
+    spread and journal raise; the journal then has all rows that were done.
     """
-    batch = _Batch(task, journal, digest, told)
-    for number, row in spread(task, batch.still_open(sets)):
-        batch.keep(batch.keys[number], row)
+    batch = _Batch(task, journal, digest, progress)
+    for number, row in spread(task, batch.still_open(sets)):  # steps 1 and 2
+        batch.keep(batch.keys[number], row)  # step 3
     return map(journal.row, batch.keys)
 
 
 @dataclass(slots=True)
 class _Batch:
-    """A batch under way: the keys of the sets that were looked at, in order, and how many of them are done."""
+    """A running batch: the keys of the sets that were read, in order, and how many of them are done."""
 
     task: BatchTask
     journal: Journal
     digest: str
-    told: ProgressCallback
+    progress: ProgressCallback
     keys: list[str] = field(default_factory=list)
     done: int = 0
 
     def still_open(self, sets: Iterable[ContactSet]) -> Iterator[Numbered]:
-        """The sets that someone has to locate, with their number."""
+        """The sets that are still to be located, with their number."""
         for number, contact_set in enumerate(sets):
             key = contact_set.key(self.digest)
             self.keys.append(key)
@@ -177,10 +181,10 @@ class _Batch:
                 yield number, contact_set
 
     def keep(self, key: str, row: BatchRow) -> None:
-        """Write the row down."""
+        """Add the row to the journal."""
         self.journal.add(key, row)
         self._count()
 
     def _count(self) -> None:
         self.done += 1
-        self.told(self.done)
+        self.progress(self.done)

@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster that runs already."""
+"""Workers of a running Dask cluster."""
 
 import gc
 import logging
@@ -15,15 +15,15 @@ from tactfix.values import frozen_value
 from tactfix.version import VERSION
 
 _CONNECT_SECONDS = 10
-"""Seconds to wait for the scheduler and then for its first worker: they run already and answer at once; who has
-named a wrong address should not wait long."""
+"""Seconds to wait for the scheduler and then for its first worker: both run already and answer at once, and with a
+wrong address the user should not wait long."""
 _FIRST_PATIENCE = 3
-"""Seconds to wait for anybody at the address, before Dask's own client, which is slow to give up, is asked."""
+"""Seconds to wait for a connection to the address, before Dask's client, whose timeout is long, is started."""
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?([^\s:/]+|\[[0-9A-Fa-f:.%]+\]):([0-9]{1,5})")
 
 
 class ClusterError(TactfixError):
-    """The cluster cannot be reached, has no workers or other ones than needed, or was lost on the way."""
+    """The cluster cannot be reached, has no workers or workers of another version, or was lost."""
 
     def __init__(self, address: str, what: str, remedy: str) -> None:
         self.address, self.what, self.remedy = address, what, remedy
@@ -34,15 +34,14 @@ class ClusterError(TactfixError):
 class DaskCluster:
     """The workers of the Dask scheduler at address, such as tcp://10.0.0.5:8786.
 
-    The scheduler gives the work of a worker that dies to another one. A set that killed several is left to whoever
-    spreads the sets.
+    The scheduler gives the work of a worker that dies to another one; after several deaths the chunk raises.
     """
 
     address: str
 
     @property
     def deaths(self) -> tuple[type[BaseException], ...]:
-        """What a chunk raises that several workers died of."""
+        """The exception of a chunk with which several workers died."""
         from distributed import KilledWorker
 
         return (KilledWorker,)
@@ -51,7 +50,7 @@ class DaskCluster:
     def open(self) -> Iterator[tuple[Executor, int]]:
         """An executor over the cluster, and its number of threads.
 
-        Raises MissingExtraError, and ClusterError where there is no cluster, or no longer.
+        Raises MissingExtraError, and ClusterError if there is no cluster, or it is lost.
         """
         try:
             from distributed import Client
@@ -65,11 +64,11 @@ class DaskCluster:
         client, why = None, ""
         try:
             client = client_type(self.address, timeout=_CONNECT_SECONDS, set_as_default=False)
-        # TypeError: tls:// without certificates. MemoryError: somebody answers who speaks another language.
+        # TypeError: tls:// without certificates. MemoryError: a server with another protocol answers.
         except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
         if client is None:
-            gc.collect()  # what was never connected fails once more when it goes; nothing holds it any longer
+            gc.collect()  # deleting a client that never connected raises again: do it while that is silent
             raise self._unanswered(why)
         try:
             width = self._width(client)
@@ -86,7 +85,7 @@ class DaskCluster:
             client.close()
 
     def _knock(self) -> None:
-        """Connect and hang up, which takes seconds where nobody is there; Dask itself would try for half a minute."""
+        """Connect and disconnect: without a server this fails in seconds, while Dask would try for half a minute."""
         match = _ADDRESS.fullmatch(self.address)
         if match is None or not 0 < int(match[2]) < 1 << 16:
             raise self._unanswered("this is no address")
@@ -101,9 +100,9 @@ class DaskCluster:
 
     @contextmanager
     def mapping(self) -> Iterator[Callable[..., Iterator[Any]]]:
-        """What is like map, but has the cluster do the work; what comes back is in order.
+        """A function like map that works on the cluster; results are in order.
 
-        Raises what open does, and ClusterError where workers die of one piece of the work.
+        Raises what open does, and ClusterError if several workers die with one task.
         """
         with self.open() as (executor, _):
             try:
@@ -113,14 +112,16 @@ class DaskCluster:
                 raise ClusterError(self.address, "several workers died of the same task", remedy) from None
 
     def _width(self, client: Any) -> int:
-        """The threads of all workers, once there are any and all have this version of tactfix."""
+        """The number of threads of all workers, which must have this version of tactfix."""
         try:
             client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
         except OSError:
             remedy = f"start one: dask worker {self.address}"
             raise ClusterError(self.address, "the scheduler has no workers", remedy) from None
-        told: dict[str, object] = client.run(_version, on_error="return")
-        others = {"none" if isinstance(version, Exception) else str(version) for version in told.values()} - {VERSION}
+        versions: dict[str, object] = client.run(_version, on_error="return")
+        others = {"none" if isinstance(version, Exception) else str(version) for version in versions.values()} - {
+            VERSION
+        }
         if others:
             what = f"workers have tactfix {', '.join(sorted(others))}, here it is {VERSION}"
             raise ClusterError(self.address, what, "install the same version everywhere")
@@ -129,7 +130,7 @@ class DaskCluster:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Dask tries no longer than _CONNECT_SECONDS, and logs nothing of what ends in one message of ours."""
+    """Dask tries no longer than _CONNECT_SECONDS, and logs nothing, since each failure has a message of tactfix."""
     import dask
 
     before, unraisable = logging.root.manager.disable, sys.unraisablehook
@@ -144,7 +145,7 @@ def _silent() -> Iterator[None]:
 
 
 def _version() -> str:
-    """The version of tactfix where this runs."""
+    """The version of tactfix in the process where this runs."""
     return VERSION
 
 

@@ -16,7 +16,7 @@ from tactfix.values import frozen_value
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
-# What the usual builds of numpy's linear algebra read. All cores are taken by processes: threads would fight for them.
+# Variables of the usual builds of numpy's linear algebra. Processes use all cores: threads would compete for them.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
@@ -29,8 +29,8 @@ class LocalProcesses:
 
     @contextmanager
     def open(self) -> Iterator[tuple[Executor, int]]:
-        """A pool of fresh processes; what is waiting is given up when it is closed, what is under way finishes."""
-        # Spawned, not forked: alike on every system, and no thread or lock of this process is inherited.
+        """A pool of new processes; when it is closed, waiting chunks are cancelled and running ones finish."""
+        # Spawned, not forked: the same on every system, and no thread or lock of this process is inherited.
         context = multiprocessing.get_context("spawn")
         with _one_thread_each():
             pool = _Pool(self.jobs, context, initializer=_settle_in)
@@ -41,7 +41,7 @@ class LocalProcesses:
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that are started as work for them comes, deaf to Ctrl-C from their first moment on."""
+    """Processes that are started when work is submitted, and that ignore Ctrl-C from their start."""
 
     def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
         with _interrupts_for_the_parent():
@@ -49,7 +49,7 @@ class _Pool(ProcessPoolExecutor):
 
 
 def cores() -> int:
-    """The cores that this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -57,11 +57,11 @@ def cores() -> int:
 
 @contextmanager
 def _interrupts_for_the_parent() -> Iterator[None]:
-    """New processes take no Ctrl-C, from their first moment on; this one gets afterwards what comes meanwhile."""
+    """Ctrl-C is blocked for processes that are started here; this process gets it afterwards."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # whose start would lift the mask
+    resource_tracker.ensure_running()  # its start would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -70,7 +70,7 @@ def _interrupts_for_the_parent() -> Iterator[None]:
 
 
 def _settle_in() -> None:
-    """In a new worker: leave Ctrl-C to the parent, and end when the parent does, however that ends."""
+    """In a new worker: ignore Ctrl-C, and end when the parent process ends for whatever reason."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -84,7 +84,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """The environment that new processes inherit; what the user has set stays."""
+    """One thread for linear algebra in new processes, unless the user's environment sets another number."""
     mine = [name for name in _THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(mine, "1"))
     try:

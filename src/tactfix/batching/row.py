@@ -1,4 +1,4 @@
-"""What a batch says of one set: a row of plain numbers and words."""
+"""The row of results of one contact set in a batch."""
 
 import math
 from collections.abc import Mapping
@@ -15,18 +15,18 @@ RowStatus: TypeAlias = Literal[Status, "error"]
 
 @frozen_value(eq=True)
 class BatchRow:
-    """The answer for one set, in the fixture's units.
+    """The result of one set, in the fixture's units.
 
     Attributes
     ----------
     name : str
         Of the set.
     status : {"located", "underdetermined", "ambiguous", "inconsistent", "error"}
-        That of locate, or "error" where there was no answer.
+        That of locate, or "error" if there is no result.
     acceptable : bool
         Located and within all gates.
     message : str
-        Why it is not; empty where it is.
+        Why the set is not acceptable; empty if it is.
     units : str
         Of all lengths.
     transform : tuple of 16 floats or None
@@ -34,7 +34,7 @@ class BatchRow:
     sigmas : tuple of 6 floats or None
         Of rx ry rz (rad) and tx ty tz (units).
     chi2 : float or None
-        As of `locate`, and as dof and rms; None where not known.
+        As in the result of `locate`, like dof and rms; None if there is none.
     dof : int or None
         Equations minus unknowns.
     rms : float or None
@@ -63,8 +63,8 @@ class BatchRow:
     warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        told = self.message or ("" if self.rms is None else f"rms {self.rms:.2g} {self.units}")
-        return f"<BatchRow {self.name!r}: {self.status}{told and f', {told}'}>"
+        detail = self.message or ("" if self.rms is None else f"rms {self.rms:.2g} {self.units}")
+        return f"<BatchRow {self.name!r}: {self.status}{detail and f', {detail}'}>"
 
 
 def row_of_result(
@@ -88,12 +88,12 @@ def row_of_result(
 
 
 def row_of_failure(name: str, message: str, units: str) -> BatchRow:
-    """The row of a set without an answer; a message of several lines becomes one."""
+    """The row of a set without a result; the lines of its message are joined."""
     return BatchRow(name, "error", acceptable=False, message="; ".join(message.splitlines()), units=units)
 
 
 def row_json(row: BatchRow) -> dict[str, Any]:
-    """A row as JSON has it: the transform as 4 rows of 4, null for what is not known."""
+    """The JSON of a row: the transform as 4 rows of 4, null for missing values."""
     flat = row.transform
     return {
         "set": row.name,
@@ -110,21 +110,21 @@ def row_json(row: BatchRow) -> dict[str, Any]:
     }
 
 
-def row_of_json(told: Mapping[str, Any]) -> BatchRow:
-    """The row that row_json was given."""
-    transform, sigmas = told["transform"], told["sigmas"]
+def row_of_json(saved: Mapping[str, Any]) -> BatchRow:
+    """The inverse of row_json."""
+    transform, sigmas = saved["transform"], saved["sigmas"]
     return BatchRow(
-        name=told["set"],
-        status=told["status"],
-        acceptable=told["acceptable"],
-        message=told["message"],
-        units=told["units"],
+        name=saved["set"],
+        status=saved["status"],
+        acceptable=saved["acceptable"],
+        message=saved["message"],
+        units=saved["units"],
         transform=None if transform is None else tuple(value for line in transform for value in line),
         sigmas=None if sigmas is None else tuple(sigmas),
-        chi2=told["chi2"],
-        dof=told["dof"],
-        rms=told["rms"],
-        warnings=tuple(told["warnings"]),
+        chi2=saved["chi2"],
+        dof=saved["dof"],
+        rms=saved["rms"],
+        warnings=tuple(saved["warnings"]),
     )
 
 

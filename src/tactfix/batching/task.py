@@ -1,4 +1,4 @@
-"""What is to be done with each set of a batch, and doing it: no set, whatever is in it, stops the others."""
+"""The location of the sets of a batch: no set, whatever its content, stops the others."""
 
 from collections.abc import Callable, Sequence
 from hashlib import sha256
@@ -20,10 +20,10 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class ContactSet:
-    """The contacts of one set as the bytes of a file, so that the worker needs neither the file nor its disk.
+    """The contacts of one set as the bytes of a file, so that a worker does not need the file.
 
-    name: what results call it. unreadable: why there is no content, None where there is. lines: the line of the table
-    that each line of content comes from, None where content is a file of its own, empty where there are no lines.
+    name: its name in the results. unreadable: why there is no content, None if there is. lines: the line of the table
+    for each line of content; None if content is a file of its own, empty if there are no lines.
     """
 
     name: str
@@ -32,13 +32,13 @@ class ContactSet:
     lines: tuple[int, ...] | None = None
 
     def key(self, task_digest: str) -> str:
-        """A checksum of all that its row depends on: the task's digest, the name and the contacts."""
+        """A checksum of the task's digest, the name and the contacts: of all that its row depends on."""
         parts = (task_digest.encode(), self.name.encode(), self.content)
         return sha256(b"".join(len(part).to_bytes(8, "big") + part for part in parts)).hexdigest()
 
 
 Reader: TypeAlias = Callable[[Fixture, ContactSet], tuple[Contacts, tuple[str, ...]]]
-"""Makes the contacts of a set, and notes on what was left out; raises TactfixError where it cannot."""
+"""Reads the contacts of a set, with notes on what was left out. Raises TactfixError."""
 Describe: TypeAlias = Callable[[LocateResult], str]
 """Why a result is not located, in one line."""
 Numbered: TypeAlias = tuple[int, ContactSet]
@@ -47,10 +47,10 @@ NumberedRow: TypeAlias = tuple[int, BatchRow]
 
 @frozen_value(eq=True)
 class BatchTask:
-    """What holds for all sets of a batch; it is sent to every worker.
+    """The task for all sets of a batch; it is sent to every worker.
 
-    max_sigma holds for the worst sigma of point_fixture (3,), of the origin where that is None; max_rms for the
-    residuals; both in units. words: how messages name settings.
+    max_sigma: limit on the worst sigma of point_fixture (3,), of the origin if that is None; max_rms: on the residuals;
+    both in units. words: replaces the names of settings in messages.
     """
 
     fixture: Fixture
@@ -65,21 +65,21 @@ class BatchTask:
 
 @frozen_value(eq=True)
 class ChunkDone:
-    """The rows of a few sets that were sent together, and how long they took (s)."""
+    """The rows of a chunk of sets, and the time they took (s)."""
 
     rows: tuple[NumberedRow, ...]
     seconds: float
 
 
 def locate_chunk(task: BatchTask, chunk: Sequence[Numbered]) -> ChunkDone:
-    """Locate each set of a chunk; runs wherever the workers are."""
+    """Locate each set of a chunk; runs in a worker."""
     start = perf_counter()
     rows = tuple((number, locate_set(task, contact_set)) for number, contact_set in chunk)
     return ChunkDone(rows, perf_counter() - start)
 
 
 def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
-    """The row of one set: the answer, or why there is none. Raises nothing that one set can cause."""
+    """The row of one set. No content of a set makes it raise."""
     name, units = contact_set.name, task.fixture.units
     if contact_set.unreadable is not None:
         return row_of_failure(name, contact_set.unreadable, units)
@@ -87,11 +87,11 @@ def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
         contacts, notes = task.read(task.fixture, contact_set)
         return _row(task, name, locate(task.fixture, contacts, scale_sigma=task.scale_sigma), notes)
     except FileError as error:
-        # The set has a name of its own: the file's need not be said again.
+        # The row has the name of the set: the message omits that of the file.
         return row_of_failure(name, task.words(joined("\n", error.lines)), units)
     except TactfixError as error:
         return row_of_failure(name, task.words(error.args[0]), units)
-    except Exception as error:  # whatever it is, a thousand other sets must not be lost for it
+    except Exception as error:  # whatever it is, the other sets must not be lost
         what = f"a bug in tactfix: {type(error).__name__}: {error}"
         return row_of_failure(name, f"{what}; please report it with this set", units)
 

@@ -1,1 +1,1 @@
-"""Contacts as a probe would make them, with noise, and with the mistakes that cells make."""
+"""Simulated contacts of a probe, with noise and with mistakes."""

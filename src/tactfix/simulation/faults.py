@@ -1,5 +1,6 @@
-"""The mistakes that a cell makes in its contacts, done to contacts that were right: for simulate and for the blind
-spots of design_check. Those in the fixture file are in `fixture_faults`.
+"""Mistakes made in right contacts, for simulate and for the blind spots of design_check.
+
+Mistakes in the fixture file are in `fixture_faults`.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,14 +20,13 @@ from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean, listed
 
 FAULT_SIGMAS = 20.0
-"""Sigma by which a fault puts a contact off: four times the five of locate's limits, so that a consistent set of
-contacts must notice it."""
+"""Displacement of a contact by a fault, in sigma: four times the five of locate's limits, so that it is detected."""
 _GROWTH = 23e-6 * 10
 """Growth of a fixture that is 10 K warmer than when it was measured: aluminium, 23e-6 of its length for each kelvin."""
 _INCH = 25.4
 """Millimetres."""
 NOISIER = 10.0
-"""Times its sigma that contacts scatter where sigma is too small."""
+"""Ratio of the noise to sigma if sigma is too small."""
 
 
 @frozen_value(eq=True)
@@ -36,21 +36,21 @@ class Fault:
     Parameters
     ----------
     kind : str
-        outlier: one contact is off along the normal. reversed-approach: a contact says the opposite of how the probe
-        came. swapped-labels: two contacts exchange their features. wrong-unit: coordinates are numbers of a unit value
-        times as large as the file says. forgotten-tip: a tip of that radius touched, and the file says 0. late-trigger:
-        every contact is reported further along the approach. thermal-growth: the fixture is larger than its file says,
-        by the share value about its origin. wrong-tip: the tip is off sideways in the flange. The others of the list
-        of mistakes (`tactfix.mistakes`), of contacts and of the fixture file, are as their names say.
+        outlier: one contact is displaced along the normal. reversed-approach: one contact has the opposite approach.
+        swapped-labels: two contacts exchange their features. wrong-unit: the unit of the coordinates is value times
+        that of the file. forgotten-tip: the tip has a radius, and the file gives 0. late-trigger: every contact is
+        displaced along its approach. thermal-growth: the fixture is larger than in its file, by the share value about
+        its origin. wrong-tip: the tip is displaced sideways in the flange frame. Further mistakes in contacts and in
+        the fixture file are in `tactfix.mistakes`.
     value : float, optional
-        How large (lengths in fixture units), or the row of the reversed approach. None: a typical size: 20 sigma for an
+        Size (lengths in fixture units), or the row of the reversed approach. None: a typical size: 20 sigma for an
         outlier and a late trigger, 25.4 for a unit, the probe's own radius, a growth of 2.3e-4 (aluminium, 10 K), and
         any row.
 
     Raises
     ------
     UsageError
-        A value that the mistake cannot have, when it is made.
+        When simulated, for an impossible value.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Fault:
 
 
 def parse_fault(text: str) -> Fault:
-    """The fault that NAME or NAME:VALUE asks for. Raises UsageError for an unknown name or a value that is none."""
+    """The fault of NAME or NAME:VALUE. Raises UsageError for an unknown name and a value that is no number."""
     name, colon, number = text.partition(":")
     kinds = {kind: kind for kind in FAULT_KINDS}
     if name not in kinds:
@@ -79,7 +79,7 @@ def parse_fault(text: str) -> Fault:
 
 
 def check_fault(fault: Fault | None) -> None:
-    """Raise UsageError for a value that is no number, or that takes contacts beyond all numbers."""
+    """Raise UsageError for a value that is not finite, or too large or small to compute with."""
     if fault is None or fault.value is None:
         return
     if not abs(fault.value) <= MOST_LENGTH or (fault.kind == "wrong-unit" and 0 < fault.value < LEAST_LENGTH):
@@ -89,16 +89,16 @@ def check_fault(fault: Fault | None) -> None:
 
 
 def growth(fault: Fault | None) -> float:
-    """What every length of the fixture is multiplied by, about its origin."""
+    """The factor on every length of the fixture, about its origin."""
     if fault is None or fault.kind != "thermal-growth":
         return 1.0
     return 1.0 + (_GROWTH if fault.value is None else fault.value)
 
 
 def touching_radius(fault: Fault | None, tip_radius: float) -> float:
-    """The radius of the tip that really touches, where the file says tip_radius.
+    """The true radius of the tip; tip_radius: that of the file.
 
-    Raises UsageError for a forgotten tip of no size.
+    Raises UsageError for a forgotten tip without a radius.
     """
     if fault is None or fault.kind != "forgotten-tip":
         return tip_radius
@@ -109,7 +109,7 @@ def touching_radius(fault: Fault | None, tip_radius: float) -> float:
 
 
 def scatter(fault: Fault | None) -> float:
-    """What the noise is multiplied by. Raises UsageError for a factor that is none."""
+    """The factor on the noise. Raises UsageError for a negative one."""
     if fault is None or fault.kind != "wrong-sigma":
         return 1.0
     times = NOISIER if fault.value is None else fault.value
@@ -119,10 +119,10 @@ def scatter(fault: Fault | None) -> float:
 
 
 def mistaken(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
-    """The contacts with the fault in them, and what was done in words; normals (n, 3) are outward, in base.
+    """The contacts with the fault, and the fault in words; normals (n, 3) are outward, in base.
 
-    thermal-growth, forgotten-tip and wrong-sigma are mistakes of the touching (growth, touching_radius, scatter): only
-    said here. Raises UsageError where the contacts do not allow the fault.
+    thermal-growth, forgotten-tip and wrong-sigma change the touches (growth, touching_radius, scatter), and are only
+    described here. Raises UsageError if the contacts do not allow the fault.
     """
     return CONTACT_FAULTS[fault.kind](fault, contacts, normals, rng)
 
@@ -136,7 +136,7 @@ def _wrong_side(fault: Fault, contacts: Contacts, normals: Floats, rng: np.rando
     tip = contacts.tip_radius if fault.value is None else fault.value
     if tip <= 0:
         raise UsageError("a tip without a radius has no wrong side; give its radius: tip-sign:RADIUS")
-    # A point holds the tip's centre, and knows no radius.
+    # A point determines the tip's centre, whatever its radius.
     points = contacts.points + np.where(contacts.has_approach[:, None], tip * normals, 0.0)
     return replace(contacts, points=points, tip_radius=0.0), (
         f"the tip's radius {tip:g} was taken off out of the material instead of into it, the file says 0"
@@ -157,7 +157,7 @@ def _wrong_tip(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random
     off = FAULT_SIGMAS * float(contacts.sigmas.max()) if fault.value is None else fault.value
     angle = rng.uniform(0.0, 2 * np.pi)
     change = off * np.array([np.cos(angle), np.sin(angle), 0.0])
-    # The file reports where the tip would be that it believes in.
+    # The reported points are those of the tip that the file assumes.
     points = contacts.points - contacts.flange_rotations @ change
     shown = ", ".join(f"{value:.6g}" for value in change)
     return replace(contacts, points=points), f"the tip is off by {shown} in the flange frame from where the file says"
@@ -194,8 +194,8 @@ def _outliers(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.
     off = FAULT_SIGMAS * contacts.sigmas[index] * rng.choice([-1.0, 1.0], len(index))
     points = contacts.points.copy()
     points[index] += off[:, None] * normals[index]
-    told = listed([f"{contacts.label(int(i))} by {by:g}" for i, by in zip(index, off, strict=True)])
-    return replace(contacts, points=points), f"off along the normal are {told}"
+    displaced = listed([f"{contacts.label(int(i))} by {by:g}" for i, by in zip(index, off, strict=True)])
+    return replace(contacts, points=points), f"off along the normal are {displaced}"
 
 
 def _reversed(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:

@@ -1,7 +1,7 @@
-"""Mistakes in the fixture file: the fixture that really is in the cell, and where the probe then touches it.
+"""Mistakes in the fixture file: the touches of the real fixture, which differs from its file.
 
-The file differs from the fixture. So each touch of a surface of the file is moved to where that surface really is:
-further along its normal, shifted, or with its coordinates exchanged.
+Each touch of a surface of the file is moved to the real surface: along the normal, by a shift, or with its coordinates
+exchanged.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -44,9 +44,9 @@ class Touches:
 def really(
     fault: Fault, surfaces: Mapping[str, Surface], touches: Touches, sigma: float, rng: np.random.Generator
 ) -> tuple[Touches, str | None]:
-    """The touches of the fixture as it really is, and what differs in words; None where the file is right.
+    """The touches of the real fixture, and the mistake of its file in words; None if the file is right.
 
-    Raises UsageError where no feature allows the fault.
+    sigma: of a contact. Raises UsageError if no feature allows the fault.
     """
     maker = FIXTURE_FAULTS.get(fault.kind)
     return (touches, None) if maker is None else maker(fault, surfaces, touches, sigma, rng)
@@ -130,7 +130,7 @@ def _along_normals(touches: Touches, changes: Mapping[str, float]) -> Touches:
 
 
 def _mapped(touches: Touches, matrix: Floats, which: Bools) -> Touches:
-    """Those with their coordinates mapped by an orthogonal matrix (3, 3)."""
+    """The touches, those of the mask which (n,) mapped by an orthogonal matrix (3, 3)."""
     parts = touches.points, touches.normals, touches.approaches
     points, normals, approaches = (np.where(which[:, None], part @ matrix.T, part) for part in parts)
     return Touches(touches.features, points, normals, approaches, touches.tip_radius)

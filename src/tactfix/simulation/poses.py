@@ -1,13 +1,13 @@
-"""How a fixture stands in a simulation, and how the tool is turned at each touch.
+"""Random poses of a fixture, and tool orientations.
 
-A pose is drawn from what is known beforehand: in its domain, within its limits. A measured pose is drawn from its
-normal distribution, or, where directions are held, from the conditional distribution of the others. Limits, and free
-directions without any, are drawn uniformly: rotations over the great sphere of unit quaternions whose axis has the free
-components alone, translations over the ball of the free ones.
+A pose is drawn from the placement of the fixture. A measured pose is drawn from its normal distribution; if directions
+are constrained, the others are drawn from their conditional distribution. Within limits, and in free directions without
+limits, the distribution is uniform: rotations over the great sphere of unit quaternions whose axis has free components
+only, translations over the ball of the free components.
 
-The tool's axis is z of the flange. Its orientations are tilted evenly to all sides about the mean approach: so they
-tell the tip's place in the flange best for their number. One alone tells none of it, and two leave it free along the
-axis about which they differ.
+The tool's axis is z of the flange. Its orientations are tilted evenly to all sides about the mean approach, which
+determines the tip's place in the flange best for their number. With one orientation that place is undetermined, with
+two it is free along the axis of the rotation between them.
 """
 
 from typing import Final
@@ -21,11 +21,11 @@ from tactfix.placement import Placement
 from tactfix.units import factor
 
 TABLE_STEPS = 512
-"""Of the table from which angles are drawn: their share is exact at each, linear between."""
+"""Steps of the table of the distribution of angles, which is linear between them."""
 
 
 def drawn_pose(fixture: Fixture, rng: np.random.Generator) -> Floats:
-    """base_from_fixture (4, 4): where the fixture's placement lets it stand, anywhere where it says nothing."""
+    """base_from_fixture (4, 4): a random pose that the fixture's placement allows, without one any pose."""
     metre = factor("m", fixture.units)
     return random_pose(rng, metre) if fixture.placement is None else placed_pose(fixture.placement, rng, metre)
 
@@ -38,9 +38,9 @@ def random_pose(rng: np.random.Generator, metre: float) -> Floats:
 
 
 def placed_pose(placement: Placement, rng: np.random.Generator, metre: float) -> Floats:
-    """base_from_fixture (4, 4); up to metre from near along a free direction that has no limit.
+    """base_from_fixture (4, 4); up to metre from near along a free direction without a limit.
 
-    Near itself where the placement does not say how far from it the fixture may stand.
+    Near itself if the placement has neither limits nor sigma nor free directions.
     """
     near = placement.near
     if not placement.is_known:
@@ -59,9 +59,9 @@ def placed_pose(placement: Placement, rng: np.random.Generator, metre: float) ->
 
 
 def _turn(axes: int, most: float, rng: np.random.Generator) -> Floats:
-    """A rotation vector (axes,) of up to most (rad), uniform over the rotations about so many axes.
+    """A rotation vector (axes,) of up to most (rad), uniform over the rotations with so many free components.
 
-    The great sphere has the density sin^(axes - 1) of half the angle.
+    On the great sphere the density of the angle is sin^(axes - 1) of its half.
     """
     direction, share = rng.standard_normal(axes), rng.uniform()
     if axes == 0:
@@ -79,15 +79,16 @@ def _in_ball(axes: int, radius: float, rng: np.random.Generator) -> Floats:
 
 
 TILT_DEG: Final = 30.0
-"""What most robots can still turn a probe by beside a fixture; the more, the better the tip is known."""
+"""Tilt that most robots reach beside a fixture; the larger, the better the tip is determined."""
 _NO_WAY: Final = 0.1
-"""Shorter mean approaches say nothing of where the tool comes from."""
+"""Length of the mean approach below which it has no direction."""
 
 
 def tool_orientations(count: int, approaches: Floats, spin: float = 0.0) -> Floats:
-    """count rotations (count, 3, 3) of the flange, in the frame of approaches (n, 3), of which rows may be nan.
+    """Rotations (count, 3, 3) of the flange, in the frame of approaches (n, 3), of which rows may be nan.
 
-    One is not tilted, more are by TILT_DEG about axes evenly around; spin (rad): of all about the mean approach.
+    A single one is not tilted; more are tilted by TILT_DEG about evenly spaced axes. spin (rad): rotation of all about
+    the mean approach.
     """
     known = approaches[np.isfinite(approaches).all(axis=1)]
     way = known.sum(axis=0) / max(len(known), 1)
@@ -102,7 +103,7 @@ def tool_orientations(count: int, approaches: Floats, spin: float = 0.0) -> Floa
 
 
 def in_turn(features: tuple[str, ...], count: int) -> Ints:
-    """Which of count orientations each touch has (n,): those on each feature in turn, and no two features alike."""
+    """The orientation (n,), below count, of each touch: in turn on each feature, starting with another on each."""
     made: dict[str, int] = {}
     chosen = []
     for feature in features:

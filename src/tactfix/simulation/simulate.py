@@ -1,8 +1,13 @@
-"""Contacts as a probe would report them, from a fixture, a pose, noise and, on request, one mistake; truth included.
+"""Simulated contacts: from a fixture, a pose, noise and, on request, one mistake; with the truth.
 
-A touch is a point of the nominal surface and the direction from which the probe comes. The tip's centre is then t off
-the surface along its normal, off by noise along that normal. All random numbers come from PCG64 streams, one for each
-thing drawn, so that a fault leaves the pose, the touches and the noise alone.
+1. The touches are those of a plan, or random ones (`touches`); the pose is given, or random (`poses`).
+2. A mistake in the fixture file moves the touches to the real surfaces (`fixture_faults`).
+3. The tip's centre is displaced from the surface by the tip's radius and by noise, and transformed to base.
+4. The flange gets its orientations.
+5. A mistake in the contacts changes them (`faults`).
+
+All random numbers come from PCG64 streams, one each for pose, touches, noise, fault and
+orientations, so that a fault does not change the others.
 """
 
 from collections.abc import Mapping
@@ -40,15 +45,15 @@ class Simulation(JsonResult):
     contacts : Contacts
         In base.
     base_from_fixture : (4, 4) array
-        Where the fixture stands, in units.
+        The true pose, in units.
     seed : int
-        What it was made with.
+        Of the random numbers.
     planned : bool
-        Whether a plan said where to touch.
+        Whether the touches are those of a plan.
     fault : Fault or None
-        The mistake made.
+        The mistake that was made.
     mistake : str or None
-        What it did, in words.
+        The mistake in words, with its size.
 
     Examples
     --------
@@ -88,30 +93,30 @@ def simulate(
     fault: Fault | None = None,
     orientations: int | None = None,
 ) -> Simulation:
-    """Simulate contacts on a fixture that stands somewhere.
+    """Simulate contacts on a fixture at a given or random pose.
 
     Parameters
     ----------
     fixture : Fixture
-        What is touched.
+        To be touched.
     plan : Contacts, optional
-        Nominal contacts in the fixture frame, as `plan` gives them; without one, random touches inside the touch boxes,
-        reachable in a straight line, from within a cone about the normal. Contacts on points have no approach.
+        Nominal contacts in the fixture frame, as `plan` gives them; None: random touches inside the touch boxes,
+        reachable in a straight line, with approaches in a cone about the normal. Contacts on points have no approach.
     base_from_fixture : (4, 4) array, optional
-        Where it stands, in the fixture's units; None: a random pose that the fixture's placement allows, without one
-        any, a metre or more away.
+        The pose, in the fixture's units; None: a random pose that the fixture's placement allows, without a placement
+        any pose, a metre or more away.
     sigma, tip_radius : float, optional
-        In fixture units; the plan's, or those of the fixture's probe, where None. A feature's own sigma is added to the
+        In fixture units; None: those of the plan, or of the fixture's probe. A feature's own sigma is added to the
         noise in quadrature.
     seed : int
         Of pose, touches, noise and fault, each a stream of its own.
     count : int, optional
-        How many random touches.
+        Number of random touches.
     fault : Fault, optional
-        A mistake that is made.
+        A mistake to make.
     orientations : int, optional
-        Of the tool, in turn, where the plan does not say how the flange stands; the tip is then where the fixture's
-        probe says, at the flange's origin where it says nothing.
+        Number of tool orientations, used in turn, if the plan has no flange rotations. The tip's place in the flange is
+        that of the fixture's probe, or else the flange's origin.
 
     Returns
     -------
@@ -121,16 +126,15 @@ def simulate(
     Raises
     ------
     UsageError
-        For less than one orientation, where nothing says sigma or tip_radius, where the fixture's relations do not
-        place its features, where a feature cannot be reached, where the contacts are no plan, or where
-        plan and count are both given.
+        Less than one orientation, no sigma or tip_radius, a fixture whose relations do not place its features, a
+        feature that cannot be reached, contacts that are no plan, or both plan and count.
     TipDoesNotFitError
         A tip that is not smaller than a bore.
 
     Notes
     -----
     x_i = R (p_i + (t + e_i) n_i) + translation, with p_i on the surface, n_i its outward normal, t the tip's radius and
-    e_i normal noise; on a point, which holds the tip from all sides, noise has all directions.
+    e_i normal noise; on a point, which determines the tip's centre, noise has all directions.
 
     Examples
     --------
@@ -146,37 +150,36 @@ def simulate(
         raise UsageError(f"{orientations} tool orientations cannot be had; ask for one or more")
     pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
     surfaces = nominal_surfaces(fixture)
-    probe_sigma, said_tip = probe_settings(fixture, plan, sigma, tip_radius)
-    access = access_of(fixture, surfaces, touching_radius(fault, said_tip))
+    probe_sigma, file_tip = probe_settings(fixture, plan, sigma, tip_radius)
+    access = access_of(fixture, surfaces, touching_radius(fault, file_tip))
+    # Step 1.
     touches = random_touches(access, count, touch_stream) if plan is None else planned_touches(access, plan)
     if base_from_fixture is None:
         base_from_fixture = drawn_pose(fixture, pose_stream)
     mistake = None
-    if fault is not None:
+    if fault is not None:  # step 2
         touches, mistake = really(fault, surfaces, touches, probe_sigma, fault_stream)
-    names, points, normals = touches.features, touches.points, touches.normals
-    sigmas = np.full(len(names), probe_sigma) if sigma is not None or plan is None else plan.sigmas
+    names, count = touches.features, len(touches.features)
+    sigmas = np.full(count, probe_sigma) if sigma is not None or plan is None else plan.sigmas
     noises = scatter(fault) * with_feature_sigmas(sigmas, (fixture.features[name] for name in names))
-    standoffs = np.array([standoff(surfaces[name], access.tip_radius) for name in names])
-    off = standoffs + noises * noise_stream.standard_normal(len(names))
-    noise = off[:, None] * normals
-    held = np.array([isinstance(surfaces[name], Point) for name in names])
-    # A point holds the tip from all sides, and so has noise in all directions.
-    noise[held] = noises[held, None] * noise_stream.standard_normal((int(held.sum()), 3))
+    on_points = np.array([isinstance(surfaces[name], Point) for name in names])
+    off = np.array([standoff(surfaces[name], access.tip_radius) for name in names])
+    off = (off + noises * noise_stream.standard_normal(count))[:, None] * touches.normals  # step 3
+    off[on_points] = noises[on_points, None] * noise_stream.standard_normal((int(on_points.sum()), 3))
     rotation = base_from_fixture[:3, :3]
     contacts = Contacts(
         features=names,
-        points=transform_points(base_from_fixture, growth(fault) * points + noise),
-        approaches=np.where(held[:, None], np.nan, touches.approaches @ rotation.T),
+        points=transform_points(base_from_fixture, growth(fault) * touches.points + off),
+        approaches=np.where(on_points[:, None], np.nan, touches.approaches @ rotation.T),
         sigmas=sigmas,
-        tip_radius=said_tip,
-        rows=tuple(range(1, len(names) + 1)),
-        ids=(None,) * len(names) if plan is None else plan.ids,
+        tip_radius=file_tip,
+        rows=tuple(range(1, count + 1)),
+        ids=(None,) * count if plan is None else plan.ids,
         units=fixture.units,
     )
-    contacts = _with_flange(contacts, fixture, plan, orientations, seed, rotation)
-    if fault is not None and fault.kind in CONTACT_FAULTS:
-        contacts, mistake = mistaken(fault, contacts, normals @ rotation.T, fault_stream)
+    contacts = _with_flange(contacts, fixture, plan, orientations, seed, rotation)  # step 4
+    if fault is not None and fault.kind in CONTACT_FAULTS:  # step 5
+        contacts, mistake = mistaken(fault, contacts, touches.normals @ rotation.T, fault_stream)
     return Simulation(
         fixture=fixture.name,
         units=fixture.units,
@@ -192,7 +195,7 @@ def simulate(
 def _with_flange(
     contacts: Contacts, fixture: Fixture, plan: Contacts | None, count: int | None, seed: int, rotation: Floats
 ) -> Contacts:
-    """The contacts with how the flange stood at each, as the plan says, or in count orientations in turn."""
+    """The contacts with the flange rotations of the plan, or with count orientations in turn."""
     if plan is not None and plan.flange_rotations is not None:
         return replace(contacts, flange_rotations=rotation @ plan.flange_rotations, tip_offset=plan.tip_offset)
     if count is None:
@@ -210,9 +213,9 @@ def streams(seed: int, count: int) -> list[np.random.Generator]:
 
 
 def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
-    """The features in the fixture frame: the first of the ways they can stand that meets all touch boxes.
+    """The features in the fixture frame, in the first shape of the fixture that meets all touch boxes.
 
-    Raises UsageError where what the file says does not place them.
+    Raises UsageError if the file does not place them.
     """
     ways = realize(fixture)
     for surfaces in ways:
@@ -220,7 +223,7 @@ def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
         if all(len(sample_touches(surfaces[name], box, 1, centre, radius)[0]) for name, box in fixture.touch.items()):
             return surfaces
     if ways:
-        # No box is met: whoever touches will say which feature cannot be.
+        # No shape meets all boxes: making the touches will name the feature.
         return ways[0]
     raise UsageError(
         f"{fixture.name}: the fixture file does not say where all features stand to each other; "

@@ -17,16 +17,15 @@ CONE_DEG = 20.0
 """Half angle (degrees) of the cone around the inward normal in which a random touch comes: as square as a hand or a
 program usually keeps it, and far from grazing (`contacts.GRAZING`)."""
 _ENOUGH_ALONE: dict[type[Surface], int] = {Plane: 4, Cylinder: 6, Point: 1}
-"""Contacts on one feature of a random plan: enough to locate it alone whatever its size, and one to check."""
+"""Contacts on one feature of a random plan: enough to locate it alone with unknown size, and one more."""
 _ENOUGH_ON_A_BALL = 4
 """The same for a sphere, whose radius is known."""
 MOST_SIMULATED: Final = 100_000
-"""Beyond what anybody touches; the memory is that of 64 places to choose from for each."""
+"""More than are made in practice; each takes the memory of 64 candidate points."""
 _PLAN_OFF: Final = 0.1
-"""Of the plan's spread: how far from its surface a planned touch may be, as people write plans by hand."""
+"""Share of the plan's spread that a planned touch may be off its surface, since plans are written by hand."""
 _PLACES_PER_TOUCH = 64
-"""Points to choose from for each random touch: some fall where the probe cannot come, and the rest must still leave
-a choice."""
+"""Candidate points for each random touch, enough for a choice among those that the probe can reach."""
 
 _PLAN_REMEDY: Final = (
     "a plan says in the fixture frame where to touch, while contacts that were made are in base; "
@@ -35,7 +34,7 @@ _PLAN_REMEDY: Final = (
 
 
 class NoPlanError(UsageError):
-    """Contacts are not on the fixture in its own frame; whoever knows their file's name makes a FileError of it."""
+    """Contacts that are not on the fixture in its own frame; a caller that knows their file raises a FileError."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -43,7 +42,7 @@ class NoPlanError(UsageError):
 
 
 def planned_touches(access: Access, plan: Contacts) -> Touches:
-    """Where the plan's contacts touch; square to the surface where it does not say the approach.
+    """The touches of a plan; contacts without an approach are approached along the normal.
 
     Raises NoPlanError for a touch that is far from its surface.
     """
@@ -61,7 +60,7 @@ def planned_touches(access: Access, plan: Contacts) -> Touches:
 
 
 def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]:
-    """How many of count contacts each feature gets: as evenly as what each needs alone allows, all where None.
+    """The number of contacts on each feature: in proportion to what each needs alone, and exactly that for None.
 
     Raises UsageError for fewer contacts than one.
     """
@@ -77,14 +76,14 @@ def shares(surfaces: Mapping[str, Surface], count: int | None) -> dict[str, int]
 
 
 def random_touches(access: Access, count: int | None, rng: np.random.Generator) -> Touches:
-    """count touches, shared out over the features, from within a cone about the normals; enough for all where None."""
+    """Random touches with approaches in a cone about the normals, distributed by `shares`."""
     names: list[str] = []
     chosen: list[tuple[Floats, Floats, Floats]] = []
     for name, wanted in shares(access.surfaces, count).items():
         start = rng.uniform(size=2)
         points, normals = access.spread(name, _PLACES_PER_TOUCH * max(wanted, 1), (float(start[0]), float(start[1])))
         tilted = _tilted(-normals, rng)
-        # Where only the straight approach is clear, it is taken.
+        # If only the approach along the normal is clear, it is taken.
         clear = access.can_touch(name, points, normals, tilted)
         approaches = np.where(clear[:, None], tilted, -normals)
         if isinstance(access.surfaces[name], Point):
