@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from tactfix.design.blind_spots import JUDGES
+from tactfix.design.blind_spots import EVALUATIONS
 from tactfix.design.design_check import design_check
 from tactfix.design.design_report import Wishes
 from tactfix.diagnosis.hypothesis_tests import FROM_ALL_ROTATIONS, FROM_KNOWN_POSES
@@ -66,6 +66,6 @@ def test_design_check_judges_the_same_mistakes():
 def test_all_names_are_in_the_list_and_all_in_the_list_are_known():
     """Types that JSON and type checkers see, the list, and what the three rooms know to do."""
     assert set(get_args(FaultKind)) == set(FAULT_KINDS) == {*CONTACT_FAULTS, *FIXTURE_FAULTS}
-    assert set(get_args(BlindSpotCode)) == set(BLIND_SPOTS) == set(JUDGES)
+    assert set(get_args(BlindSpotCode)) == set(BLIND_SPOTS) == set(EVALUATIONS)
     assert {*FROM_KNOWN_POSES, *FROM_ALL_ROTATIONS, *AT_POSES} == set(CAUSES)
     assert set(get_args(DiagnosisCode)) == set(CAUSES)

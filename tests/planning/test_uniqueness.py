@@ -7,7 +7,7 @@ from tactfix.accessibility.access import access_of
 from tactfix.contacts import Contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.planning.plan import plan
-from tactfix.planning.uniqueness import judged, telling_approaches
+from tactfix.planning.uniqueness import telling_approaches, uniqueness_of
 from tactfix.relations.realization import realize
 from tests.support.placed_cells import all_cells
 from tests.support.rival_search import poses_within, survives
@@ -62,7 +62,7 @@ def paper_contacts():
 def test_an_approach_is_turned_where_square_ones_leave_two_poses():
     fixture = load_fixture(next(path for path in SHIPPED if path.stem == "cylinder-sphere"))
     contacts, normals = paper_contacts()
-    square = judged(fixture, contacts)
+    square = uniqueness_of(fixture, contacts)
     assert square.located
     assert len(square.rivals) == 1
     access = access_of(fixture, realize(fixture)[0], 0.0)
@@ -71,12 +71,12 @@ def test_an_approach_is_turned_where_square_ones_leave_two_poses():
     assert np.allclose(np.linalg.norm(turned.approaches, axis=1), 1)
     assert (cosine < 1 - 1e-9).sum() == 1
     assert cosine.min() >= np.cos(np.radians(45)) - 1e-9
-    assert judged(fixture, turned).unique
+    assert uniqueness_of(fixture, turned).unique
 
 
 def test_contacts_that_leave_a_motion_free_are_not_called_unique():
     contacts, _ = paper_contacts()
     fixture = load_fixture(next(path for path in SHIPPED if path.stem == "cylinder-sphere"))
-    verdict = judged(fixture, contacts.on("bar"))
+    verdict = uniqueness_of(fixture, contacts.on("bar"))
     assert not verdict.located
     assert not verdict.unique

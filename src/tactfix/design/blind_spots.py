@@ -47,8 +47,8 @@ _MISTAKEN_UNITS: Final = (25.4, 1 / 25.4, 1000.0, 1 / 1000.0)
 
 def blind_spots(case: Case) -> tuple[BlindSpot, ...]:
     """Every mistake that the fixture allows, in its worst variant: undetectable, with the largest shift of the pose."""
-    judged = {code: _worst_of(JUDGES[code](case)) for code in BLIND_SPOTS}  # steps 1 to 4
-    return tuple(spot for spot in judged.values() if spot is not None)
+    spots = {code: _worst_of(EVALUATIONS[code](case)) for code in BLIND_SPOTS}  # steps 1 to 4
+    return tuple(spot for spot in spots.values() if spot is not None)
 
 
 def _worst_of(spots: Iterable[BlindSpot]) -> BlindSpot | None:
@@ -166,7 +166,7 @@ def _one_approach(case: Case) -> Iterator[BlindSpot]:
             yield spot_of("one_approach", power_of(candidate.chi2, touched.dof), shift, what)
 
 
-JUDGES: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
+EVALUATIONS: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {
     "tip_radius": lambda case: (forgotten_tip(case.touched, case.tip_radius),),
     "tip_sign": _wrong_sign,
     "tip_offset": _tip_offset,

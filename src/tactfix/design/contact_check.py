@@ -107,8 +107,8 @@ def check_contacts(
     findings += layout_findings(layouts, source)
     found = ContactCheck(None, None, (), False, unreachable, tuple(findings), layouts)
     if not free:
-        sure = certainty(touched, at, geometry.tolerance, source)  # step 4
-        found = _judged(fixture, geometry, touched, spread_touched, sure, max_sigma, nominal_locator, found)
+        accuracy = certainty(touched, at, geometry.tolerance, source)  # step 4
+        found = _with_accuracy(fixture, geometry, touched, spread_touched, accuracy, max_sigma, nominal_locator, found)
     # Step 5.
     return replace(found, can_be_located=spread_touched is not None and _are_determined(spread_touched, geometry))
 
@@ -121,12 +121,12 @@ def _are_determined(touched: Touched, geometry: GeometryCheck) -> bool:
     return found.turn_sigma <= UNDERDETERMINED_ANGLE
 
 
-def _judged(
+def _with_accuracy(
     fixture: Fixture,
     geometry: GeometryCheck,
     touched: Touched,
     spread: Touched | None,
-    sure: Certainty,
+    accuracy: Certainty,
     max_sigma: float | None,
     locator: Locator,
     so_far: ContactCheck,
@@ -135,22 +135,24 @@ def _judged(
 
     spread: well spread contacts, None if a feature cannot be touched.
     """
-    findings = [*so_far.findings, *certainty_findings(sure, touched.rms_sigma, max_sigma, fixture.units)]
-    if sure.turn_sigma > UNDERDETERMINED_ANGLE:
+    findings = [*so_far.findings, *certainty_findings(accuracy, touched.rms_sigma, max_sigma, fixture.units)]
+    if accuracy.turn_sigma > UNDERDETERMINED_ANGLE:
         # locate would call this underdetermined: there is no pose to compare others with.
-        return replace(so_far, certainty=sure, findings=tuple(findings))
+        return replace(so_far, certainty=accuracy, findings=tuple(findings))
     tip = _forgotten_tip(fixture, touched)
-    margin = margins(touched, locator, with_losses=sure.source != "spread")
-    spots = blind_spots(_case(fixture, touched, tip, sure.worst.sigma, locator))
+    margin = margins(touched, locator, with_losses=accuracy.source != "spread")
+    spots = blind_spots(_case(fixture, touched, tip, accuracy.worst.sigma, locator))
     # If the spread contacts are checked themselves, this is known.
     forgotten = next(spot for spot in spots if spot.error == "tip_radius")
-    sees_tip = spread is not None and (forgotten if sure.source == "spread" else forgotten_tip(spread, tip)).detectable
+    sees_tip = (
+        spread is not None and (forgotten if accuracy.source == "spread" else forgotten_tip(spread, tip)).detectable
+    )
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
-    findings += margin_findings(margin, sure.source, is_symmetric, fixture.units)
-    findings += blind_spot_findings(spots, sees_tip, sure, sure.source, fixture.units)
-    is_settled = sure.source != "spread" and margin.is_unique
+    findings += margin_findings(margin, accuracy.source, is_symmetric, fixture.units)
+    findings += blind_spot_findings(spots, sees_tip, accuracy, accuracy.source, fixture.units)
+    is_settled = accuracy.source != "spread" and margin.is_unique
     return replace(
-        so_far, certainty=sure, margins=margin, blind_spots=spots, is_settled=is_settled, findings=tuple(findings)
+        so_far, certainty=accuracy, margins=margin, blind_spots=spots, is_settled=is_settled, findings=tuple(findings)
     )
 
 
@@ -189,9 +191,9 @@ def _touched(fixture: Fixture, surfaces: Mapping[str, Surface], contacts: Contac
 
 def _forgotten_tip(fixture: Fixture, touched: Touched) -> float:
     """The tip radius that is forgotten: that of contacts or fixture, else the usual one if it fits the bores."""
-    said = touched.contacts.tip_radius or fixture.probe.tip_radius or 0.0
-    if said > 0:
-        return said
+    radius = touched.contacts.tip_radius or fixture.probe.tip_radius or 0.0
+    if radius > 0:
+        return radius
     curved = [surface for surface in touched.surfaces.values() if isinstance(surface, Sphere | Cylinder)]
     bores = [_BORE_SHARE * surface.radius for surface in curved if surface.side == "inner"]
     return min([_USUAL_TIP * factor("m", fixture.units), *bores])

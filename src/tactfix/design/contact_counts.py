@@ -33,7 +33,7 @@ CONTACTS_ALONE: Final[Mapping[FeatureType, int]] = MappingProxyType(
     {"plane": 3, "sphere": 3, "cylinder": 4, "point": 1}
 )
 ALONE_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "sphere": 4, "cylinder": 5})
-# The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth where the radius is unknown.
+# The paper's counts (sections 3 to 5): its cylinder takes a fifth contact, and a sixth if the radius is unknown.
 PAPER: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "cylinder": 5})
 PAPER_ANY_SIZE: Final[Mapping[FeatureType, int]] = MappingProxyType({**CONTACTS_ALONE, "sphere": 4, "cylinder": 6})
 PAPER_SPHERE_AT_DISTANCE: Final = 2

@@ -107,23 +107,23 @@ def design_check(
     sigma, tip_radius = _probe(fixture, contacts, wishes)
     geometry = check_geometry(fixture, shapes[0], len(shapes), sigma)
     locator: Locator = partial(locate, fixture, explain=False)
-    judged = ContactCheck(None, None, (), False, (), (_NO_SIGMA,))
+    checked = ContactCheck(None, None, (), False, (), (_NO_SIGMA,))
     if sigma is not None:
         at = np.array(wishes.at, dtype=np.float64).reshape(-1, 3)
         probe = (sigma, tip_radius)
-        judged = check_contacts(fixture, geometry, contacts, probe, at, wishes.max_sigma, locator)
+        checked = check_contacts(fixture, geometry, contacts, probe, at, wishes.max_sigma, locator)
     types = {name: feature.type for name, feature in fixture.features.items()}
     pose_counts = tuple(pose_count(types, counts) for counts in geometry.counts.minimal_sets)
-    study, told = LayoutStudy(), tuple[Finding, ...]()
-    if wishes.layouts and sigma is not None and judged.can_be_located:
-        asked = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
-        study, told = _studied(fixture, asked, geometry, locator, progress, over)
-    report = _report(fixture, geometry, judged, pose_counts)
-    return replace(report, study=study, findings=(*report.findings, *told))
+    study, more = LayoutStudy(), tuple[Finding, ...]()
+    if wishes.layouts and sigma is not None and checked.can_be_located:
+        options = Study(wishes.layouts, wishes.seed, sigma, tip_radius)
+        study, more = _studied(fixture, options, geometry, locator, progress, over)
+    report = _report(fixture, geometry, checked, pose_counts)
+    return replace(report, study=study, findings=(*report.findings, *more))
 
 
 def _report(
-    fixture: Fixture, geometry: GeometryCheck, judged: ContactCheck, pose_counts: tuple[PoseCount | None, ...]
+    fixture: Fixture, geometry: GeometryCheck, checked: ContactCheck, pose_counts: tuple[PoseCount | None, ...]
 ) -> DesignReport:
     """The report without a study."""
     return DesignReport(
@@ -133,10 +133,10 @@ def _report(
         symmetries=geometry.symmetries,
         counts=geometry.counts,
         pose_counts=pose_counts,
-        certainty=judged.certainty,
-        margins=judged.margins,
-        blind_spots=judged.blind_spots,
-        layouts=judged.layouts,
+        certainty=checked.certainty,
+        margins=checked.margins,
+        blind_spots=checked.blind_spots,
+        layouts=checked.layouts,
         study=LayoutStudy(),
         findings=(
             *geometry.findings,
@@ -146,10 +146,10 @@ def _report(
                 fixture,
                 geometry.surfaces,
                 geometry.near_ratio,
-                judged.is_settled,
+                checked.is_settled,
             ),
-            *touch_findings(fixture, geometry.surfaces, judged.unreachable, geometry.size),
-            *judged.findings,
+            *touch_findings(fixture, geometry.surfaces, checked.unreachable, geometry.size),
+            *checked.findings,
         ),
     )
 

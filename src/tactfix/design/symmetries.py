@@ -133,13 +133,15 @@ def _candidate_rotations(surfaces: list[Surface], tolerance: Tolerance) -> list[
     )
     spread = np.linalg.norm(np.cross(arrows.directions[:, None], arrows.directions[None]), axis=2)
     first, second = np.unravel_index(np.argmax(spread * np.minimum.outer(certainty, certainty)), spread.shape)
-    loose = max(_SIEVE, 10 * tolerance.angle / float(spread[first, second] * min(certainty[first], certainty[second])))
+    tolerated = max(
+        _SIEVE, 10 * tolerance.angle / float(spread[first, second] * min(certainty[first], certainty[second]))
+    )
     cosines = arrows.directions @ arrows.directions.T
     own = _triad(arrows.directions[first], arrows.directions[second])
     rotations = []
     for i in np.flatnonzero(_like(arrows, int(first), tolerance)):
         for j in np.flatnonzero(_like(arrows, int(second), tolerance)):
-            if abs(cosines[i, j] - cosines[first, second]) <= loose and spread[i, j] > 0.5 * spread[first, second]:
+            if abs(cosines[i, j] - cosines[first, second]) <= tolerated and spread[i, j] > 0.5 * spread[first, second]:
                 rotation = _triad(arrows.directions[i], arrows.directions[j]) @ own.T
                 if rotation_angle(rotation) > _SAME_ROTATION:
                     rotations.append(rotation)
@@ -215,8 +217,8 @@ def _symmetry(
     sides_kept = all(_keeps_side(motion, s, surfaces[images[n]]) for n, s in surfaces.items())
     length = reach_of(surfaces, boxes, middle)
     # The boxes are only compared if labels and sides do not decide: that takes a hundred times as long.
-    asked = surfaces if (sides_kept if exchanged else not turned) else {}
-    apart = [n for n, s in asked.items() if not regions_meet(s, boxes.get(n), boxes.get(images[n]), motion, length)]
+    compared = surfaces if (sides_kept if exchanged else not turned) else {}
+    apart = [n for n, s in compared.items() if not regions_meet(s, boxes.get(n), boxes.get(images[n]), motion, length)]
     broken_by: BrokenBy | None = "labels" if exchanged else "approach" if turned else "touch" if apart else None
     return Symmetry(
         image_from_fixture=motion,

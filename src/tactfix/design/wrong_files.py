@@ -54,21 +54,21 @@ def diameters(case: Case) -> list[BlindSpot]:
     wrong = [{name: surface} for name, surface in doubled.items()] + ([doubled] if len(doubled) > 1 else [])
     words = {_key(one): f"radius of {listed(list(one))} doubled" for one in wrong}
     hypotheses = [Hypothesis("diameter", features=tuple(one), surfaces=one) for one in wrong]
-    return _judged("diameter", case, case.trials.explanations(hypotheses), words)
+    return _spots("diameter", case, case.trials.explanations(hypotheses), words)
 
 
 def wrong_side(case: Case) -> list[BlindSpot]:
     """A boss written as a bore, or a bore as a boss."""
     hypotheses = sides(case.problem)
     words = {_key(h.surfaces): f"side of {h.features[0]} taken for the other" for h in hypotheses}
-    return _judged("side", case, case.trials.explanations(hypotheses), words)
+    return _spots("side", case, case.trials.explanations(hypotheses), words)
 
 
 def exchanged_axes(case: Case) -> list[BlindSpot]:
     """Two coordinates of one feature exchanged."""
     hypotheses = exchanged_coordinates(case.problem)
     words = {_key(h.surfaces): f"{h.note[0]} and {h.note[1]} of {_what(case, h)} exchanged" for h in hypotheses}
-    return _judged("axes", case, case.trials.explanations(hypotheses), words)
+    return _spots("axes", case, case.trials.explanations(hypotheses), words)
 
 
 def _what(case: Case, hypothesis: Hypothesis) -> str:
@@ -92,14 +92,14 @@ def mirror_image(case: Case) -> list[BlindSpot]:
     mirrored = replace(case, fixture=replace(case.fixture, touch=boxes))
     hypotheses = reflections(case.problem)
     words = {_key(h.surfaces): "file of the mirror image" for h in hypotheses}
-    return _judged("mirrored", mirrored, searched_anew(case.problem, hypotheses), words)
+    return _spots("mirrored", mirrored, searched_anew(case.problem, hypotheses), words)
 
 
 def _key(surfaces: Mapping[str, Surface]) -> tuple[int, ...]:
     return tuple(map(id, surfaces.values()))
 
 
-def _judged(
+def _spots(
     code: BlindSpotCode, case: Case, found: Sequence[Explanation], words: Mapping[tuple[int, ...], str]
 ) -> list[BlindSpot]:
     """The blind spot of each hypothesis, at the best of its poses that neither approach nor touch box rejects."""

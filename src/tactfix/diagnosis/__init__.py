@@ -1,1 +1,1 @@
-"""The mistakes that cells make, looked for where no pose explains the contacts."""
+"""The diagnosis: the mistakes that explain why no pose fits the contacts."""

@@ -36,7 +36,7 @@ from tactfix.relations.realization import realize, shape_sigma
 class Feasibility:
     """Whether corrected contacts of a fixture may have a pose at all.
 
-    rows: of the contacts that are asked; the cost grows with the square of their number.
+    rows: of the contacts that are tested; the cost grows with the square of their number.
     """
 
     def __init__(self, fixture: Fixture, rows: frozenset[int]) -> None:
@@ -46,13 +46,13 @@ class Feasibility:
 
     def is_feasible(self, contacts: Contacts) -> bool:
         """Whether the contacts of these rows do not rule out every pose of every shape."""
-        asked = contacts.subset([i for i, row in enumerate(contacts.rows) if row in self.rows])
-        sigmas = np.hypot(residual_sigmas(self.fixture, asked), self.slack)
+        tested = contacts.subset([i for i, row in enumerate(contacts.rows) if row in self.rows])
+        sigmas = np.hypot(residual_sigmas(self.fixture, tested), self.slack)
         limit = chi_square_limit(self.fixture.dof(contacts.features))
         try:
             return not self.shapes or any(
-                least_chi_square(shape, asked, sigmas) <= limit
-                and not are_beyond_boxes(shape, self.fixture.touch, asked)
+                least_chi_square(shape, tested, sigmas) <= limit
+                and not are_beyond_boxes(shape, self.fixture.touch, tested)
                 for shape in self.shapes
             )
         except TactfixError:  # a tip that does not fit into a bore

@@ -108,8 +108,8 @@ ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "m
 AMBIGUOUS = " (what is left is ambiguous)"
 FEW_EQUATIONS = 2
 """Equations beyond the six of a pose with which most single mistakes explain the contacts: of eight contacts, three on
-a plate, three on a pin and two on a ball, one that is 1 mm off leaves eight explanations in one entry. It is then said
-that more touches are needed to tell them apart."""
+a plate, three on a pin and two on a ball, one that is 1 mm off leaves eight explanations in one entry. The message then
+says that more touches are needed to tell them apart."""
 MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""
 MOST_TESTED = 40
@@ -156,16 +156,18 @@ def _all(
 
 
 def other_coordinates(problem: Problem, accepted: Sequence[tuple[Explanation, str]]) -> list[Explanation]:
-    """The exchanged coordinates and wrong signs of one feature that are not accepted yet, if one may stand elsewhere.
+    """The exchanged coordinates and wrong signs of one feature that are not accepted yet, if a feature is displaced.
 
     If the coordinates of one of two pins are exchanged, exchanging those of the other leaves the same residuals, at
     another pose.
     """
-    said = [one.hypothesis for one, _ in accepted if one.hypothesis.code in ELSEWHERE_CODES and one.hypothesis.features]
-    if not said:
+    displaced = [
+        one.hypothesis for one, _ in accepted if one.hypothesis.code in ELSEWHERE_CODES and one.hypothesis.features
+    ]
+    if not displaced:
         return []
-    asked = [h for h in coordinates_of_each(problem) if not any(_is_same_correction(h, one) for one in said)]
-    return searched_anew(problem, asked)
+    others = [h for h in coordinates_of_each(problem) if not any(_is_same_correction(h, one) for one in displaced)]
+    return searched_anew(problem, others)
 
 
 def _is_same_correction(one: Hypothesis, other: Hypothesis) -> bool:

@@ -148,18 +148,18 @@ def tip_offset_message(contacts: Contacts, change: Floats, units: str, then: str
         by = ", ".join(fixed(value, decimals(sigma)) for value in change)
         return tuple(change.tolist()), f"with the tip {off} elsewhere in the flange frame, by ({by}), {then}"
     place = contacts.tip_offset + change
-    now, said = (", ".join(fixed(value, decimals(sigma)) for value in one) for one in (place, contacts.tip_offset))
+    now, given = (", ".join(fixed(value, decimals(sigma)) for value in one) for one in (place, contacts.tip_offset))
     return tuple(place.tolist()), (
-        f"with the tip at ({now}) in the flange frame instead of ({said}), {off} from there, {then}"
+        f"with the tip at ({now}) in the flange frame instead of ({given}), {off} from there, {then}"
     )
 
 
 def _sigma(problem: Problem, units: str, factor: float) -> ValueAndMessage:
-    said = float(np.median(problem.contacts.sigmas))
+    given = float(np.median(problem.contacts.sigmas))
     right = implied_probe_sigma(problem.contacts, problem.sigmas, factor)
     return right, (
         f"no contact stands out, and all agree to {factor * float(np.median(problem.sigmas)):.2g} {units}: "
-        f"is sigma {right:.2g} instead of {said:.2g}?"
+        f"is sigma {right:.2g} instead of {given:.2g}?"
     )
 
 
@@ -203,8 +203,8 @@ def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> ValueAndM
 def _side(hypothesis: Hypothesis) -> str:
     ((name, surface),) = hypothesis.surfaces.items()
     assert isinstance(surface, Sphere | Cylinder)
-    said, what = ("inner", "boss") if surface.side == "outer" else ("outer", "bore")
-    return f"with side {surface.side} instead of {said} of {name} {CONSISTENT}: is it a {what}?"
+    given, what = ("inner", "boss") if surface.side == "outer" else ("outer", "bore")
+    return f"with side {surface.side} instead of {given} of {name} {CONSISTENT}: is it a {what}?"
 
 
 def _coordinates(hypothesis: Hypothesis) -> str:

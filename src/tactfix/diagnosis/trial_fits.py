@@ -111,7 +111,7 @@ class HypothesisRows:
         self.weights = np.tile(frame.length / single.sigmas, (len(hypotheses), 1))
         self.surfaces = np.tile(self.base, (len(hypotheses), 1))
         self.tips = np.full(shape, problem.contacts.tip_radius / frame.length)
-        # A point holds the tip's centre, whatever its radius: its planes stay where the reported one puts them.
+        # A point determines the tip's centre, whatever its radius: its planes stay at the tip radius of the file.
         self.sized = np.array([not isinstance(problem.surfaces[n], Point) for n in problem.contacts.features])[self.of]
         self.columns, self.shifts = np.zeros((*shape, width)), np.zeros((*shape, 3, width))
         flanges = problem.contacts.flange_rotations if {h.free for h in hypotheses} == {"tip_offset"} else None

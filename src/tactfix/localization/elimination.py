@@ -114,9 +114,9 @@ def _path(fixture: Fixture, contacts: Contacts, trial: Solution, reasons: list[R
     surfaces = {name: moved(fixture_from_base, surface) for name, surface in trial.surfaces.items()}
     margin = SURE * np.hypot(trial.place_sigmas, contacts.sigmas)
     # A contact whose place is free cannot be tested.
-    asked = contacts.has_approach & np.isfinite(margin)
+    testable = contacts.has_approach & np.isfinite(margin)
     for name, on_feature in contacts.by_feature.items():
-        index = on_feature[asked[on_feature]]
+        index = on_feature[testable[on_feature]]
         distance = fixture.probe.approach_distance
         blocked = path_blocked(surfaces, fixture.touch, name, points[index], approaches[index], distance, margin[index])
         for i, obstacle in zip(index, blocked, strict=True):

@@ -139,9 +139,9 @@ def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, suspect: 
 def _sigma(fixture: Fixture, contacts: Contacts, solution: Solution, dof: int, words: str) -> Diagnosis:
     """Another sigma of the probe; if sigmas of the features alone exceed the residuals, the question about these."""
     ratio = float(np.sqrt(solution.chi2 / max(dof, 1)))
-    said, sigmas = float(np.median(contacts.sigmas)), residual_sigmas(fixture, contacts)
+    given, sigmas = float(np.median(contacts.sigmas)), residual_sigmas(fixture, contacts)
     right = implied_probe_sigma(contacts, sigmas, ratio)
-    asked = f"is sigma {right:.2g} instead of {said:.2g}?" if right else "are the features' own sigmas too large?"
+    asked = f"is sigma {right:.2g} instead of {given:.2g}?" if right else "are the features' own sigmas too large?"
     agree = f"the contacts agree to {ratio * float(np.median(sigmas)):.2g} {fixture.units}"
     message = f"{words.format(ratio=ratio)}: {agree}; {asked}"
     return Diagnosis("sigma", (), (), right or None, float(dof), message)

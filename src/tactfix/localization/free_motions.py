@@ -17,7 +17,7 @@ from tactfix.results import FreeMotion
 
 UNDERDETERMINED_ANGLE = 0.1
 """Largest sigma of rotation in rad of a pose that is reported. Beyond it the linear statistics fail: SURE times it
-is 0.5 rad, where a sine differs by 4 per cent from its angle."""
+is 0.5 rad, at which the sine differs from the angle by 4 per cent."""
 SPECIAL_MOTION = 1e-6
 """Ratio below which a motion is named as a special one, a pure translation or rotation: as
 `geometry.scale.SPECIAL_POSITION`."""

@@ -158,7 +158,7 @@ class _Candidates:
 def touch_in_words(
     feature: str, point: Floats, approach: Floats | None, base_from_fixture: Floats | None, sigma: float
 ) -> NextContact:
-    """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base where the pose is known.
+    """A touch at a surface point (3,) with an approach (3,), in the fixture frame; in base too if the pose is known.
 
     approach: None on a point, which holds the tip from all sides. Its message gives place and approach, with the digits
     that are significant for this sigma.

@@ -55,9 +55,9 @@ def solve(
     If there is none, the nearest miss, unless without with_misses; samples if relations leave a motion free. Without
     thorough a rigid fixture is searched at half the cost, and a pose may be missed.
 
-    Raises UsageError where the file's relations leave the shape open, and the pose is restricted or was measured.
+    Raises UsageError if the file's relations leave the shape open, and the pose is constrained or was measured.
     """
-    # Imported where needed: at the prompt importing takes longer than locating.
+    # Imported only when used: for the command, the imports take longer than the location.
     if fixture.is_placed:
         from tactfix.poses.rigid import rigid_solutions
 

@@ -56,7 +56,7 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
     rotations = tool_orientations(count, new.approaches)
     chosen = in_turn(new.features, count)  # step 1
     # Step 2.
-    seen = _Seen(fixture, new if made is None else joined_contacts(made, new))
+    seen = _TipSensitivity(fixture, new if made is None else joined_contacts(made, new))
     fixed = np.zeros((0, 3, 3)) if made is None or made.flange_rotations is None else made.flange_rotations
 
     def tip_sigma(which: Ints) -> float:
@@ -80,7 +80,7 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
     return replace(plan, contacts=contacts, tip_sigma=float(best))
 
 
-class _Seen:
+class _TipSensitivity:
     """The Jacobian of nominal contacts in the fixture frame for the pose, and for a tip in given orientations."""
 
     def __init__(self, fixture: Fixture, contacts: Contacts) -> None:

@@ -25,7 +25,7 @@ from tactfix.planning.exchange import Choice, Search, exchanged, extended, polis
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
 from tactfix.planning.pool import Touches, joined_contacts, pool_of, touches_made
 from tactfix.planning.result import Plan, PlanStep
-from tactfix.planning.uniqueness import judged, telling_approaches
+from tactfix.planning.uniqueness import telling_approaches, uniqueness_of
 from tactfix.poses.pose_fit import covariance_at
 from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
@@ -112,12 +112,12 @@ class Task:
         checked.
         """
         touches, known = self.search.pool.touches, self.search.objective.known
-        count, held = 0, flat(self.search.made.rows) @ known.basis
+        count, constrained = 0, flat(self.search.made.rows) @ known.basis
         for at in np.flatnonzero(self.search.pool.on_points(touches.which)):
-            more = np.concatenate([held, touches.rows[at] @ known.basis])
-            if _rank(more) > _rank(held):
-                count, held = count + 1, more
-        return max(count + known.unknowns - _rank(held), 0 if self.made is None else 1)
+            more = np.concatenate([constrained, touches.rows[at] @ known.basis])
+            if _rank(more) > _rank(constrained):
+                count, constrained = count + 1, more
+        return max(count + known.unknowns - _rank(constrained), 0 if self.made is None else 1)
 
     @property
     def stands(self) -> Floats | None:
@@ -203,10 +203,10 @@ class Task:
         fixed = None if self.made is None else self.made.contacts
         stands = self.stands
         by_contacts = None if self.made is None else self.made.base_from_fixture
-        found = judged(self.fixture, joined_contacts(fixed, nominal), stands)
+        found = uniqueness_of(self.fixture, joined_contacts(fixed, nominal), stands)
         if found.rivals:
             turned = telling_approaches(pool.access, nominal, touches.normals, found.rivals)
-            second = judged(self.fixture, joined_contacts(fixed, turned), stands)
+            second = uniqueness_of(self.fixture, joined_contacts(fixed, turned), stands)
             if second.located and len(second.rivals) < len(found.rivals):
                 nominal, found = turned, second
         # The covariance of locate includes the sigmas of relations, which the search took as exact.

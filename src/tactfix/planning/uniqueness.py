@@ -51,7 +51,7 @@ class Uniqueness:
         return self.located and not self.rivals
 
 
-def judged(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Uniqueness:
+def uniqueness_of(fixture: Fixture, contacts: Contacts, base_from_fixture: Floats | None = None) -> Uniqueness:
     """Whether nominal contacts in the fixture frame leave one pose only: the identity.
 
     base_from_fixture (4, 4): the expected pose of the fixture, to which its placement applies.
