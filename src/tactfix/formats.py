@@ -63,6 +63,8 @@ SUFFIXES: Final[Mapping[str, PoseFormat]] = MappingProxyType(
 )
 """Which dialect a file name's ending means."""
 
+TEMPLATES: Final = ("cylinder-sphere", "three-spheres", "three-planes", "robot-cell-plate", "machine-tool-ball-bar")
+"""The fixture files that come with tactfix."""
 LEVER_ARM_MM: Final = 500.0
 """Distance from the fixture's origin at which the effect of rounding is given: half a metre, as on a large plate."""
 LOCATE_SCHEMA: Final = "tactfix/locate/1"

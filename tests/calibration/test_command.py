@@ -229,6 +229,16 @@ def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFix
     assert "r.urdf: there is no link 'tip'" in err
 
 
+def test_an_approach_that_is_given_in_part_is_refused(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    touches = cell.parent / "touches.csv"
+    settings, head, first, *rows = touches.read_text().splitlines()
+    lines = [settings, f"{head},ax,ay,az", f"{first},0,,-1", *(f"{row},,," for row in rows)]
+    touches.write_text("\n".join(lines))
+    status, out, err = told(capsys, cell, touches)
+    assert (status, out) == (3, "")
+    assert "row 1, line 3: ay is empty; give all three of the approach or none" in err
+
+
 BAD_CELLS = {
     "a decimal comma": (("sigma: 0.05", "sigma: 0,05"), "line 14.*05 stands alone after a comma; write a decimal"),
     "a decimal comma on a line of its own": (

@@ -13,8 +13,8 @@ from tactfix.cli import main
 from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.files.fixture_file import load_fixture
-from tactfix.files.templates import TEMPLATES
 from tactfix.fitting.fit import FitResult
+from tactfix.formats import TEMPLATES
 from tactfix.geometry.surfaces import Plane
 from tests.support.file_texts import HEAD, written
 from tests.support.project import FIXTURES

@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from tactfix.errors import TactfixError
-from tactfix.files.templates import TEMPLATES
-from tactfix.formats import LOG_NAMES, POSE_FORMATS
+from tactfix.formats import LOG_NAMES, POSE_FORMATS, TEMPLATES
 from tactfix.units import UNITS
 
 if TYPE_CHECKING:

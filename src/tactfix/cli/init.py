@@ -9,7 +9,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.output import emit
 from tactfix.errors import UsageError
-from tactfix.files.templates import TEMPLATES, template_text
+from tactfix.formats import TEMPLATES
 
 
 def command(
@@ -26,6 +26,8 @@ def command(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""
+    from tactfix.files.fixture_file import template_text
+
     if output is not None and os.path.exists(output) and not force:  # noqa: PTH110 - where one may not look it says no
         raise UsageError(f"{output} exists; choose another name, or replace it with --force")
     emit(template_text(like), output)

@@ -10,10 +10,9 @@ from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem
 from tactfix.files.contact_header import APPROACH_COLUMNS, ORIENTATION_COLUMNS, Header, read_header
 from tactfix.files.contact_options import ContactOptions, Settings, settle
-from tactfix.files.contact_rows import read_table
-from tactfix.files.contact_table import Table, decimal_mark, numbers
+from tactfix.files.contact_table import Table, decimal_mark, directions, numbers, own_sigmas, read_table
 from tactfix.files.flange_columns import flange_rotations
-from tactfix.files.reading import Source, read_source
+from tactfix.files.reading import FIXTURE_FIRST, Source, lines_of, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
 from tactfix.settings import Setting
@@ -61,10 +60,9 @@ def read_contact_file(
 def _read(
     name: str, text: str, fixture: Fixture | None, options: ContactOptions, problems: list[Problem]
 ) -> ContactFile | None:
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = lines_of(text)
     if _is_fixture(lines):
-        remedy = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
-        problems.append(Problem("this is a fixture file", remedy))
+        problems.append(Problem("this is a fixture file", FIXTURE_FIRST))
         return None
     header = read_header(lines, problems, feature_needed=fixture is not None)
     if header is None:
@@ -80,7 +78,7 @@ def _read(
     points = numbers(table, ("x", "y", "z"), problems)
     flanges = flange_rotations(table, problems)
     approaches = _approaches(table, flanges, problems)
-    sigmas = _own_sigmas(table, problems)
+    sigmas = own_sigmas(table, problems)
     if problems or settings is None or settings.tip_radius is None:
         return None
     with np.errstate(over="ignore"):
@@ -207,38 +205,7 @@ def _approaches(table: Table, flanges: Floats | None, problems: list[Problem]) -
 
     flanges (n, 3, 3): base_from_flange.
     """
-    names = next((names for names in APPROACH_COLUMNS if names[0] in table.columns), None)
-    if names is None:
-        return np.full((len(table), 3), np.nan)
-    sign = -1.0 if names[0] == "nx" else 1.0
-    before = len(problems)
-    vectors = numbers(table, names, problems, may_be_empty=True)
-    given = np.array([[bool(cell) for cell in table.columns[name]] for name in names]).T
-    for index in np.flatnonzero(given.any(axis=1) & ~given.all(axis=1)):
-        missing = ", ".join(name for name, there in zip(names, given[index], strict=True) if not there)
-        problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
-    largest = np.abs(vectors).max(axis=1, initial=0.0)
-    for index in np.flatnonzero(largest == 0):
-        what = f"the direction {', '.join(names)} is zero"
-        problems.append(
-            table.problem(int(index), what, "write one of any other length, or leave the three cells empty")
-        )
-    if len(problems) > before:
-        return vectors
-    # Scaled to a largest component of one first, so that no square under- or overflows.
-    vectors = vectors / largest[:, None]
-    if names[0] == "fx" and flanges is not None:
-        vectors = (flanges @ vectors[:, :, None])[:, :, 0]
-    return np.asarray(sign * vectors / np.linalg.norm(vectors, axis=1)[:, None])
-
-
-def _own_sigmas(table: Table, problems: list[Problem]) -> Floats:
-    """The sigma of each contact (n,), in the file's units, nan where its row gives none."""
-    if "sigma" not in table.columns:
-        return np.full(len(table), np.nan)
-    sigmas = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0]
-    for index in np.flatnonzero(sigmas <= 0):
-        problems.append(
-            table.problem(int(index), f"sigma is {sigmas[index]:g}", "write a number above 0; no touch is exact")
-        )
-    return sigmas
+    names, vectors = directions(table, APPROACH_COLUMNS, problems)
+    if names[:1] == ("fx",) and flanges is not None:
+        return np.asarray((flanges @ vectors[:, :, None])[:, :, 0])
+    return -vectors if names[:1] == ("nx",) else vectors

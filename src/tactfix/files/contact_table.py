@@ -1,16 +1,19 @@
-"""The rows below the header of a contact file as columns of numbers; a bad cell is looked for only if there is one."""
+"""The rows of a contact file below its header, cut into columns, and columns as numbers."""
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
 from tactfix.decimal_text import DECIMAL_COMMA, MOST_CHARACTERS, NUMBER
 from tactfix.errors import Problem
+from tactfix.files.contact_header import Header
+from tactfix.files.contact_settings import key_of
 from tactfix.geometry.arrays import Floats
 from tactfix.values import frozen_value
+from tactfix.wording import UNPRINTABLE
 
 # What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
@@ -34,6 +37,112 @@ class Table:
     def problem(self, index: int, what: str, remedy: str) -> Problem:
         """A problem of the row with this index (from 0)."""
         return Problem(what, remedy, line=self.lines[index], row=self.rows[index])
+
+
+def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
+    """The cells below the header; None, with a problem, where there are none.
+
+    A row that cannot be cut into the columns of the header is a problem and left out: the others are judged all the
+    same, under the numbers that they have in the file.
+    """
+    body, places = _content(lines, header, problems)
+    if not body:
+        problems.append(Problem("there are no contacts", "write one row for each touch below the header row"))
+        return None
+    text = "\n".join(body)
+    problems.extend(_unprintable(text, body, places))
+    width = len(header.columns)
+    rows: Sequence[int] = range(1, len(body) + 1)
+    if '"' in text:
+        cut = _quoted_rows(body, places, header, problems)
+        sound = [index for index, cells in enumerate(cut) if cells is not None and len(cells) == width]
+        widths = [width if cells is None else len(cells) for cells in cut]
+        cells = [cell for index in sound for cell in cut[index] or ()]
+    else:
+        widths = [line.count(header.separator) + 1 for line in body]
+        sound = [index for index, found in enumerate(widths) if found == width]
+        # Cells of all rows in one list: a list for each row would cost more than all numbers together.
+        whole = text if len(sound) == len(body) else "\n".join(body[index] for index in sound)
+        cells = whole.replace("\n", header.separator).split(header.separator) if sound else []
+    problems.extend(_ragged(body, widths, places, header))
+    if len(sound) < len(body):
+        rows, places = [rows[index] for index in sound], [places[index] for index in sound]
+    if " " in text or "\t" in text:
+        cells = [cell.strip() for cell in cells]
+    columns: dict[str, Sequence[str]] = {name: cells[k::width] for k, name in enumerate(header.columns)}
+    for name in ("feature", "id"):
+        if name in columns and "'" in text:
+            columns[name] = [_without_apostrophe(cell) for cell in columns[name]]
+    return Table(columns, rows, places, header.separator)
+
+
+def _without_apostrophe(cell: str) -> str:
+    """A text without the apostrophe that keeps a spreadsheet from taking it for a formula."""
+    return cell[1:] if cell.startswith(("'=", "'+", "'-", "'@")) else cell
+
+
+def _unprintable(text: str, body: Sequence[str], places: Sequence[int]) -> Iterator[Problem]:
+    """A problem for each row with a character that a terminal or a comment would obey."""
+    if not UNPRINTABLE.search(text):
+        return
+    for index, line in enumerate(body):
+        found = UNPRINTABLE.search(line)
+        if found:
+            what, remedy = f"there is a control character, {found[0]!r}", "remove it; it may not show in your editor"
+            yield Problem(what, remedy, line=places[index], column=found.start() + 1, row=index + 1)
+
+
+def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> tuple[list[str], Sequence[int]]:
+    """The rows that hold something, and the line of each; comments are passed over, settings among them are not."""
+    rest = lines[header.first_line :]
+    first = header.first_line + 1
+    empty = header.separator + " \t"
+    keep = [bool(line.strip(empty)) and not line.lstrip().startswith("#") for line in rest]
+    for number, line in enumerate(rest, first):
+        if "#" in line and line.lstrip().startswith("#"):
+            key = key_of(line.strip())
+            if key:
+                problems.append(Problem(f"{key} stands below the header row", "move it above", line=number))
+    if all(keep):
+        return list(rest), range(first, first + len(rest))
+    body = [line for line, kept in zip(rest, keep, strict=True) if kept]
+    return body, [number for number, kept in enumerate(keep, first) if kept]
+
+
+def _quoted_rows(
+    body: list[str], places: Sequence[int], header: Header, problems: list[Problem]
+) -> list[list[str] | None]:
+    """The cells of each row of a file with quotation marks; None, with a problem, where one is left open."""
+    import csv
+
+    rows: list[list[str] | None] = []
+    for index, line in enumerate(body):
+        try:
+            rows.append(next(csv.reader([line], delimiter=header.separator, strict=True)))
+        except csv.Error:
+            what, remedy = "a quotation mark is left open or stands inside a cell", "close it in its line, or remove it"
+            problems.append(Problem(what, remedy, line=places[index], row=index + 1))
+            rows.append(None)
+    return rows
+
+
+def _ragged(body: Sequence[str], widths: Sequence[int], places: Sequence[int], header: Header) -> list[Problem]:
+    """A problem for each row with more or fewer cells than the header."""
+    width, mark = len(header.columns), header.separator
+    fewer = f"write {mark.join(header.columns)}; leave a cell empty, but keep its separator"
+    more = f"{fewer}; decimal commas need semicolons or tabs between cells" if mark == "," else fewer
+    closed = "remove the separator at the end of the row"
+
+    def remedy(index: int) -> str:
+        if widths[index] < width:
+            return fewer
+        return closed if body[index].rstrip(" ").endswith(mark) else more
+
+    return [
+        Problem(f"{found} cells where the header has {width}", remedy(index), line=places[index], row=index + 1)
+        for index, found in enumerate(widths)
+        if found != width
+    ]
 
 
 def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) -> str:
@@ -70,6 +179,46 @@ def numbers(table: Table, names: Sequence[str], problems: list[Problem], *, may_
     if any(column is None for column in columns):
         columns = [_slow_column(table, name, problems, may_be_empty) for name in names]
     return np.stack([column for column in columns if column is not None], axis=1)
+
+
+def directions(
+    table: Table, choices: Sequence[tuple[str, ...]], problems: list[Problem]
+) -> tuple[tuple[str, ...], Floats]:
+    """Which of choices, names of three columns, the table has, and their unit vectors (n, 3), nan where a row is empty.
+
+    A vector that is given in part or zero is a problem.
+    """
+    names = next((names for names in choices if names[0] in table.columns), ())
+    if not names:
+        return (), np.full((len(table), 3), np.nan)
+    before = len(problems)
+    vectors = numbers(table, names, problems, may_be_empty=True)
+    given = np.array([[bool(cell) for cell in table.columns[name]] for name in names]).T
+    for index in np.flatnonzero(given.any(axis=1) & ~given.all(axis=1)):
+        missing = ", ".join(name for name, there in zip(names, given[index], strict=True) if not there)
+        problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
+    largest = np.abs(vectors).max(axis=1, initial=0.0)
+    for index in np.flatnonzero(largest == 0):
+        what = f"the direction {', '.join(names)} is zero"
+        remedy = "write one of any other length, or leave the three cells empty"
+        problems.append(table.problem(int(index), what, remedy))
+    if len(problems) > before:
+        return names, vectors
+    # Scaled to a largest component of one first, so that no square under- or overflows.
+    vectors = vectors / largest[:, None]
+    return names, np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+def own_sigmas(table: Table, problems: list[Problem]) -> Floats:
+    """The sigma of each contact (n,), in the file's units, nan where its row gives none."""
+    if "sigma" not in table.columns:
+        return np.full(len(table), np.nan)
+    sigmas = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0]
+    for index in np.flatnonzero(sigmas <= 0):
+        problems.append(
+            table.problem(int(index), f"sigma is {sigmas[index]:g}", "write a number above 0; no touch is exact")
+        )
+    return sigmas
 
 
 def _fast_column(table: Table, name: str) -> Floats | None:

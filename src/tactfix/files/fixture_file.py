@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tactfix.errors import FileError, Problem, UsageError
-from tactfix.files.reading import decode, read_bytes
+from tactfix.files.reading import FIXTURE_FIRST, decode, read_bytes
 from tactfix.fixture import Fixture
 from tactfix.fixture_format.entries import Finding
+from tactfix.fixture_format.json_schema import fixtures_folder
 from tactfix.fixture_format.read import read_fixture
 from tactfix.fixture_format.write import fixture_document
+from tactfix.formats import TEMPLATES
+from tactfix.wording import did_you_mean
 from tactfix.yaml_tree import Tree, read_tree, yaml_text
 
 if TYPE_CHECKING:
@@ -49,9 +52,16 @@ def load_fixture(path: str | Path) -> Fixture:
     """
     text = decode(str(path), read_bytes(path))
     if _is_contacts(text):
-        remedy = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
-        raise FileError(str(path), [Problem("this is a contact file", remedy)])
+        raise FileError(str(path), [Problem("this is a contact file", FIXTURE_FIRST)])
     return _fixture_of(text, str(path), Path(path).stem, _beside(Path(path)))
+
+
+def template_text(name: str) -> str:
+    """The text of the shipped fixture file of that name; UsageError where there is none."""
+    if name not in TEMPLATES:
+        raise UsageError(f"there is no template {name!r}; {did_you_mean(name, TEMPLATES)}")
+    path = fixtures_folder() / f"{name}.yaml"
+    return decode(str(path), read_bytes(path))
 
 
 def fixture_from_text(text: str) -> Fixture:

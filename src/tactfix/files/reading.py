@@ -6,14 +6,17 @@ refuses the line; in a remark, or from a noisy serial line, they do no harm.
 
 import sys
 from pathlib import Path
-from typing import BinaryIO, TextIO, TypeAlias
+from typing import BinaryIO, Final, TextIO, TypeAlias
 
 from tactfix.errors import FileError, Problem
 
+FIXTURE_FIRST: Final = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
+"""What to do where one is given for the other."""
 Source: TypeAlias = str | Path | bytes | TextIO | BinaryIO
 """A path, "-" for standard input, the bytes themselves, or an open file."""
 
-_BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""Byte order marks."""
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -71,11 +74,15 @@ def composed(text: str) -> str:
     return unicodedata.normalize("NFC", text)
 
 
+def lines_of(text: str) -> list[str]:
+    """The lines of a text, whichever way they end."""
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
 def decode(name: str, content: bytes) -> str:
     """UTF-8 with or without byte order mark as text, composed; FileError names the first byte that is not UTF-8."""
-    encoding = _BYTE_ORDER_MARKS.get(content[:2])
-    if encoding is not None:
-        raise FileError(name, [Problem(f"this is {encoding}", "save it as UTF-8")])
+    if content.startswith(_UTF_16):
+        raise FileError(name, [Problem("this is UTF-16", "save it as UTF-8")])
     try:
         return composed(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -83,9 +90,6 @@ def decode(name: str, content: bytes) -> str:
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         what = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
         raise FileError(name, [Problem(what, "save the file as UTF-8", line=line, column=column)]) from None
-
-
-_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_log_text(source: Source) -> tuple[str, str]:

@@ -19,7 +19,7 @@ from tactfix.batching.task import ContactSet
 from tactfix.errors import FileError, MissingExtraError, Problem
 from tactfix.files.contact_header import read_header, split_header
 from tactfix.files.contact_settings import SETTING_KEYS, key_of
-from tactfix.files.reading import read_bytes
+from tactfix.files.reading import lines_of, read_bytes
 from tactfix.geometry.arrays import Ints
 from tactfix.values import frozen_value
 
@@ -67,7 +67,7 @@ def csv_table(name: str, text: str) -> CsvTable:
     Rows of one set need not be adjacent. Errors in a row are reported when its set is read.
     Raises FileError for a header that no contact file could have.
     """
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = lines_of(text)
     place = _place_of_set(lines)
     assert place is not None
     header, separator, column = place

@@ -13,9 +13,8 @@ from tactfix.decimal_text import number_of
 from tactfix.errors import FileError, Problem
 from tactfix.files.contact_header import Header, split_header
 from tactfix.files.contact_options import ContactOptions
-from tactfix.files.contact_rows import read_table
-from tactfix.files.contact_table import Table, decimal_mark, numbers
-from tactfix.files.reading import Source, read_source
+from tactfix.files.contact_table import Table, decimal_mark, directions, numbers, own_sigmas, read_table
+from tactfix.files.reading import Source, lines_of, read_source
 from tactfix.geometry.arrays import Floats
 from tactfix.kinematics.chain import Joint
 from tactfix.units import UNITS, factor, which_unit
@@ -59,7 +58,7 @@ def load_touches(source: Source, cell: Cell, sigma: float | None) -> Touches:
 
 
 def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -> Touches | None:
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = lines_of(text)
     first = next((i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
     if first is None:
         problems.append(Problem("there is no header row", "begin with place,feature,q1,q2,..."))
@@ -73,7 +72,7 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     places, features = tuple(table.columns["place"]), tuple(table.columns["feature"])
     _check_names(table, cell, problems)
     raw = numbers(table, [f"q{k + 1}" for k in range(len(cell.chain.joints))], problems)
-    approaches, in_flange = _approaches(table, problems)
+    names, approaches = directions(table, _TOUCH_APPROACHES, problems)
     if said.units not in (None, *UNITS):
         return None
     sigmas = _sigmas(table, cell, said, sigma, problems)
@@ -81,7 +80,7 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
         return None
     joints = _joints(raw, cell, said)
     _check_limits(table, joints, cell.chain.joints, said.joints, problems)
-    return Touches(places, features, joints, approaches, in_flange, sigmas, tuple(table.rows))
+    return Touches(places, features, joints, approaches, names[:1] == ("fx",), sigmas, tuple(table.rows))
 
 
 _TEXT_COLUMNS: Final = ("place", "feature", "id")
@@ -187,18 +186,6 @@ def _shown(low: float, high: float, unit: str, joint: Joint) -> str:
     return f"{low * scale:.4g} to {high * scale:.4g}"
 
 
-def _approaches(table: Table, problems: list[Problem]) -> tuple[Floats, bool]:
-    """Unit approaches (n, 3), nan where there are none, and whether they are in the flange."""
-    names = next((vector for vector in _TOUCH_APPROACHES if vector[0] in table.columns), None)
-    if names is None:
-        return np.full((len(table), 3), np.nan), False
-    vectors = numbers(table, names, problems, may_be_empty=True)
-    sizes = np.linalg.norm(vectors, axis=1)
-    for index in np.flatnonzero(sizes == 0):
-        problems.append(table.problem(int(index), "the approach is zero", "write any other length, or leave it empty"))
-    return vectors / np.where(sizes == 0, 1.0, sizes)[:, None], names == _TOUCH_APPROACHES[1]
-
-
 def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems: list[Problem]) -> Floats:
     """The sigma (n,) of each touch in the cell's units: the row's, else the header's, else the probe's."""
     scale = factor(said.units, cell.units) if said.units else 1.0
@@ -208,11 +195,7 @@ def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems
             problems.append(Problem(f"sigma is {said.sigma!r}", "write a number above 0"))
             return np.ones(len(table))
         sigma = value * scale
-    own = np.full(len(table), np.nan)
-    if "sigma" in table.columns:
-        own = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0] * scale
-        for index in np.flatnonzero(own <= 0):
-            problems.append(table.problem(int(index), "sigma is not above 0", "no touch is exact"))
+    own = own_sigmas(table, problems) * scale
     if sigma is None and np.isnan(own).any():
         problems.append(Problem("nothing says the sigma of a touch", "write probe: {sigma: ...} in the cell file"))
     return np.asarray(np.where(np.isnan(own), sigma or 1.0, own))

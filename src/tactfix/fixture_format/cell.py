@@ -1,6 +1,5 @@
 """The plain values of a cell file, held to the models, with every problem in the words of the file."""
 
-import json
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import Field, ValidationError
@@ -8,7 +7,7 @@ from pydantic import Field, ValidationError
 from tactfix.fixture_format.entries import Finding, Path, unknown_key
 from tactfix.fixture_format.entry_schema import Length, Name, Strict, Vector
 from tactfix.fixture_format.pydantic_errors import LIST_ERRORS, number_remedy, place_of, shown
-from tactfix.fixture_format.schema import Matrix, PlacementModel
+from tactfix.fixture_format.schema import Matrix, PlacementModel, schema_text
 from tactfix.units import Unit, which_unit
 from tactfix.wording import did_you_mean
 
@@ -18,9 +17,7 @@ Range: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 def cell_schema() -> str:
     """JSON Schema (draft 2020-12) of cell files, as text with a newline at its end."""
-    schema = CellDocument.model_json_schema(by_alias=True)
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "tactfix cell"}
-    return json.dumps({**head, **{key: value for key, value in schema.items() if key != "title"}}, indent=2) + "\n"
+    return schema_text(CellDocument, "tactfix cell")
 
 
 class DhModel(Strict):

@@ -15,9 +15,8 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading, vector
+from tactfix.files.logs.log import Log, LogContact, passed_over, try_reading, vector
 from tactfix.lexer import Lexer, text_lines
-from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import ABB_EXAMPLE, abb_pose
 
 _MOD_COMMENT: Final = re.compile(r"!.*")
@@ -45,7 +44,6 @@ _POSITION_LINES: Final = 200
 @dataclass(slots=True)
 class _Reader:
     columns: PoseColumns
-    standing: Standing
     contacts: list[LogContact] = field(default_factory=list)
     other: list[int] = field(default_factory=list)
     motions: dict[str, list[tuple[int, str, str]]] = field(default_factory=dict)
@@ -83,7 +81,7 @@ class _Reader:
         for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
             for line, tool, work_object in self.motions.get(name.upper(), []):
                 for what, value in (("the tool", tool), ("the work object", work_object)):
-                    try_reading(Lexer("", line), problems, partial(self.standing.keep, what, value))
+                    try_reading(Lexer("", line), problems, partial(self.columns.standing.keep, what, value))
 
     def _bare(self, lexer: Lexer) -> None:
         """A value with a name before it, in a motion, or alone."""
@@ -92,8 +90,8 @@ class _Reader:
             after = lexer.match(_AFTER_MOTION)
             if after is None:
                 lexer.refuse("what follows the target is no motion", ABB_EXAMPLE)
-            self.standing.keep("the tool", after.group(1), lexer)
-            self.standing.keep("the work object", after.group(2) or "wobj0", lexer)
+            self.columns.standing.keep("the tool", after.group(1), lexer)
+            self.columns.standing.keep("the work object", after.group(2) or "wobj0", lexer)
             lexer.take(";")
             lexer.end(ABB_EXAMPLE)
             return
@@ -127,11 +125,11 @@ class _Reader:
         lexer.position = here
         values, axes = abb_pose(lexer)
         if axes:
-            self.standing.keep("external axes", axes, lexer)
+            self.columns.standing.keep("external axes", axes, lexer)
         return pose_contact(lexer, self.columns.numbers, values, name)
 
     def log(self) -> Log:
-        notes = (*self.standing.notes("external axes"), *passed_over(self.other, "other statements"))
+        notes = (*self.columns.standing.notes("external axes"), *passed_over(self.other, "other statements"))
         return Log(tuple(self.contacts), "mm", notes)
 
 
@@ -165,10 +163,7 @@ def _divided(lexer: Lexer) -> list[Lexer]:
 
 def read_abb(text: str, problems: list[Problem]) -> Log:
     """Targets of the tool in the active work object."""
-    standing = Standing()
-    numbers = DIALECTS["abb"].numbers
-    assert numbers is not None
-    reader = _Reader(PoseColumns(numbers, standing), standing)
+    reader = _Reader(PoseColumns.of("abb"))
     for statement in _statements(text):
         try_reading(statement, problems, reader.statement)
     reader.check_motions(problems)

@@ -17,6 +17,7 @@ import numpy as np
 
 from tactfix.files.logs.log import LogContact, Standing, vector
 from tactfix.lexer import Lexer
+from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.dialect import Numbers
 from tactfix.pose_formats.pose import PoseSyntaxError
 from tactfix.values import frozen_value
@@ -59,15 +60,11 @@ def cells_of(lexer: Lexer, standing: Standing) -> tuple[Cell, ...]:
     if len(lexer.rest.split()) > 1 or separator != " ":
         standing.keep("what divides the numbers", _SEPARATOR_NAMES[separator], lexer, _COLUMNS_REMEDY)
     cells, column = [], lexer.column
-    for part in lexer.rest.split(separator) if separator != " " else _by_blanks(lexer.rest):
+    for part in lexer.rest.split(separator):
         inside = part.lstrip()
         cells.append(Cell(inside.rstrip(), column + len(part) - len(inside)))
         column += len(part) + 1
     return tuple(cell for cell in cells if cell.text or separator != " ")
-
-
-def _by_blanks(text: str) -> Sequence[str]:
-    return text.split(" ")
 
 
 def is_number(cell: Cell) -> bool:
@@ -110,10 +107,17 @@ class PoseColumns:
     """Reads lines of numbers as poses whose numbers are those of a pose format."""
 
     numbers: Numbers
-    standing: Standing
+    standing: Standing = field(default_factory=Standing)
     columns: tuple[str, ...] = ()
     passed: list[str] = field(default_factory=list)
     open_end: bool = False
+
+    @classmethod
+    def of(cls, dialect: str) -> "PoseColumns":
+        """Columns with the numbers of a pose format."""
+        numbers = DIALECTS[dialect].numbers
+        assert numbers is not None
+        return cls(numbers)
 
     @property
     def _remedy(self) -> str:

@@ -13,9 +13,8 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
-from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, try_reading
+from tactfix.files.logs.log import Log, LogContact, passed_over, try_reading
 from tactfix.lexer import Lexer
-from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import FANUC_EXAMPLE, fanuc_item, fanuc_pose
 
 _POSITION_OPENS: Final = re.compile(
@@ -46,7 +45,6 @@ _LISTED_NUMBER: Final = re.compile(r"[ \t]*[-+.0-9]")
 @dataclass(slots=True)
 class _Reader:
     columns: PoseColumns
-    standing: Standing
     contacts: list[LogContact] = field(default_factory=list)
     other: list[int] = field(default_factory=list)
     empty: list[int] = field(default_factory=list)
@@ -96,9 +94,11 @@ class _Reader:
     def check_selected(self, problems: list[Problem]) -> None:
         """Positions without a frame or tool of their own: the program must select one throughout."""
         for label, selected in self.selected.items():
-            if self.standing.said.get(label, ("", 0))[0] == _SELECTED_FRAME:
+            if self.columns.standing.said.get(label, ("", 0))[0] == _SELECTED_FRAME:
                 for line, number in selected:
-                    try_reading(Lexer("", line), problems, partial(self.standing.keep, f"{label} selected", number))
+                    try_reading(
+                        Lexer("", line), problems, partial(self.columns.standing.keep, f"{label} selected", number)
+                    )
 
     def _is_row(self, text: str) -> bool:
         """Whether a line is one of columns: their names, numbers, or cells below names; a line of a program is none."""
@@ -122,7 +122,7 @@ class _Reader:
         if pose is None:
             self.joints.append(lexer.line)
             return
-        self.standing.keep("axes of other groups", tuple(axes), lexer)
+        self.columns.standing.keep("axes of other groups", tuple(axes), lexer)
         self._contact(lexer, pose, name)
 
     def _frame(self, lexer: Lexer, group: int) -> None:
@@ -134,7 +134,7 @@ class _Reader:
                 number = _SELECTED_FRAME if lexer.take(_SELECTED_FRAME) else str(lexer.integer(FANUC_EXAMPLE))
                 lexer.mark(",", FANUC_EXAMPLE)
             if group == 1:
-                self.standing.keep(label, number, lexer)
+                self.columns.standing.keep(label, number, lexer)
         if lexer.take("CONFIG"):
             lexer.mark(":", FANUC_EXAMPLE)
             lexer.quoted("'", FANUC_EXAMPLE)
@@ -160,19 +160,19 @@ class _Reader:
             self.other.append(lexer.line)
             return
         pose = fanuc_pose(lexer)
-        self.standing.keep("axes of other groups", tuple(_axes(lexer)), lexer)
+        self.columns.standing.keep("axes of other groups", tuple(_axes(lexer)), lexer)
         lexer.end(FANUC_EXAMPLE)
         self._contact(lexer, pose, name)
 
     def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
         begin = Lexer("", lexer.first_line)
         for what, value in self.now.items():
-            self.standing.keep(what, value, begin)
+            self.columns.standing.keep(what, value, begin)
         self.contacts.append(pose_contact(begin, self.columns.numbers, pose, name))
 
     def log(self) -> Log:
         notes = (
-            *self.standing.notes("axes of other groups"),
+            *self.columns.standing.notes("axes of other groups"),
             *passed_over(self.joints, "positions of joints, which tell no point,"),
             *passed_over(self.empty, "positions that were never set"),
             *passed_over(self.other, "other lines"),
@@ -224,10 +224,7 @@ def _begins(line: str) -> bool:
 
 def read_fanuc(text: str, problems: list[Problem]) -> Log:
     """Positions of the tool in the active user frame."""
-    standing = Standing()
-    numbers = DIALECTS["fanuc"].numbers
-    assert numbers is not None
-    reader = _Reader(PoseColumns(numbers, standing), standing)
+    reader = _Reader(PoseColumns.of("fanuc"))
     for part in _parts(text.replace("\r", "")):
         try_reading(part, problems, reader.part)
     reader.check_selected(problems)

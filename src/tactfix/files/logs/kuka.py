@@ -15,9 +15,8 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact, separator_of
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines, try_reading
+from tactfix.files.logs.log import Log, LogContact, passed_over, read_lines, try_reading
 from tactfix.lexer import Lexer
-from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import KUKA_AXES, KUKA_EXAMPLE, KUKA_LABELS, kuka_items, kuka_position
 
 _DAT_COMMENT: Final = re.compile(r";.*")
@@ -46,7 +45,6 @@ _TAUGHT_NUMBER: Final = re.compile(r"(TOOL_NO|BASE_NO)\s+(-?[0-9]{1,3})\b", re.I
 @dataclass(slots=True)
 class _Reader:
     columns: PoseColumns
-    standing: Standing
     contacts: list[LogContact] = field(default_factory=list)
     talk: list[int] = field(default_factory=list)
     axes: list[int] = field(default_factory=list)
@@ -131,8 +129,8 @@ class _Reader:
 
     def _contact(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
         for what in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
-            self.standing.keep(what, self.active.get(what, "that before the program"), lexer)
-        self.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
+            self.columns.standing.keep(what, self.active.get(what, "that before the program"), lexer)
+        self.columns.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
         self.contacts.append(pose_contact(lexer, self.columns.numbers, [said[label] for label in KUKA_LABELS], name))
 
     def _tool(self, lexer: Lexer) -> None:
@@ -149,7 +147,7 @@ class _Reader:
         for contact in self.contacts:
             line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
             for what, number in numbers:
-                try_reading(Lexer("", line), problems, partial(self.standing.keep, what.upper(), int(number)))
+                try_reading(Lexer("", line), problems, partial(self.columns.standing.keep, what.upper(), int(number)))
 
     def log(self) -> Log:
         notes = (
@@ -157,7 +155,9 @@ class _Reader:
             *passed_over(self.frames, "frames of tools, bases and the robot itself"),
             *passed_over(self.talk, "other lines"),
         )
-        return Log(tuple(self.contacts), "mm", (*self.standing.notes("external axes", "TOOL_NO", "BASE_NO"), *notes))
+        return Log(
+            tuple(self.contacts), "mm", (*self.columns.standing.notes("external axes", "TOOL_NO", "BASE_NO"), *notes)
+        )
 
 
 def _is_row(text: str) -> bool:
@@ -168,10 +168,7 @@ def _is_row(text: str) -> bool:
 
 def read_kuka(text: str, problems: list[Problem]) -> Log:
     """Positions of the tool in the active base."""
-    standing = Standing()
-    numbers = DIALECTS["kuka"].numbers
-    assert numbers is not None
-    reader = _Reader(PoseColumns(numbers, standing), standing)
+    reader = _Reader(PoseColumns.of("kuka"))
     read_lines(text, problems, reader.line)
     reader.check_taught(problems)
     return reader.log()

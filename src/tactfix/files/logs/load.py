@@ -8,9 +8,9 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.contact_file import ContactFile
-from tactfix.files.contact_options import EVERY, ContactOptions, LogOptions, Settings, settle
+from tactfix.files.contact_options import EVERY, ContactOptions, LogOptions, Settings, Vector, settle
 from tactfix.files.logs import LOG_FORMATS
-from tactfix.files.logs.log import LogContact, LogFormat, Vector, in_base, last_of_each_place, vector, with_approaches
+from tactfix.files.logs.log import LogContact, LogFormat, in_base, last_of_each_place, vector, with_approaches
 from tactfix.files.reading import Source, read_log_text
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats, unit
@@ -19,8 +19,6 @@ from tactfix.units import factor
 from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
-_MOST_PROBLEMS = 20
-"""Problems that are told of one log: a screen of them. Nobody reads more before mending the first."""
 _MOST_TIP_MM = 3000.0
 """No probe reaches farther from its flange; what is longer is in another unit."""
 
@@ -118,7 +116,7 @@ def read_log(
     if complete:
         problems.extend(_missing(settings))
     if problems:
-        raise FileError(name, _shortened(problems))
+        raise FileError(name, problems)
     features = tuple(run.feature for run in wanted.features for _ in range(run.count))
     contacts = with_approaches(contacts, features, wanted.approaches)
     if wanted.work_offset is not None:
@@ -278,11 +276,3 @@ def _frame_notes(log_format: LogFormat, contacts: Sequence[LogContact], wanted: 
             "the poses are taken as those of the tip's centre; for poses of the flange give the tip offset x,y,z"
         )
     return tuple(notes)
-
-
-def _shortened(problems: Sequence[Problem]) -> list[Problem]:
-    """No more problems than a person reads."""
-    more = len(problems) - _MOST_PROBLEMS
-    if more <= 0:
-        return list(problems)
-    return [*problems[:_MOST_PROBLEMS], Problem(f"{more} more problems", "mend the ones above first")]

@@ -11,15 +11,13 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from tactfix.errors import Problem
-from tactfix.files.contact_options import EVERY
+from tactfix.files.contact_options import EVERY, Vector
 from tactfix.formats import LogName
 from tactfix.geometry.arrays import Floats
 from tactfix.lexer import Lexer, TextError, text_lines
 from tactfix.pose_formats.pose import Pose
 from tactfix.units import factor
 from tactfix.values import frozen_value
-
-Vector: TypeAlias = tuple[float, float, float]
 
 ONE_STATE_REMEDY: Final = "move it back, or log the contacts of one state in a file of their own"
 _NORMAL_OFF_UNIT: Final = 0.01

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from tactfix.errors import Problem
-from tactfix.files.logs.log import Log, LogContact, Standing, Vector, against, passed_over, read_lines, vector
+from tactfix.files.contact_options import Vector
+from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
 from tactfix.gcode import missing, read_block
 from tactfix.lexer import Lexer
 

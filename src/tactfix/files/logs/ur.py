@@ -11,9 +11,8 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, pose_contact
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, Standing, passed_over, read_lines
+from tactfix.files.logs.log import Log, LogContact, passed_over, read_lines
 from tactfix.lexer import Lexer
-from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.literals import UR_EXAMPLE, ur_pose
 
 _POSE: Final = re.compile(r"(?<![A-Za-z0-9_])p\s*\[")
@@ -71,10 +70,7 @@ class _Reader:
 
 def read_ur(text: str, problems: list[Problem]) -> Log:
     """Poses of the tool in the robot's base, in metres."""
-    standing = Standing()
-    numbers = DIALECTS["ur"].numbers
-    assert numbers is not None
-    reader = _Reader(PoseColumns(numbers, standing))
+    reader = _Reader(PoseColumns.of("ur"))
     read_lines(text, problems, reader.line)
     passed = reader.columns.passed
     notes = (f"the columns {', '.join(passed[:5])} say nothing of the pose; passed over",) if passed else ()
