@@ -1,4 +1,4 @@
-"""The covariance of a point of the fixture, and the limits that a located pose must keep to be acceptable."""
+"""The covariance of a point of the fixture, and the limits that make a located pose acceptable."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def point_covariance(base_from_fixture: Floats, covariance: Floats, points_fixtu
 
 
 def worst_sigma(covariances: Floats) -> Floats:
-    """One standard deviation (...,) along the direction that is known worst, of covariances (..., 3, 3)."""
+    """The largest standard deviation (...,) over all directions, of covariances (..., 3, 3)."""
     return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(covariances)[..., -1], 0.0)))
 
 

@@ -1,7 +1,6 @@
-"""Contacts made of arrays: whatever no touch can be is refused."""
+"""Contacts made of arrays, which are checked."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,10 +9,6 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
-
-if TYPE_CHECKING:
-    pass
-
 
 _NOT_A_ROTATION = 1e-3
 """Largest entry by which a rotation matrix times its transpose may differ from the identity. Entries typed with four
@@ -95,7 +90,9 @@ def contacts_from_arrays(
     _refuse_bad_flange(count, flanges, offset)
     largest = max(np.abs(places).max(initial=0.0), sigmas.max(initial=0.0), tip_radius)
     if largest > MOST_LENGTH or sigmas.min(initial=1.0) < LEAST_LENGTH:
-        raise UsageError(f"lengths beyond {LEAST_LENGTH:g} and {MOST_LENGTH:g} are none in any unit; check the numbers")
+        raise UsageError(
+            f"a length is below {LEAST_LENGTH:g} or above {MOST_LENGTH:g}; check the numbers and the units"
+        )
     return Contacts(
         features=names,
         points=places,

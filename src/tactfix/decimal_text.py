@@ -1,6 +1,6 @@
 """The decimal numbers that people write: ASCII digits, a point, an exponent.
 
-float() takes more: 1_0, digits of other scripts, nan, inf and four hundred digits. None of that is a number here.
+float() accepts more: 1_0, digits of other scripts, nan, inf and four hundred digits. These are rejected here.
 """
 
 import re
@@ -9,7 +9,7 @@ from typing import Final
 from tactfix.units import MOST_LENGTH
 
 MOST_CHARACTERS: Final = 100
-"""A double has 17 digits; whatever is longer than this was not written for a number."""
+"""A double has 17 digits; a longer text is not a number."""
 FIXED_POINT: Final = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 """A number without an exponent."""
 NUMBER: Final = re.compile(rf"{FIXED_POINT.pattern}(?:[eE][-+]?[0-9]+)?")
@@ -20,7 +20,7 @@ DECIMAL_COMMA: Final = re.compile(r"[-+]?[0-9]{0,20},[0-9]{1,20}")
 
 
 def number_of(text: str) -> float | None:
-    """The number that text says; None where it says none, or one beyond 1e30, which is no length and no count."""
+    """The number that text says; None if it is not a decimal number, or above 1e30."""
     if len(text) > MOST_CHARACTERS or not NUMBER.fullmatch(text):
         return None
     value = float(text)
@@ -28,5 +28,5 @@ def number_of(text: str) -> float | None:
 
 
 def numbers_of(text: str) -> list[float | None]:
-    """The number that each part of text between two commas says; None where it says none."""
+    """The numbers of text, divided by commas; None for a part that is not a number."""
     return [number_of(part.strip()) for part in text.split(",")]

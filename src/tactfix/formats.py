@@ -1,4 +1,4 @@
-"""What is told of the formats of poses and contacts without them: names, endings, and what numbers they allow.
+"""Names, file endings and limits of the formats of poses and contacts.
 
 It stands apart from the formats themselves (`pose_formats`, `files.logs`), which take long to import: help, JSON and
 contact files do not wait for them. A format has no other name than one of these, which mypy sees to, and each of these
@@ -72,4 +72,4 @@ LOCATE_SCHEMA: Final = "tactfix/locate/1"
 MOST_OFF_UNIT: Final = 1e-3
 """A quaternion printed with four digits is off by up to 1e-4 in length; anything worse is not a unit quaternion."""
 MOST_RADIANS: Final = 2 * math.pi + 0.01
-"""Rad: a full turn, and what rounding adds to it; what is more was hardly meant as an angle in rad."""
+"""A full turn in rad, with room for rounding; a larger angle was probably written in degrees."""

@@ -13,10 +13,10 @@ from tactfix.decimal_text import FIXED_POINT, NUMBER
 from tactfix.errors import Problem, TactfixError
 
 LARGEST_NUMBER: Final = 1e30
-"""No length, angle or count that a machine writes is larger; what is, is damage."""
+"""No length, angle or count that a machine writes is larger; a larger one is damaged."""
 _LINE_END: Final = re.compile(r"\r*\n|\r")
 _LONGEST_NUMBER: Final = 40
-"""Of a number: a double has 17 digits, and what is longer was not written for one."""
+"""Characters of a number; a double has 17 digits."""
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _BLANKS: Final = re.compile(r"[ \t\r\n]*")
@@ -116,7 +116,7 @@ class Lexer:
             self.refuse(f"{shown[:_LONGEST_NUMBER]!r} is no number" if shown else self._no_number(), remedy)
         literal = found.group()
         if len(literal) > _LONGEST_NUMBER or not abs(float(literal)) <= LARGEST_NUMBER:
-            self.refuse(f"{literal[:_LONGEST_NUMBER]} is beyond all measure", remedy)
+            self.refuse(f"{literal[:_LONGEST_NUMBER]} is too long, or larger than 1e30", remedy)
         self.position = end
         return literal
 

@@ -11,10 +11,9 @@ _UNIT_LENGTHS: Final[dict[str, int]] = {"mm": 10_000, "m": 10_000_000, "um": 10,
 
 
 LEAST_LENGTH: Final = 1e-30
-"""Lengths in files and arguments are between these: squares and their products stay finite doubles."""
+"""Lengths in files and arguments are between these two, so that squares and ratios of lengths are finite doubles."""
 MOST_LENGTH: Final = 1e30
-"""Beyond these nothing is a length in any of the units; and the squares and ratios of lengths would leave the range of
-doubles."""
+"""See LEAST_LENGTH."""
 
 
 def factor(source: str, target: str) -> float:

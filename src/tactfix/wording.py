@@ -8,16 +8,16 @@ from typing import Final
 UNPRINTABLE: Final = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-"""What a terminal, a comment or XML would obey or choke on: control characters, other line ends, reversed writing."""
+"""Characters that a terminal would interpret or XML reject: control characters, other line ends, reversed writing."""
 
 
 def printable(text: str) -> str:
-    """The text with such characters as escapes, for whatever is shown of a file that others wrote."""
+    """The text with unprintable characters as escapes."""
     return UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def wrapped(text: str, width: int) -> str:
-    """Lines no longer than width, broken between words only; what is carried on is indented below its line."""
+    """The text with lines of at most width characters, broken between words; continued lines are indented."""
     from textwrap import wrap
 
     return "".join(
@@ -38,13 +38,13 @@ def wrapped(text: str, width: int) -> str:
 
 
 _COMMENT_OPENS: Final = re.compile(r"(?:;|!|#|//|--) ")
-"""How a line begins that a controller passes over."""
+"""How a comment begins in the programs of controllers."""
 
 
 def wrapped_comments(text: str, width: int) -> str:
     """Comments no longer than width, each of their lines a comment; all other lines as they are.
 
-    A line of a program must stay one line: a terminal that is too narrow for it gives it back whole when it is copied.
+    Lines of the program itself must stay whole, or they could not be copied from a terminal.
     """
     from textwrap import wrap
 
@@ -72,14 +72,14 @@ def did_you_mean(wrong: str, known: Iterable[str]) -> str:
 
     names = list(known)
     if not names:
-        return "there is none to choose from"
+        return "there are none to choose from"
     by_lower = {name.lower(): name for name in reversed(names)}
     near = get_close_matches(wrong.strip().lower(), by_lower, n=1, cutoff=0.6)
     return f"did you mean {by_lower[near[0]]!r}?" if near else f"use one of: {', '.join(names)}"
 
 
 def decimals(sigma: float) -> int:
-    """So many decimals that a number whose sigma this is loses less than a hundredth of it; 6 where sigma is 0."""
+    """Decimals that show a number to a hundredth of its sigma; 6 if sigma is 0."""
     return 6 if sigma <= 0 else max(0, min(12, 2 - math.ceil(math.log10(sigma))))
 
 
@@ -89,16 +89,14 @@ def fixed(value: float, digits: int) -> str:
 
 
 def borne(value: float, sigma: float | None, sign: str = "") -> str:
-    """A number with the decimals that its sigma bears, never in powers of ten.
+    """A number with decimals down to a hundredth of its sigma, never in powers of ten; sign: "+" to show every sign.
 
-    Where there is no sigma: at most six decimals, or six digits of what is smaller than that.
-
-    sign: "+" for a sign in any case.
+    Without sigma: at most six decimals, or six digits of a smaller number.
     """
     if sigma is not None and sigma > 0:
         number = fixed(value, decimals(sigma))
     else:
-        # In m a length of which nothing says the sigma may be less than a millionth.
+        # In m, a length may be less than a millionth.
         size = abs(float(value))
         digits = 6 if size == 0 else min(12, max(6, 5 - math.floor(math.log10(size))))
         number = fixed(value, digits).rstrip("0").rstrip(".")
@@ -111,7 +109,7 @@ def with_unit(text: str, unit: str | None) -> str:
 
 
 def coordinates(values: Sequence[float], sigma: float) -> str:
-    """x 534.1 y -162.8 z 136.3: decimals down to a tenth of sigma, no more than a place in words bears."""
+    """x 534.1 y -162.8 z 136.3: decimals down to a tenth of sigma."""
     digits = max(0, decimals(sigma) - 1)
     return " ".join(f"{axis} {fixed(value, digits)}" for axis, value in zip("xyz", values, strict=True))
 

@@ -90,8 +90,8 @@ def test_unknown_approaches_are_nan() -> None:
         ({"points": [[np.nan, 0, 0], [0, 0, 0]]}, "finite"),
         ({"sigma": 0.0}, "sigma must be above 0"),
         ({"sigma": [0.1, np.inf]}, "sigma must be above 0"),
-        ({"sigma": 1e-200}, "none in any unit"),
-        ({"points": [[0, 0, 1e200], [1, 0, 0]]}, "none in any unit"),
+        ({"sigma": 1e-200}, "a length is below 1e-30 or above"),
+        ({"points": [[0, 0, 1e200], [1, 0, 0]]}, "a length is below 1e-30 or above"),
         ({"tip_radius": -1.0}, "tip_radius"),
     ],
 )

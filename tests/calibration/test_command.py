@@ -151,7 +151,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_computed(
 BAD_TOUCHES = {
     "degrees said to be rad": (("# joints: deg", "# joints: rad"), r"row 1, line 3: q2 is 37.2\d+ rad, outside"),
     "rad said to be degrees": (None, "row 1, line 3: no joint is ever 6.3 degrees from zero: these are rad"),
-    "nothing said": (("# joints: deg\n", ""), "nothing says whether the joints are in degrees or rad"),
+    "nothing said": (("# joints: deg\n", ""), "the unit of the joints, degrees or rad, is not given"),
     "a column too few": ((",q6", ""), "line 2: the robot has 6 joints, the file has q1, q2, q3, q4 and q5"),
     "an unknown place": (("\nfront,a", "\nfronk,a"), "row 1, line 3: there is no place 'fronk'; did you mean 'front'"),
     "an unknown feature": (("\nfront,a", "\nfront,d"), "row 1, line 3: seats at 'front' has no feature 'd'"),

@@ -52,10 +52,10 @@ def test_an_interrupt_within_the_import_machinery_is_raised_when_that_is_over() 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with StopSignals() as stop:
-            exec(machinery, {"signal": signal, "left": left})
-            assert left
             with pytest.raises(KeyboardInterrupt):
+                exec(machinery, {"signal": signal, "left": left})
                 time.sleep(5)
+            assert left
             assert stop.received == signal.SIGINT
     finally:
         signal.signal(signal.SIGINT, before)

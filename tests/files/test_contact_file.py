@@ -152,7 +152,7 @@ def test_without_a_fixture_all_contacts_are_on_one_surface() -> None:
 
 def test_without_a_fixture_nothing_but_the_file_can_say_the_units() -> None:
     text = "# tip_radius: 0\n# sigma: 1\nx,y,z\n1,2,3\n"
-    assert whats(text, None) == ["nothing says the units"]
+    assert whats(text, None) == ["the units are not given"]
     assert read(text, None, units="m").points[0, 0] == 1.0
 
 

@@ -93,7 +93,7 @@ def test_subsets_keep_how_the_flange_stood() -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (text("rx,ry,rz", "# pose: flange"), "nothing says where the tip is"),
+        (text("rx,ry,rz", "# pose: flange"), "the tip offset is not given"),
         (text("rx,ry,rz", "# pose: wrist"), "pose is 'wrist'"),
         (text("rx,ry,rz", "# tip_offset: 1, 2"), "tip_offset is '1, 2'"),
         (text("rx,ry,rz", "# tcp: 1, 2, 3"), "did you mean 'tip_offset'?"),

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 COLLECT_AFTER = 100_000
-"""Objects made, more than given up, after which Python looks for garbage in cycles. After its own 700 it looks 87 times
-while a command is imported, and finds none: a twelfth of the processor time of `locate`."""
+"""Python looks for garbage in cycles once so many more objects have been made than freed. With its default of 700 it
+looks 87 times while a command is imported and finds none: a twelfth of the processor time of `locate`."""
 
 
 def main(arguments: "Sequence[str] | None" = None) -> int:
@@ -20,7 +20,7 @@ def main(arguments: "Sequence[str] | None" = None) -> int:
         _collect_seldom()
     try:
         from tactfix.cli.app import run
-    except KeyboardInterrupt:  # from there on it is told
+    except KeyboardInterrupt:  # `run` reports it from there on
         return 130
     status = run(arguments)
     if arguments is None:
@@ -29,8 +29,8 @@ def main(arguments: "Sequence[str] | None" = None) -> int:
 
 
 def _end_on_interrupt() -> None:
-    """Let Ctrl-C end this process without a word, until it is told and after: in imports and while Python leaves, an
-    interrupt is an exception that shows as a traceback, or is swallowed and shown too.
+    """Let Ctrl-C end this process silently before and after `run`: during imports and at exit, Python would print the
+    interrupt as a traceback.
     """
     import _signal  # type: ignore[import-not-found]  # signal, which is written in Python, imports enum
 
@@ -46,8 +46,8 @@ def _collect_seldom() -> None:
 
 
 def _end_uncollected() -> None:
-    """Spare Python the search of everything for garbage in cycles when it ends, a fifth of the time of `locate`: the
-    process gives its memory back as a whole, and what is written has been flushed and closed.
+    """Keep Python from looking for garbage in cycles at exit, a fifth of the time of `locate`: the memory is freed with
+    the process, and all output has been flushed and closed.
     """
     import gc
 

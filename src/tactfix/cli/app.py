@@ -1,6 +1,6 @@
-"""One command line run, and what becomes of errors, Ctrl-C and termination.
+"""Runs one command line and reports errors, Ctrl-C (SIGINT) and SIGTERM.
 
-Both signals end what is under way alike, so that temporary files and workers go with it.
+Both signals raise KeyboardInterrupt, so that temporary files and workers are cleaned up.
 """
 
 import errno
@@ -20,14 +20,14 @@ from tactfix.errors import TactfixError
 
 _SIGNAL_WORDS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 _IMPORT_SECONDS: Final = 0.01
-"""Seconds after which a signal that came within Python's import machinery is looked at again: it stays there for less
-than a millisecond at a time, and nobody notices a hundredth of a second."""
+"""Seconds after which a signal that arrived inside Python's import machinery is raised again. An import stays there for
+less than a millisecond at a time."""
 
 
 class StopSignals:
-    """While entered, both signals raise KeyboardInterrupt once; received is the one that came, None before.
+    """A context in which both signals raise KeyboardInterrupt; received: the signal that came, None before.
 
-    Whoever imports compiled code may turn the interrupt into an error of its own: received still tells.
+    Compiled modules may turn the interrupt into an error of their own while they are imported: received still shows it.
     """
 
     def __init__(self) -> None:
@@ -37,7 +37,7 @@ class StopSignals:
     def __enter__(self) -> "StopSignals":
         if threading.current_thread() is threading.main_thread():
             for number in _SIGNAL_WORDS:
-                # What somebody else has set, and a signal that is to be ignored (nohup), stays.
+                # Handlers that others have set stay, and so does an ignored signal (nohup).
                 if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
                     self._before[number] = signal.signal(number, self._stop)
         return self
@@ -49,7 +49,7 @@ class StopSignals:
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self.received = number
         if frame is not None and frame.f_code.co_filename.startswith("<frozen importlib"):
-            # In the callbacks of an import an exception is printed and lost: it is raised when that is over.
+            # An exception raised in a callback of an import is printed and lost: raise it after the import.
             again = threading.Timer(_IMPORT_SECONDS, signal.raise_signal, [number])
             again.daemon = True
             again.start()
@@ -58,7 +58,7 @@ class StopSignals:
 
     @property
     def word(self) -> str:
-        """What became of the command."""
+        """How the command ended: interrupted or terminated."""
         return _SIGNAL_WORDS.get(self.received, "interrupted")  # type: ignore[call-overload, no-any-return]
 
     @property
@@ -68,7 +68,7 @@ class StopSignals:
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status; every error is told on standard error, in its own words."""
+    """Run one command and return its exit status; errors are reported on standard error."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     settle()
     with StopSignals() as stop:
@@ -82,26 +82,26 @@ def run(arguments: Sequence[str] | None = None) -> int:
             return _told(error) if stop.received is None else _say(stop.word, stop.status)
         except KeyboardInterrupt:
             return _say(stop.word, stop.status)
-    # Some versions of typer make an exit status of an interrupt, without a word.
+    # Some versions of typer turn an interrupt into an exit status.
     return status if stop.received is None else _say(stop.word, stop.status)
 
 
 _OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)
-"""What a standard stream that is full, closed or gone says."""
+"""Errors of a standard stream that is full or closed."""
 
 
 def _told(error: Exception) -> int:
-    """The exit status of an error, after it has been told."""
+    """Report an error and return its exit status."""
     show: Callable[..., None] | None = getattr(error, "show", None)
     status: Any = getattr(error, "exit_code", None)
     if isinstance(error, TactfixError):
         return _say(error.on_command_line, exit_of_error(error))
     if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
-        # Help and version are written by others.
+        # typer itself writes the help and the version.
         discard(sys.stdout)
         return _say(refusal(error).on_command_line, Exit.FILE)
     if show is not None and status is not None:
-        # typer's usage errors share no public base class over its versions; what they share is how they are shown.
+        # typer's usage errors have no public base class that all its versions share; all have show and exit_code.
         told = StringIO()
         show(file=told)
         say(told.getvalue())
@@ -116,7 +116,7 @@ def _told(error: Exception) -> int:
 
 
 def _say(message: str, status: int) -> int:
-    """Tell it on standard error, each line as tactfix's."""
+    """Write the message to standard error, each line with tactfix: before it; returns status."""
     for line in message.splitlines():
         say(f"tactfix: {line}\n")
     return status

@@ -1,7 +1,4 @@
-"""The typer application of the commands: it reads a command line, helps, completes and complains.
-
-The commands stand here by name, and where the module of each is.
-"""
+"""The typer application of the commands, by name, each with its module; only the one that runs is imported."""
 
 import importlib
 import os

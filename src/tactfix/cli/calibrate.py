@@ -141,7 +141,7 @@ def _plan(
         raise UsageError(f"{output}: touches to add are written as .csv or .json")
     planned = None if touches is None else load_touches(touches, file.cell, file.sigma)
     if file.sigma is None and add and planned is None:
-        raise UsageError("nothing says the sigma of a touch; write probe: {sigma: ...} in the cell file")
+        raise UsageError("the sigma of a touch is not given; write probe: {sigma: ...} in the cell file")
     sigma = file.sigma or float(planned.sigmas.mean())  # type: ignore[union-attr]
     result = plan_touches(file.cell, planned, add, sigma, criterion, seed)
     text = text_of(touch_plan_json(result)) if wants_json(output, as_json=as_json) else None

@@ -69,7 +69,7 @@ def command(
     if history is not None and found.record is not None:
         try:
             append_history(history, found.record)
-        except FileError as error:  # the verdict is told all the same
+        except FileError as error:  # the verdict is printed all the same
             is_recorded = False
             tell(error.on_command_line.splitlines())
     _emit(found, output, as_json=as_json)
@@ -82,7 +82,7 @@ def command(
 
 
 def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
-    """JSON where it is asked for; whether it has moved; why that is not known, on standard error."""
+    """Write the JSON or the verdict; if the fixture is not located, the reason goes to standard error."""
     from tactfix.report.json_report import text_of
     from tactfix.report.movement_report import check_json, check_lines
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def offers(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
-    """Offers those of the names that go on as a word began."""
+    """A function that offers the names that begin like an incomplete word."""
 
     def offer(incomplete: str) -> list[str]:
         return [name for name in names() if name.startswith(incomplete)]
@@ -101,7 +101,7 @@ def _keys(section: str) -> list[str]:
 
 
 def _text_of(endings: tuple[str, ...]) -> str:
-    """The first file with such an ending on the line; empty where it cannot be read: this is no time to complain."""
+    """The text of the first file with such an ending on the line; empty if it cannot be read, without an error."""
     from tactfix.files.reading import decode, read_bytes
 
     # The arguments are not parsed yet where an option still waits for its value.

@@ -22,7 +22,7 @@ def command(
     """Write the log of a machine as a contact file (CSV), in the log's own unit.
 
     What the log cannot say, options must: --features bar:5,ball:4 (in order), --units. Tip radius and sigma may be left
-    to whoever reads the contact file. What was dropped or passed over is told on standard error.
+    to whoever reads the contact file. What was left out is listed on standard error.
     """
     from tactfix.files.logs.export import contact_csv
     from tactfix.files.logs.load import read_log

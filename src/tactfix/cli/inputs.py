@@ -71,7 +71,7 @@ class ContactInput:
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="Approach of a machine log that tells none, for all features, or feature:X,Y,Z;... each.",
+            help="Approach for a machine log that has none, for all features, or feature:X,Y,Z;... each.",
         ),
     ] = None
     repeats: Annotated[

@@ -1,7 +1,7 @@
-"""What every command line is held to: its numbers are decimal numbers, no output is one of its inputs, standard input
-is read once, and - as output is standard output.
+"""Rules for every command line: numbers are decimal numbers, no output is one of the inputs, standard input is read
+once, and --output - is standard output.
 
-Python takes more for a number than people write: 1_0, nan, digits of other scripts.
+Python accepts more as a number: 1_0, nan, digits of other scripts.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,10 +13,10 @@ from tactfix.decimal_text import DECIMAL_COMMA, number_of
 from tactfix.errors import UsageError
 
 _NUMBER_TYPES: Final = ("float", "integer", "float range", "integer range")
-"""What typer's own types of numbers are called where its parameters have such a type."""
+"""Names of typer's types of numbers, in versions whose parameters have a type."""
 
 _LONGEST_PATH: Final = 4096
-"""Characters of a path (PATH_MAX of Linux): what is longer is no file's name."""
+"""Characters of a path (PATH_MAX of Linux)."""
 _BESIDE_RESULT: Final = ("junit", "next_contact", "history")
 """Parameters that name a file to write beside the result."""
 _OUTPUTS: Final = ("output", *_BESIDE_RESULT)
@@ -38,7 +38,7 @@ _INPUTS: Final = (
 
 
 class CheckedCommand(QuickCommand):
-    """A command that holds its line to the rules of all commands."""
+    """A command whose line is checked by the rules for all commands."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the line; raises UsageError for a number that is none."""
@@ -80,7 +80,7 @@ def _check_standard_output(values: Mapping[str, Any]) -> None:
 
 
 def _is_one_file(given: Path, output: Path) -> bool:
-    """Whether both are one regular file; where one may not look, whoever reads or writes says so."""
+    """Whether both are one regular file; errors of the file system are left to reading and writing."""
     try:
         return output.is_file() and given.is_file() and given.samefile(output)
     except (OSError, ValueError):
@@ -88,7 +88,7 @@ def _is_one_file(given: Path, output: Path) -> bool:
 
 
 def _files(values: Mapping[str, Any]) -> Iterator[Path]:
-    """Whatever the other parameters may name as a file."""
+    """The values of all other parameters that may be paths."""
     for name, value in values.items():
         for one in value if isinstance(value, list | tuple) else [value]:
             if name not in _OUTPUTS and isinstance(one, Path | str) and len(str(one)) < _LONGEST_PATH:
@@ -118,7 +118,7 @@ def _is_number(parameter: Any) -> bool:
 
 
 def _is_taken_by_python(text: str) -> bool:
-    """Whether typer would take it for a number; if not, typer says so in its own words."""
+    """Whether typer would accept it as a number; if not, typer reports it."""
     try:
         float(text)
     except ValueError:

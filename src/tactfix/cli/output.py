@@ -1,6 +1,6 @@
 """Where results and messages go: standard output, a file that is written whole or not at all, standard error.
 
-Streams that are closed, full or read by nobody any more are told once, and never taken for a bug.
+A stream that is closed or full is reported once, and not as a bug.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from tactfix.wording import printable, wrapped, wrapped_comments
 ProgressCallback: TypeAlias = Callable[[float, str], None]
 """Takes the share that is done (0 to 1), and what is being done."""
 LISTED_BY_JSON: Final = "; --json lists them"
-"""Where more is ambiguous than is told."""
+"""Added to a message that does not list all poses."""
 
 
 def emit(result: str | bytes, output: Path | None = None) -> None:
@@ -35,7 +35,7 @@ def emit(result: str | bytes, output: Path | None = None) -> None:
             sys.stdout.write(result)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever read has enough.
+        # The reader has closed the pipe.
         discard(sys.stdout)
         raise SystemExit(Exit.PIPE_CLOSED) from None
     except OSError as error:
@@ -55,19 +55,19 @@ def emit_lines(lines: Iterable[str], output: Path | None = None) -> None:
 
 
 def note(message: str, *, quiet: bool = False) -> None:
-    """Tell something on standard error, unless quiet."""
+    """Write a message to standard error, unless quiet."""
     if not quiet:
         say(f"tactfix: {message}\n")
 
 
 def tell(messages: Iterable[str], *, quiet: bool = False) -> None:
-    """Tell each of the messages on standard error, unless quiet."""
+    """Write each of the messages to standard error, unless quiet."""
     for message in messages:
         note(message, quiet=quiet)
 
 
 def on_screen(output: Path | None) -> bool:
-    """Whether a result is read from a terminal, by people and by no program."""
+    """Whether the result goes to a terminal, for people."""
     return output is None and sys.stdout.isatty()
 
 
@@ -96,16 +96,16 @@ def progress_bar(what: str, *, quiet: bool) -> Iterator[ProgressCallback]:
 
 
 def settle() -> None:
-    """Give the process the streams it was started without: input without end, output that refuses, silence.
+    """Replace standard streams that the process was started without: empty input, output that fails, silent errors.
 
-    A COLUMNS of no column says nothing of a terminal: without this rich would print nothing at all.
+    COLUMNS=0 is removed: with it rich would print nothing.
     """
     if not os.environ.get("COLUMNS", "80").strip("0"):
         del os.environ["COLUMNS"]
     if sys.stdin is None:
         sys.stdin = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY)))
     if sys.stdout is None:
-        # Opened for reading: whatever is written there fails as it would on the closed stream.
+        # Opened for reading, so that writing fails as it would on the closed stream.
         sys.stdout = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_RDONLY), "w"))
     if sys.stderr is None:
         sys.stderr = io.TextIOWrapper(io.FileIO(os.open(os.devnull, os.O_WRONLY), "w"))
@@ -113,28 +113,28 @@ def settle() -> None:
         if sys.stdout.isatty():
             sys.stdout.reconfigure(errors="backslashreplace")
         elif sys.stdout.encoding.lower() != "utf-8":
-            # Contact and fixture files are UTF-8, whatever the locale: what is piped on can be read.
+            # Contact and fixture files are UTF-8 in every locale, and output may be piped into such a file.
             sys.stdout.reconfigure(encoding="utf-8")
 
 
 def discard(stream: TextIO) -> None:
-    """Let what is left in a stream go nowhere: Python would complain once more when it closes it."""
+    """Discard what is still buffered in a stream: Python would report the error again when it closes the stream."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def say(text: str) -> None:
-    """Write to standard error what a terminal obeys nothing of; where nobody hears it the exit status has to do."""
+    """Write to standard error, control characters escaped; errors of the stream are ignored."""
     _write(sys.stderr, for_people(printable(text), sys.stderr))
 
 
 def for_people(text: str, stream: TextIO) -> str:
-    """Sentences as a stream shows them: a terminal breaks lines wherever it ends, even inside a number."""
+    """The text with lines broken between words if the stream is a terminal, which would break them inside a number."""
     return wrapped(text, _width(stream)) if stream.isatty() else text
 
 
 def program_for_people(text: str, stream: TextIO) -> str:
-    """Lines of a controller's program as a stream shows them: on a terminal long comments are several lines."""
+    """A controller's program, its long comments broken into several lines if the stream is a terminal."""
     return wrapped_comments(text, _width(stream)) if stream.isatty() else text
 
 
@@ -158,12 +158,12 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def standard_error() -> IO[str]:
-    """Standard error for those that write to a file; where nobody can hear it nothing fails, and no process ends."""
+    """Standard error as a file that ignores errors of the stream."""
     return cast("IO[str]", _StandardError(sys.stderr))
 
 
 class _StandardError(io.TextIOBase):
-    # The stream of the moment: while rich shows progress, sys.stderr leads back to rich.
+    # Keeps the stream: while rich shows progress, sys.stderr is rich's own.
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
@@ -183,6 +183,6 @@ class _StandardError(io.TextIOBase):
 
 
 def refusal(error: OSError) -> FileError:
-    """What is told where standard output does not take a result."""
+    """The error of standard output that does not take a result."""
     remedy = "make room, or write the result to a file with --output"
     return FileError("standard output", [Problem(f"cannot be written: {error.strerror}", remedy)])

@@ -2,9 +2,9 @@
 
 typer, from version 0.29 on, makes a pydantic validator for each parameter, even for one that is not given. Importing
 pydantic takes longer than importing numpy: without this module `locate` takes more than twice as long
-(tests/benchmarks/bench_prompt.py measures both). So what is plainly a text, path, number or choice is converted here;
-everything else, and with it every complaint, is left to typer. Where typer no longer works like this nothing is
-changed, and only the time is lost.
+(tests/benchmarks/bench_prompt.py measures both). So plain texts, paths, numbers and choices are converted here;
+everything else, errors included, is left to typer. In a version of typer that works differently nothing is replaced,
+and only the time is lost.
 """
 
 import re
@@ -50,7 +50,7 @@ def _sparing_pydantic(parameters: list[Any]) -> list[Any]:
 
 
 class _Coercion:
-    """Stands for what typer makes of a parameter: called for its converter, it is one itself."""
+    """Replaces get_runtime_param of a parameter: calling it returns itself, whose coerce converts the value."""
 
     def __init__(self, thorough: Any, descriptor: Any) -> None:
         self._thorough = thorough
@@ -61,7 +61,7 @@ class _Coercion:
         return self
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
-        """The value itself where it is plain, what typer makes of it where not."""
+        """The plain value, or what typer makes of it."""
         if param.nargs == 1 and not param.multiple:
             plain = plain_value(value, self._annotation, *self._limits)
             if plain is not _NOT_PLAIN:

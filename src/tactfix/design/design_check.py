@@ -181,7 +181,7 @@ def _studied(
 _NO_SIGMA = Finding(
     "sigma_missing",
     "warning",
-    "nothing says the sigma of a contact: accuracy, margins and blind spots are left out",
+    "the sigma of a contact is not given: accuracy, margins and blind spots are left out",
     "give sigma, or say it in the fixture's probe block",
 )
 

@@ -122,7 +122,7 @@ def _settle(
         if "units" not in header.tried:
             problems.append(
                 Problem(
-                    "nothing says the units", "write '# units: mm' above the header, or give " + Setting.UNITS.to("mm")
+                    "the units are not given", "write '# units: mm' above the header, or give " + Setting.UNITS.to("mm")
                 )
             )
         settings = settle(replace(options, units="mm"), header.settings, probe, units)
@@ -135,10 +135,10 @@ def _settle(
             "write '# tip_radius: 0' above the header if these are points of the surface, "
             "or the radius of the tip if they are its centres, or give " + Setting.TIP_RADIUS.word
         )
-        problems.append(Problem("nothing says the tip radius", remedy))
+        problems.append(Problem("the tip radius is not given", remedy))
     if settings.sigma is None and "sigma" not in header.tried and not all(table.columns.get("sigma", ("",))):
         remedy = "write '# sigma: ...' above the header, or give " + Setting.SIGMA.word + f": {_SIGMA_HINT}"
-        problems.append(Problem("nothing says the sigma of a contact", remedy))
+        problems.append(Problem("the sigma of a contact is not given", remedy))
     return settings
 
 
@@ -159,7 +159,7 @@ def _flange_problems(options: ContactOptions, header: Header, settings: Settings
     if header.settings.of_flange and is_missing:
         given = Setting.TIP_OFFSET.word + " or " + Setting.UNKNOWN.to("tip")
         remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or give " + given
-        yield Problem("pose is flange, and nothing says where the tip is", remedy)
+        yield Problem("pose is flange, and the tip offset is not given", remedy)
 
 
 def _tip_problems(

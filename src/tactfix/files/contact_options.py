@@ -87,7 +87,7 @@ class Settings:
 
 
 def settle(options: ContactOptions, header: ContactOptions, probe: Probe, fixture_units: str | None) -> Settings | None:
-    """Options beat the header of the file, which beats the fixture's probe; None where nothing says the units."""
+    """Options beat the header of the file, which beats the fixture's probe; None where the units are not given."""
     units = options.units or header.units or fixture_units
     if units is None:
         return None

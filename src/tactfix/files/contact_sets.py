@@ -50,7 +50,7 @@ class ContactSets:
 
 @frozen_value(eq=True)
 class FileSets:
-    """One set a file, named by its path; a file that cannot be read is a set that says so."""
+    """One set for each file, named by its path; a file that cannot be read is a set with its error."""
 
     paths: tuple[Path, ...]
 

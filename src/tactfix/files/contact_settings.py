@@ -1,4 +1,4 @@
-"""The settings of a contact file: "# key: value" lines above its header row, and lines that are nearly such."""
+"""The settings of a contact file, "# key: value" lines above its header row, and advice for misspelt ones."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 SETTING_KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
 _SETTING_EXAMPLES: Final = {"units": "mm", "tip_radius": "1.5", "sigma": "0.005", "tip_offset": "0, 0, 120"}
 _DIAMETER: Final = "tip_diameter"
-"""What is meant so often that the message halves it."""
+"""Often given instead of the radius: the message halves it."""
 _MEANT_FOR: Final[dict[str, str]] = {
     **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
     **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),

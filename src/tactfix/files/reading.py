@@ -1,7 +1,7 @@
-"""The text of a file from its bytes; each failure has a message of its own.
+"""Reads the bytes and the text of files; each failure has its own message.
 
-Logs of machines are not always UTF-8: other bytes become U+FFFD. In a line with a contact the reader of the format then
-refuses the line; in a remark, or from a noisy serial line, they do no harm.
+Logs of machines are not always UTF-8: other bytes become U+FFFD. The reader of the format refuses such a line if it
+holds a contact; in a remark, or as noise of a serial line, the character is harmless.
 """
 
 import sys
@@ -36,7 +36,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def near_name(path: Path) -> str:
-    """What to do about a file that is not there: another ending, or a name that is nearly the same."""
+    """The advice for a missing file: one with another ending or nearly the same name, if there is one."""
     from difflib import get_close_matches
 
     try:

@@ -102,7 +102,7 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
             problems.append(Problem(f"joints is {match[2]!r}", "write '# joints: deg' or '# joints: rad'", line=number))
     if "joints" not in found:
         remedy = "write '# joints: deg' or '# joints: rad' above the header"
-        problems.append(Problem("nothing says whether the joints are in degrees or rad", remedy))
+        problems.append(Problem("the unit of the joints, degrees or rad, is not given", remedy))
     if found.get("units", "mm") not in UNITS:
         problems.append(Problem(f"units is {found['units']!r}", which_unit(found["units"])))
     return _Said(**found)
@@ -197,5 +197,5 @@ def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems
         sigma = value * scale
     own = own_sigmas(table, problems) * scale
     if sigma is None and np.isnan(own).any():
-        problems.append(Problem("nothing says the sigma of a touch", "write probe: {sigma: ...} in the cell file"))
+        problems.append(Problem("the sigma of a touch is not given", "write probe: {sigma: ...} in the cell file"))
     return np.asarray(np.where(np.isnan(own), sigma or 1.0, own))

@@ -24,7 +24,7 @@ class Finding:
 
 
 def unknown_key(path: Path, known: Iterable[str]) -> Finding:
-    """A key that nothing knows, or digits that a decimal comma in {sigma: 0,1} has made one; known may stand there."""
+    """An unknown key, or the digits behind a decimal comma: {sigma: 0,1}; known: the keys that may stand there."""
     key = str(path[-1])
     if key.isdecimal():
         return Finding(path, f"{key} stands alone after a comma", "write a decimal point: 10.5, not 10,5", at_key=True)
@@ -37,7 +37,7 @@ Entry: TypeAlias = Mapping[str, Any]
 
 @frozen_value(eq=True)
 class Entries:
-    """The well formed entries of a file; a malformed one is in none of them, and is told of by its form alone.
+    """The well formed entries of a file; malformed ones are left out, and are reported by pydantic_errors.
 
     written: the whole file as it stands. distances and angles: by their index in the file.
     """

@@ -90,7 +90,7 @@ def _sigma(sigma: Entry, units: str, pose_files: PoseFiles) -> tuple[float, floa
     path: Path = ("placement", "sigma", "file")
     pose = _of_file(path, sigma["file"], pose_files)
     if pose.covariance is None:
-        what = f"{sigma['file']} tells no covariance"
+        what = f"{sigma['file']} has no covariance"
         raise _PoseError([Finding(path, what, "name " + LOCATE_JSON + ", or write translation and rotation")])
     covariance = pose.covariance if pose.units is None else pose.in_units(units).covariance
     assert covariance is not None

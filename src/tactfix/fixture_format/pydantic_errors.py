@@ -1,4 +1,4 @@
-"""What pydantic refuses, said in the words of the file: what is wrong there, and what to write instead."""
+"""The errors of pydantic in terms of the file: what is wrong, where, and what to write instead."""
 
 from typing import Any, Final
 

@@ -1,4 +1,4 @@
-"""A batch told: its rows as a table (CSV, JSON lines or parquet), and what became of it, in counts.
+"""The rows of a batch as a table (CSV, JSON lines or parquet), and how many sets ended how.
 
 The table is written row after row, never all in memory.
 """

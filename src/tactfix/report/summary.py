@@ -75,7 +75,7 @@ def _fit(result: LocateResult) -> Text:
 
 
 def freedom(dof: int, contacts: int) -> str:
-    """How many contacts there are, and how many of them are not needed."""
+    """The degrees of freedom and the number of contacts, in words."""
     given = f"{contacts} contact{'' if contacts == 1 else 's'}"
     if dof < 0:
         return f"{given}: {-dof} equation{'' if dof == -1 else 's'} too few"
@@ -130,7 +130,7 @@ def upright_table(columns: Mapping[str, Sequence[str]]) -> Table:
 
 
 def _keep_whole(table: Table) -> None:
-    """Let a narrow terminal break its headers between words, but no number or name: one cut off is another one."""
+    """Let a narrow terminal break cells between words only: a number that is cut off would be another number."""
     for column in table.columns:
         column.overflow = "fold"
         cells = [str(cell) for cell in (column.header, *column.cells) if isinstance(cell, str | Text)]

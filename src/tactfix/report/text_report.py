@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tactfix.fitting.result import FitCandidate, FitResult
 
 _MOST_REASONS = 3
-"""Reasons that are told of one candidate."""
+"""Reasons listed for one candidate, and candidates whose reasons are listed."""
 SIGMAS_95: Final = 1.96
 """So many standard deviations to either side hold 95 of 100 values of a normal variable."""
 

@@ -61,7 +61,7 @@ class _Reader:
         elif _FRAMES.match(lexer.text):
             self.frames.append(lexer.line)
         elif _RELATIVE.match(lexer.text):
-            lexer.refuse("a relative motion tells no place", KUKA_EXAMPLE)
+            lexer.refuse("a relative motion gives no position", KUKA_EXAMPLE)
         elif word in ("X", "E6POS", "POS", "FRAME"):
             self._position(lexer)
         elif word in ("A1", "E6AXIS", "AXIS"):

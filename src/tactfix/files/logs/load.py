@@ -182,10 +182,10 @@ def _missing(settings: Settings) -> list[Problem]:
         remedy = (
             "give " + Setting.TIP_RADIUS.to(0) + " for points of the surface, or the radius of the tip for its centres"
         )
-        problems.append(Problem("nothing says the tip radius", remedy))
+        problems.append(Problem("the tip radius is not given", remedy))
     if settings.sigma is None:
         remedy = "give " + Setting.SIGMA.word + ", one standard deviation of a contact"
-        problems.append(Problem("nothing says the sigma of a contact", remedy))
+        problems.append(Problem("the sigma of a contact is not given", remedy))
     return problems
 
 
