@@ -49,12 +49,16 @@ def test_an_interrupt_within_the_import_machinery_is_raised_when_that_is_over() 
         "signal.raise_signal(signal.SIGINT); left.append(True)", "<frozen importlib._bootstrap>", "exec"
     )
     left: list[bool] = []
+
+    def importing() -> None:
+        exec(machinery, {"signal": signal, "left": left})
+        time.sleep(5)
+
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with StopSignals() as stop:
             with pytest.raises(KeyboardInterrupt):
-                exec(machinery, {"signal": signal, "left": left})
-                time.sleep(5)
+                importing()
             assert left
             assert stop.received == signal.SIGINT
     finally:
