@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tactfix.localizers.axis_directions import direction_forms
 from tactfix.localizers.cylinder import localize_cylinder
-from tactfix.localizers.cylinder_directions import direction_forms
 from tactfix.localizers.homogeneous_forms import product
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.localizers.sphere_distances import AxisDistance, localize_sphere_at_distances

@@ -6,8 +6,7 @@ from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import Floats
 from tactfix.localizers.cylinder_refinement import CylinderProblem, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import tangent_states
-from tactfix.localizers.degeneracy import refuse_collinear
-from tactfix.localizers.scaling import unit_contacts
+from tactfix.localizers.unit_contacts import refuse_collinear, unit_contacts
 
 
 def tangent_lines(centers: Floats, radii: Floats, tolerance: float = 0.0) -> tuple[Floats, Floats]:

@@ -13,8 +13,8 @@ import time
 import numpy as np
 import pytest
 
+from tactfix.localizers.axis_directions import direction_zeros
 from tactfix.localizers.cylinder import localize_cylinder
-from tactfix.localizers.cylinder_directions import direction_zeros
 from tactfix.stacks.five_contact_cylinders import cylinders_through_five
 from tactfix.stacks.sphere_centers import sphere_centers
 from tests.support.common_tangents import tangent_lines

@@ -8,7 +8,7 @@ import numpy as np
 
 from tactfix.accessibility.access import Access
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Bools, Floats
+from tactfix.geometry.arrays import Bools, Floats, farthest_first
 from tactfix.geometry.rigid import transform_points
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Surface, outward_normals
 from tactfix.locate_result import LocateResult
@@ -117,7 +117,7 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
     unreachable: list[str] = []
     for name, surface in access.surfaces.items():
         choice, outward = access.spread(name, _LAYOUT_POOL)
-        pick = _farthest(choice, _CHECKED_ALONE.get(type(surface), _CHECKED_ON_A_BALL))
+        pick = farthest_first(choice, _CHECKED_ALONE.get(type(surface), _CHECKED_ON_A_BALL))
         if not len(pick):
             unreachable.append(name)
         names += [name] * len(pick)
@@ -125,24 +125,6 @@ def spread_contacts(access: Access, sigma: float) -> tuple[Contacts, tuple[str, 
         normals.append(outward[pick].reshape(-1, 3))
     contacts = access.nominal_contacts(names, np.concatenate(points), np.concatenate(normals), sigma)
     return contacts, tuple(unreachable)
-
-
-def _farthest(points: Floats, count: int) -> list[int]:
-    """Indices of at most count of the points (n, 3), each as far as can be from those before it.
-
-    Distances are compared to nine digits, so that points as far as each other are taken in order in every unit.
-    """
-    if not len(points):
-        return []
-    arms = points - points.mean(axis=0)
-    scaled = arms / (np.abs(arms).max() or 1.0)
-    gaps = (scaled**2).sum(axis=1)
-    chosen: list[int] = []
-    while len(chosen) < min(count, len(points)):
-        chosen.append(int(np.argmax(np.round(gaps, 9))))
-        nearer = ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1)
-        gaps = nearer if len(chosen) == 1 else np.minimum(gaps, nearer)
-    return chosen
 
 
 def lies_on(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> bool:

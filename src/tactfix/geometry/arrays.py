@@ -1,4 +1,4 @@
-"""Read-only arrays for frozen values, and type names for their contents."""
+"""Arrays of vectors: types, read-only copies for frozen values, products, bases, and points far from each other."""
 
 from typing import Annotated, TypeAlias
 
@@ -125,3 +125,21 @@ def circle_axes(directions: Floats) -> tuple[Floats, Floats]:
     """
     u = unit(cross(directions, UNIT_AXES[np.argmin(np.abs(directions), axis=-1)]))
     return u, cross(directions, u)
+
+
+def farthest_first(points: Floats, count: int) -> list[int]:
+    """Indices of at most count of points (n, 3): the farthest from the mean, then each the farthest from those before.
+
+    Distances are compared to nine digits: equal ones are taken in the order of the points, in any unit of length.
+    """
+    if not len(points):
+        return []
+    arms = points - points.mean(axis=0)
+    scaled = arms / (np.abs(arms).max() or 1.0)
+    gaps = (scaled**2).sum(axis=1)
+    chosen: list[int] = []
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(np.argmax(np.round(gaps, 9))))
+        nearer = ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1)
+        gaps = nearer if len(chosen) == 1 else np.minimum(gaps, nearer)
+    return chosen

@@ -18,14 +18,14 @@ from tactfix.localizers.homogeneous_forms import common_zeros, macaulay_rows, qu
 from tactfix.values import frozen_value
 
 _NEVER_MEETING = 1e-7
-"""Distance of planes or loci (unit size, or sine) below which they meet nowhere or everywhere to within rounding:
-the root of the rounding of doubles, as `degeneracy.RATIO`."""
+"""Distance of planes or loci (unit size, or sine) below which they meet nowhere or everywhere within rounding: the
+root of the rounding of doubles, as `unit_contacts.RATIO`."""
 
 _EIGHT = 8
 """Common zeros of three quadrics (Bezout)."""
 _MULTIPLE_GAP = 1e-4
-"""Ratio of singular values of the Macaulay matrix below which zeros may be multiple, or a curve. A gap this small
-leaves about 12 digits of a simple zero."""
+"""Ratio of singular values of the Macaulay matrix below which zeros may be multiple, or a curve. At this ratio a
+simple zero has about 12 digits."""
 _QUADRIC_NUDGE = 1e-5
 """Standard deviation of the change of the coefficients of quadrics of unit size. It separates multiple zeros by
 about its root, 3e-3, near enough for the least squares that follow."""
@@ -63,9 +63,9 @@ Locus = SphereLocus | PlaneLocus | CylinderLocus
 def meeting_points(loci: tuple[Locus, Locus, Locus]) -> Floats:
     """Points (k, 3), k <= 8, near every real point that lies on all three loci, one of which must be a sphere.
 
-    Loci that just miss each other, as noise makes of a tangency, give the place of closest approach: a caller has to
-    refine the points and to judge their residuals. Lengths should be of unit size.
-    Raises DegenerateContactsError when loci share a whole curve or planes are parallel, by a measured ratio.
+    Loci that just miss each other, like tangent ones with noise, give the point of closest approach: a caller has to
+    refine the points and test their residuals. Lengths should be of unit size.
+    Raises DegenerateContactsError if loci share a whole curve or planes are parallel.
     """
     spheres = [locus for locus in loci if isinstance(locus, SphereLocus)]
     planes = [locus for locus in loci if isinstance(locus, PlaneLocus)]
@@ -90,7 +90,7 @@ def _radical_plane(first: SphereLocus, second: SphereLocus) -> PlaneLocus:
 
 
 def _on_line(sphere: SphereLocus, first: PlaneLocus, second: PlaneLocus) -> Floats:
-    """The two points of a sphere on the line of two planes, or the point of that line that is nearest to the sphere."""
+    """The two points of a sphere on the line of two planes, or the nearest point of that line to the sphere."""
     along = np.cross(first.normal, second.normal)
     ratio = float(np.linalg.norm(along))
     if ratio <= _NEVER_MEETING:
@@ -115,7 +115,7 @@ def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) 
     across = basis_across(cylinder.direction)
     flat_middle = across @ (middle - cylinder.point)
     u, v = radius * (across @ basis_across(plane.normal).T).T
-    # Five values determine the five coefficients; 16 are taken so that the largest is far from a root.
+    # Five values determine the five coefficients; of 16 the largest is far from a root.
     angles = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
     flat = flat_middle + np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
     values = np.sum(flat**2, axis=1) - cylinder.distance**2
@@ -131,10 +131,10 @@ def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) 
 
 
 def _trigonometric_zeros(angles: Floats, values: Floats) -> Floats:
-    """The angles (4,) of the zeros of a trigonometric polynomial of degree two, or nearest to complex ones.
+    """The angles (4,) of the zeros, or next to complex zeros, of a trigonometric polynomial of degree two.
 
-    With t = tan((angle - start) / 2), start opposite to the largest value, the quartic's leading coefficient is that
-    value: no zero is at infinity.
+    t = tan((angle - start) / 2), with start opposite to the largest value: the leading coefficient of the quartic in t
+    is that value, and no zero is at infinity.
     """
     start = angles[np.argmax(np.abs(values))] + np.pi
     basis = _degree_two(angles - start)

@@ -1,6 +1,6 @@
 """Cylinders through contacts: five or more, or four of known radius.
 
-1. Contacts are centred and scaled (`scaling`), and refused where infinitely many cylinders pass through them.
+1. Contacts are centred and scaled (`unit_contacts`), and refused where infinitely many cylinders pass through them.
 2. A well spread sample of them is searched: the cylinders through a minimal subset are starts. If these may not be all,
    further subsets and a covering of all directions follow (`cylinder_search`).
 3. A minimal set: the zeros are refined, multiple ones too (`cylinder_refinement`). A redundant set: the starts are
@@ -13,18 +13,18 @@ Eqs. 16-45 and fig. 5 for five contacts; I. G. Macdonald, J. Pach and T. Theobal
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, farthest_first
 from tactfix.geometry.surfaces import Cylinder, signed_axis
-from tactfix.localizers.candidate import SurfaceCandidate, determination
+from tactfix.localizers.candidate import SurfaceCandidate, candidates_of, determination
 from tactfix.localizers.cylinder_refinement import CylinderProblem, distinct, distinct_roots, refined_roots
-from tactfix.localizers.cylinder_search import (
-    CYLINDER_CONTACTS,
-    FREE_CYLINDER_CONTACTS,
-    spread_subset,
-    starting_states,
+from tactfix.localizers.cylinder_search import CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS, starting_states
+from tactfix.localizers.unit_contacts import (
+    UnitContacts,
+    refuse_coincident,
+    refuse_collinear,
+    refuse_two_parallel_lines,
+    unit_contacts,
 )
-from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_two_parallel_lines
-from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.noise import chi_square_limit
 
 _SAMPLE = 24
@@ -42,8 +42,8 @@ _CYLINDER_GIVEN_UP = 1e3
 residuals of 30 times those that noise may leave. 100 and 10,000 change none of 278 of the same problems."""
 
 _GLANCE = 6
-"""Steps of the zeros of the first minimal subset, after which it is asked whether they are all: zeros of five of the
-contacts are near the minimum for all, and only weakly determined ones move far."""
+"""Steps from the zeros of the first minimal subset before the test whether they are all (`_are_all`): zeros of five
+of the contacts are near the minimum for all, and only weakly determined ones move far."""
 
 _WELL_DETERMINED = 3e-3
 """A cylinder is well determined if one sigma moves it by less than this share of the contacts' extent. Of 6,000 tidy
@@ -51,8 +51,8 @@ and random problems one minimal subset lost 63 cylinders. All of these lay besid
 than four times as much."""
 
 _BEST, _CYLINDER_RIVAL = 3, 4.0
-"""Number of the best starts that are followed in any case, if their chi-square is within the factor of the least: the
-least-squares optimum must be one of them, and is returned even if noise does not explain it."""
+"""The best _BEST starts within _CYLINDER_RIVAL times the least chi-square are always followed: the least-squares
+optimum must be among them, and is returned even if noise does not explain it."""
 
 
 def localize_cylinder(
@@ -61,24 +61,23 @@ def localize_cylinder(
     """Every cylinder that explains the contacts.
 
     Local minima of the weighted sum of (distance of x_i from the axis - radius)^2 over the axis, and over the radius
-    too where it is not given.
+    if it is not given.
 
     points (n, 3): tip centres or surface points, n >= 4 with radius, n >= 5 without; radius: offset radius, of the
     tip's centres; sigmas (n,) or one number, along the normal, or None for exact contacts: all in one unit.
-    Returns the minima whose chi-square noise can explain, best first, and beyond the minimal number of contacts the
-    global minimum always. Five contacts: up to six cylinders, each of its own radius; four of known radius: up to
-    twelve. A double root is returned once and marked poorly determined, also where noise has made it complex. No
-    cylinder is an empty result: four contacts too far apart, five in a plane on a hyperbola. Of the two directions of
-    an axis the one of `signed_axis`.
-    Raises DegenerateContactsError when too few contacts differ, all lie on one line, or on two parallel lines without
-    a known radius: infinitely many cylinders pass through those.
+    Returns the minima whose chi-square noise can explain, best first, and of a redundant set always the global minimum.
+    Five contacts: up to six cylinders, each of its own radius; four of known radius: up to twelve. A double root is
+    returned once and marked poorly determined, also if noise has made it complex. The result is empty for four contacts
+    too far apart, or five in a plane on a hyperbola. The direction of an axis is that of `signed_axis`.
+    Raises DegenerateContactsError if infinitely many cylinders pass through the contacts: too few of them differ, all
+    lie on one line, or, without a known radius, on two parallel lines.
     Source: eqs. 16-45 and fig. 5 (five contacts); Macdonald, Pach and Theobald 2001 (four of known radius).
     """
     contacts = unit_contacts(points, sigmas)  # step 1
     _refuse(contacts, radius is not None)
     size = None if radius is None else radius / contacts.scale
-    states = _minima(contacts, size)  # steps 2 and 3
-    return _candidates(_problem(contacts, size), contacts, states)  # step 4
+    problem = CylinderProblem(contacts.points, contacts.weights, radius is not None)
+    return _candidates(problem, contacts, _minima(problem, contacts, size))  # steps 2 to 4
 
 
 def _refuse(contacts: UnitContacts, radius_known: bool) -> None:
@@ -89,13 +88,9 @@ def _refuse(contacts: UnitContacts, radius_known: bool) -> None:
         refuse_two_parallel_lines("cylinder", contacts)
 
 
-def _problem(contacts: UnitContacts, radius: float | None) -> CylinderProblem:
-    return CylinderProblem(contacts.points, contacts.weights, radius is not None)
-
-
-def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
-    """All local minima (B, 7) that may explain the contacts: of all contacts, from starts by a sample of them."""
-    index = spread_subset(contacts.points, min(_SAMPLE, len(contacts.points)))
+def _minima(problem: CylinderProblem, contacts: UnitContacts, radius: float | None) -> Floats:
+    """All local minima (B, 7) of the problem that may explain the contacts, from starts by a sample of them."""
+    index = farthest_first(contacts.points, _SAMPLE)
     points, weights = contacts.points[index], contacts.weights[index]
     sample = CylinderProblem(points, weights, radius is not None)
     lots = starting_states(points, weights, radius, contacts.sigma)
@@ -108,7 +103,7 @@ def _minima(contacts: UnitContacts, radius: float | None) -> Floats:
     if not _are_all(sample, states[order], chi2[order], dof, contacts.sigma):
         every = np.concatenate([first, next(lots)])
         states, chi2, order = _first_look(sample, every, contacts.sigma, _CYLINDER_START_STEPS)
-    return _problem(contacts, radius).refined(states[_worth_following(order, chi2, dof)])
+    return problem.refined(states[_worth_following(order, chi2, dof)])
 
 
 def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: int) -> tuple[Floats, Floats, list[int]]:
@@ -141,7 +136,7 @@ def _worth_following(order: list[int], chi2: Floats, dof: int) -> list[int]:
 
 
 def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:
-    """The distinct states that noise can explain, best first; the best one of a redundant set in any case."""
+    """The distinct states that noise can explain, best first; of a redundant set always the best one."""
     residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
     dof = len(contacts.points) - jacobians.shape[-1]
@@ -151,15 +146,6 @@ def _candidates(problem: CylinderProblem, contacts: UnitContacts, states: Floats
         return ()
     condition, poor = determination(problem.evaluate, problem.step, states[kept], contacts.sigma)
     distances = residuals[kept] / contacts.weights * contacts.scale
-    return tuple(
-        SurfaceCandidate(
-            Cylinder(
-                contacts.origin + contacts.scale * state[:3], signed_axis(state[3:6]), float(state[6] * contacts.scale)
-            ),
-            float(chi2[i]),
-            float(np.sqrt(np.mean(distance**2))),
-            float(cond),
-            bool(poorly),
-        )
-        for state, i, distance, cond, poorly in zip(states[kept], kept, distances, condition, poor, strict=True)
-    )
+    origin, scale = contacts.origin, contacts.scale
+    cylinders = (Cylinder(origin + scale * s[:3], signed_axis(s[3:6]), float(s[6] * scale)) for s in states[kept])
+    return candidates_of(cylinders, chi2[kept], distances, condition, poor)

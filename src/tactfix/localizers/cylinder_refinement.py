@@ -22,20 +22,17 @@ from tactfix.localizers.candidate import ONE_ROOT
 from tactfix.localizers.least_squares import polished, refined
 from tactfix.values import frozen_value
 
-CYLINDER_PARAMETERS = 5
-"""Two shifts and two tilts of the axis, and the radius."""
-
 _CYLINDER_SIGHT_STEPS, _CYLINDER_IN_SIGHT = 8, 1e-3
-"""After so many steps the residuals (unit size) of a start near a root are below this: at a triple root, where each
-step reduces the distance by a third, 8 steps reduce the cubic residuals by (2/3)^24 = 6e-5."""
+"""Residual (unit size) below which a start near a root is after _CYLINDER_SIGHT_STEPS: even at a triple root, where
+each step reduces the distance by a third, 8 steps reduce the cubic residuals by (2/3)^24 = 6e-5."""
 
 
 @frozen_value
 class CylinderProblem:
-    """Contacts (n, 3), or (B, n, 3) with one set per state, with weights (n,) or (B, n); is the radius known?
+    """Contacts (n, 3) and weights (n,), or (B, n, 3) and (B, n) with one set per state.
 
-    Residuals are weight * (distance from the axis - radius - extra), where extra (n,) is what one contact lies farther
-    out than the others, zero for contacts with one tip.
+    Residuals are weight * (distance from the axis - radius - extra); extra (n,): additional offset of each contact,
+    zero if all have one tip.
     """
 
     points: Floats
@@ -52,7 +49,7 @@ class CylinderProblem:
         along = points @ direction[..., None]
         flat = points @ np.swapaxes(across, -1, -2) - (across @ foot[..., None])[:, None, :, 0]
         distance = np.sqrt(np.einsum("bni,bni->bn", flat, flat))
-        # A contact on the axis itself has no radial direction; any will do to leave the place.
+        # A contact on the axis has no radial direction: its derivative is zero.
         normal = flat / np.maximum(distance, 1e-300)[..., None]
         columns = [-normal, -along * normal]
         if not self.radius_known:
@@ -76,15 +73,15 @@ class CylinderProblem:
         return refined(self.evaluate, self.step, states, iterations)
 
     def polished(self, states: Floats, steps: int) -> Floats:
-        """The states (B, 7) near simple roots after so many Newton steps; as many contacts as parameters."""
+        """The states (B, 7) near simple roots after so many Newton steps, for as many contacts as parameters."""
         return polished(self.evaluate, self.step, states, steps)
 
 
 def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | float) -> tuple[Floats, Ints]:
     """The roots that starts (B, 7) lead to, for problems with as many contacts as parameters.
 
-    slack, a number or (B,): residual that noise may leave, in problems of unit size. Returns states (k, 7) and their
-    numbers (k,) among the starts.
+    slack, a number or (B,): residual that noise may leave, in problems of unit size. Returns states (k, 7) and the
+    indices (k,) of their starts.
     """
     # Steps 1 to 3.
     states = problem.refined(states, _CYLINDER_SIGHT_STEPS)
@@ -95,10 +92,10 @@ def refined_roots(problem: CylinderProblem, states: Floats, slack: Floats | floa
 
 
 def circle_states(directions: Floats, points: Floats, weights: Floats) -> Floats:
-    """For each direction (B, 3) the state of the circle that fits the projected contacts best (fig. 5).
+    """The state (B, 7) of the best circle through the contacts projected along each direction (B, 3) (fig. 5).
 
-    All contacts are used, not only three: |x x s|^2 - 2 f . x is made as constant as can be (linear least squares).
-    points (n, 3) or (B, n, 3), weights (n,). A direction along which the contacts fall on one line gives nan.
+    Linear least squares over all contacts: |x x s|^2 - 2 f . x = constant. points (n, 3) or (B, n, 3), weights (n,).
+    nan for a direction along which the contacts fall on one line.
     """
     across = basis_across(directions)
     flat = points @ np.swapaxes(across, -1, -2)
@@ -124,7 +121,7 @@ _NEVER_ONE_ROOT = 1e-2
 rounding of 1e-15 scatters even a root of order six by its sixth root, 3e-3, only."""
 
 _MULTIPLE_ROOT_CONTACTS = 24
-"""Contacts above which multiple roots are not looked for: residuals of many well spread contacts do not vanish to
+"""Contacts above which multiple roots are not considered: residuals of many well spread contacts do not vanish to
 higher order together. As many as the search uses (`cylinder._SAMPLE`)."""
 
 _LARGEST_RADIUS = 1e5
@@ -145,7 +142,7 @@ def distinct(states: Floats, cost: Floats) -> list[int]:
 
 
 def distinct_roots(problem: CylinderProblem, states: Floats, cost: Floats, rounding: float) -> list[int]:
-    """The same for refined states, where those that rounding scatters about one multiple root count once.
+    """The same for refined states; those that rounding scatters about one multiple root count once.
 
     At a distance d from a root of order k the residuals are of size d^k and the smallest singular value of their
     Jacobian is of size d^(k-1). So rounding divided by that singular value is the scatter of such a root. For simple

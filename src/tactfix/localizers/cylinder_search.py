@@ -13,37 +13,36 @@ from functools import cache
 import numpy as np
 
 from tactfix.geometry.arrays import EPS, Floats, Ints, basis_across
-from tactfix.localizers.cylinder_directions import direction_zeros
+from tactfix.localizers.axis_directions import direction_zeros, tangent_zeros
 from tactfix.localizers.cylinder_refinement import circle_states
-from tactfix.localizers.degeneracy import RATIO
 from tactfix.localizers.homogeneous_forms import Complexes
-from tactfix.localizers.tangent_lines import tangent_zeros
+from tactfix.localizers.unit_contacts import RATIO
 
 CYLINDER_CONTACTS, FREE_CYLINDER_CONTACTS = 4, 5
-"""Contacts that leave finitely many cylinders: four, or five where the radius is found too."""
+"""Contacts that leave finitely many cylinders of known radius, and of free radius."""
 
 _SUBSETS = 2
 """Minimal subsets whose zeros are starts: one of contacts far apart, and one chosen without regard to place, in case
-the first is a special position. The covering follows in any case."""
+the first is in special position."""
 
 _COVERING_DIRECTIONS = 160
 """Directions of the covering: neighbours are 10 degrees apart, half the least angle at which two local minima were
 seen."""
 
 _DEEPEST, _STRIDE = 6, 10
-"""_DEEPEST: lowest minima over the grid of directions that are refined. _STRIDE: every 10th direction is refined."""
+"""Directions of the covering that are refined: the _DEEPEST lowest minima, and every _STRIDE-th."""
 
 _MUCH_NOISE, _SHORT_STRIDE = 5e-3, 2
-"""Every 2nd is (_SHORT_STRIDE) where sigma exceeds _MUCH_NOISE of the contacts' extent: the minima of the circle fit
-can miss those of the cylinder fit then. Of 7,972 cylinders that noise explained six were missed with the long stride,
-one with this."""
+"""The stride is short if sigma exceeds _MUCH_NOISE of the contacts' extent: then the minima of the circle fit can miss
+those of the cylinder fit. Of 7,972 cylinders that noise explained six were missed with the long stride, one with
+the short one."""
 
 _DEGENERATE_GAP = 1e-4
-"""Gap of `common_zeros` below which the zeros may form a curve, or be multiple: rounding of 1e-16 is then 1e-12 of a
-zero."""
+"""Gap of `common_zeros` below which the zeros may form a curve, or be multiple: rounding of 1e-16 then moves a zero
+by 1e-12."""
 
 _OBLIQUE = np.array([0.48, 0.6, 0.64])
-"""A unit vector that is orthogonal to no imaginary part except by chance: its product picks one of a complex pair."""
+"""A unit vector in general position: the sign of its product with the imaginary part selects one of a complex pair."""
 
 _CONTACT_NUDGE = 1e-5
 """Standard deviation by which contacts of nearly degenerate subsets are displaced, in units of their extent: the
@@ -51,12 +50,11 @@ zeros are then isolated, and a multiple one is off by its root, 3e-3, near enoug
 
 
 def starting_states(points: Floats, weights: Floats, radius: float | None, sigma: float) -> Iterator[Floats]:
-    """Two batches of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder that explains the
-    contacts.
+    """Two batches of states (B, 7) from which `CylinderProblem.refined` reaches every cylinder through the contacts.
 
-    The zeros of one minimal subset lead to all well determined ones; the second batch leads to the others. There is
-    none for a minimal set. points (n, 3) of unit size about their mean, in the order of `spread_subset`, n >= 5, or n
-    >= 4 with radius; weights (n,); sigma: of the contacts.
+    The zeros of one minimal subset lead to all well determined ones; the second batch leads to the others. A minimal
+    set has no second batch. points (n, 3) of unit size about their mean, in the order of `farthest_first`, n >= 5, or
+    n >= 4 with radius; weights (n,); sigma: of the contacts.
     """
     size = CYLINDER_CONTACTS if radius is not None else FREE_CYLINDER_CONTACTS
     first, *others = _minimal_subsets(points, size)
@@ -72,7 +70,7 @@ def _usable(states: Floats) -> Floats:
 
 
 def _states_through(subset: Floats, points: Floats, weights: Floats, radius: float | None) -> Floats:
-    """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; none if it is collinear."""
+    """States (B, 7) near the cylinders through a minimal subset (m, 3) of the contacts; empty if it is collinear."""
     spread = np.linalg.svd(subset - subset.mean(axis=0), compute_uv=False)
     if spread[1] <= RATIO * spread[0]:
         return np.zeros((0, 7))
@@ -83,10 +81,10 @@ def _states_through(subset: Floats, points: Floats, weights: Floats, radius: flo
 
 
 def tangent_states(centers: Floats, radii: Floats) -> Floats:
-    """States (B, 7) near all lines at distances radii (k, 4) from centers (k, 4, 3); radius is that of the first.
+    """States (B, 7) near all lines at distances radii (k, 4) from centers (k, 4, 3), with the radius of the first.
 
-    Each direction gives two feet: along the wider spread of the projected centres the foot follows from linear
-    equations, along the narrower one only up to a sign when the centres lie on two parallels to it.
+    Each direction gives two feet: linear equations give the foot along the wider spread of the projected centres; along
+    the narrower one they may give it only up to a sign.
     """
     directions, owner = real_directions(lambda x, number: tangent_zeros(x, radii[number]), centers)
     across = basis_across(directions)
@@ -107,9 +105,9 @@ def tangent_states(centers: Floats, radii: Floats) -> Floats:
 
 
 def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], subsets: Floats) -> tuple[Floats, Ints]:
-    """The real parts (B, 3) of the zeros of all subsets (k, m, 3), and the subset (B,) that each belongs to.
+    """Unit real parts (B, 3) of the zeros of all subsets (k, m, 3), and the index (B,) of the subset of each.
 
-    zeros is called with subsets and their numbers. For nearly degenerate subsets the zeros of a copy with displaced
+    zeros is called with subsets and their indices. For nearly degenerate subsets the zeros of a copy with displaced
     contacts are added.
     """
     found, gap = zeros(subsets, np.arange(len(subsets)))
@@ -129,28 +127,18 @@ def real_directions(zeros: Callable[[Floats, Ints], tuple[Complexes, Floats]], s
 
 
 def _minimal_subsets(points: Floats, size: int) -> list[Ints]:
-    """Indices (size,) of contacts far from each other, the first ones, then blind choices that differ."""
+    """Indices (size,) of the first contacts, which are far from each other, then of others without regard to place."""
     first = np.arange(size)
     if len(points) == size:
         return [first]
     index = np.arange(1, len(points) + 1)
-    # Blind enough, and without numpy.random, whose import takes longer than all of the search.
+    # Pseudo-random, but without numpy.random, whose import takes longer than the search.
     blind = [np.sort(np.argsort(index**2 * (40503 + k) % 65537, kind="stable")[:size]) for k in range(1, _SUBSETS)]
     return [first, *(subset for subset in blind if (subset != first).any())]
 
 
-def spread_subset(points: Floats, size: int) -> Ints:
-    """Indices (size,) of contacts that lie far from each other: each one the farthest from those before it."""
-    chosen = [int(np.argmax(np.sum(points**2, axis=1)))]
-    distance = np.sum((points - points[chosen[0]]) ** 2, axis=1)
-    while len(chosen) < size:
-        chosen.append(int(np.argmax(distance)))
-        distance = np.minimum(distance, np.sum((points - points[chosen[-1]]) ** 2, axis=1))
-    return np.array(chosen)
-
-
 def _covering_states(points: Floats, weights: Floats, radius: float | None, stride: int) -> Floats:
-    """The states of the covering whose circle fits better than at all neighbours, and every so manieth of all."""
+    """States (B, 7) of the covering: the lowest minima of the circle fit over the directions, and every stride-th."""
     directions, neighbours = _covering()
     states = circle_states(directions, points, weights)
     if radius is not None:
@@ -168,11 +156,11 @@ def _covering_states(points: Floats, weights: Floats, radius: float | None, stri
 
 
 def _at_radius(states: Floats, points: Floats, radius: float) -> Floats:
-    """The states with the known radius, each axis moved so that an arc of contacts stays on the surface."""
+    """The states with the known radius; each axis is moved so that an arc of contacts stays on the surface."""
     middle = points.mean(axis=0)
     away = states[:, :3] - (middle - np.sum(states[:, 3:6] * middle, axis=1, keepdims=True) * states[:, 3:6])
     moved = states.copy()
-    # away is as long as the radius for a short arc, and zero for contacts all around.
+    # From the contacts' mean to the axis: as long as the radius for a short arc, zero for contacts all around.
     moved[:, :3] += (radius / states[:, 6:] - 1.0) * away
     moved[:, 6] = radius
     return moved

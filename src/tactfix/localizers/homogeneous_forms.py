@@ -4,11 +4,10 @@ Common zeros (`common_zeros`):
 
 1. The multiples of all forms by monomials, up to one degree, are the rows of a Macaulay matrix (`macaulay_rows`).
 2. Its null space is spanned by the monomials evaluated at the zeros.
-3. Multiplication by one linear form over another, both generic, is a matrix on that space: its eigenvectors give the
-   zeros.
+3. Multiplication by the ratio of two generic linear forms is a matrix on that space: its eigenvectors give the zeros.
 
-A form of degree d is its coefficient array (..., count) over `exponents(variables, d)`. No variable is set to one and
-none is eliminated: a zero is a point of the projective plane (or space), and none of them is at infinity.
+A form of degree d is its coefficient array (..., count) over `exponents(variables, d)`. No variable is set to one: a
+zero is a point of the projective plane (or space), so none is at infinity.
 """
 
 from functools import cache
@@ -73,7 +72,7 @@ def _upper_triangle(size: int) -> tuple[Ints, Ints, Floats]:
 def macaulay_rows(form: Floats, degree: int, total: int, variables: int = 3) -> Floats:
     """All multiples of a form (..., count) by monomials, up to degree total: (..., rows, monomials of that degree).
 
-    The form is scaled to unit length first, so that rows of different forms weigh alike.
+    The form is scaled to unit length, so that rows of different forms have equal weight.
     """
     index = _product_index(variables, total - degree, degree)
     scale = np.maximum(np.linalg.norm(form, axis=-1, keepdims=True), TINY)
@@ -87,13 +86,11 @@ def macaulay_rows(form: Floats, degree: int, total: int, variables: int = 3) -> 
 def common_zeros(rows: Floats, degree: int, count: int, variables: int = 3) -> tuple[Complexes, Floats]:
     """The common zeros of the forms whose multiples of one degree are the rows (..., m, monomials).
 
-    Null space of the Macaulay matrix, then an eigenvalue problem: multiplication by one linear form against another.
-    Both are generic, so no direction in space is preferred. Right when the null space at this degree and at the degree
-    below has count dimensions, counted with multiplicity.
+    Condition: the null space at this degree and at the degree below has count dimensions, with multiplicity.
 
-    Returns the zeros (..., count, variables), unit vectors whose phase makes them as real as can be, and the gap (...):
-    the smallest singular value that was not taken for zero, over the largest. A small gap means more zeros than
-    count, for example a whole curve of them.
+    Returns the zeros (..., count, variables), unit vectors with the phase of the largest real part, and the gap (...):
+    the smallest nonzero singular value over the largest. A small gap means more zeros than count, for example a whole
+    curve of them.
     """
     _, singular, vh = np.linalg.svd(rows)  # step 2, after step 1 by the caller
     null = np.swapaxes(vh[..., -count:, :], -1, -2)
@@ -111,13 +108,13 @@ _DRAWN = (
     *(-0.35966845567139044, 1.2036751014877107, 1.3968681196180939, 0.31723592758455404),
     *(0.41413419203577684, -0.4895498035052234, -0.9141207048308895, -0.9003606290309881),
 )
-"""Numbers drawn once from a normal distribution, for forms in up to four variables: drawing them here would import
-numpy.random, which takes longer than the zeros."""
+"""Normal random numbers for forms in up to four variables, constant because importing numpy.random takes longer than
+finding the zeros."""
 
 
 @cache
 def _generic_forms(variables: int) -> Floats:
-    """Two orthonormal linear forms with no relation to the coordinate axes or to each other's."""
+    """Two orthonormal linear forms in general position."""
     q, _ = np.linalg.qr(np.reshape(_DRAWN[: 2 * variables], (variables, 2)))
     return np.asarray(q.T)
 

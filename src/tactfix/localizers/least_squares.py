@@ -1,9 +1,9 @@
-"""Many small nonlinear least-squares problems at once: Levenberg-Marquardt steps for stacks, then Newton steps.
+"""Stacks of small nonlinear least-squares problems: Levenberg-Marquardt steps, then Newton steps.
 
-1. Each problem takes damped Gauss-Newton steps (Levenberg-Marquardt), and leaves the stack when it has converged.
+1. Each problem takes damped Gauss-Newton steps (Levenberg-Marquardt) until it has converged.
 2. After _GAUSS_NEWTON_STEPS the second derivatives of the residuals, by differences, are added: Gauss-Newton converges
-   slowly where large residuals contribute as much to the Hessian as the Jacobian does, as for short arcs with noise.
-3. A problem with as many residuals as parameters may have a multiple root. Near one, damped steps are too short; it
+   slowly if large residuals contribute as much to the Hessian as the Jacobian does, as for short arcs with noise.
+3. A problem with as many residuals as parameters may have a multiple root. Near one, damped steps are too short: it
    takes undamped steps by singular values, and the well determined parameters are corrected after each.
 """
 
@@ -21,7 +21,7 @@ Step: TypeAlias = Callable[[Floats, Floats], Floats]
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-15, 1e8
 """Damping of the normal equations as a share of their diagonal: of the first step; the least that still changes a
-double; and the value at which a problem is given up, with steps of 1e-8 of a Gauss-Newton step."""
+double; and the value at which a problem is abandoned, with steps of 1e-8 of a Gauss-Newton step."""
 _GAUSS_NEWTON_STEPS = 15
 """Steps after which second derivatives are added. These take as many evaluations as there are parameters, and
 problems with small residuals have converged quadratically before."""
@@ -37,8 +37,8 @@ _UNDAMPED_STEPS = 25
 the distance by (2/3)^25 = 4e-5."""
 
 _SHORTEST_STEP = 4 * EPS
-"""Length of a step, in problems of unit size, below which a problem has converged. Contacts a thousand sizes from the
-origin have coordinates with a rounding above that of their residuals, and such steps would go on."""
+"""Length of a step, in problems of unit size, below which a problem has converged. For contacts a thousand sizes from
+the origin, the rounding of the coordinates exceeds that of the residuals, and `_exact` never stops the steps."""
 
 _PREDICTED_GAIN = 1e-17
 """A problem has converged if the predicted gain is below this share of its cost: such a step moves a parameter by
@@ -46,9 +46,9 @@ the root of it, 3e-9 of the residuals."""
 
 
 def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60) -> Floats:
-    """Local minima (B, q) of the sum of squared residuals, each reached from the given state.
+    """The local minima (B, q) of the sum of squared residuals that the given states (B, q) lead to.
 
-    Problems should be of unit size. A problem that does not converge within the iterations is returned as it is then.
+    Problems should be of unit size. A problem that has not converged after the iterations is returned as it is then.
     """
     found = states.copy()
     active: Ints = np.arange(len(states))
@@ -64,7 +64,7 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
         trial = step(states, change)
         new_residuals, new_jacobians = evaluate(trial, active)
         new_cost = _square(new_residuals)
-        # Near the minimum rounding of residuals hides a gain that the gradient still sees: such steps are taken too.
+        # Near the minimum a gain may be lost in the rounding of the residuals: steps of equal cost are taken too.
         better = new_cost <= cost + 8 * EPS * (cost + np.sqrt(residuals.shape[-1] * cost))
         if better.all():
             states, residuals, jacobians, cost = trial, new_residuals, new_jacobians, new_cost
@@ -90,7 +90,7 @@ def refined(evaluate: Evaluate, step: Step, states: Floats, iterations: int = 60
 def polished(evaluate: Evaluate, step: Step, states: Floats, steps: int) -> Floats:
     """The states (B, q) after so many Newton steps, for problems with as many parameters as residuals.
 
-    A step that raises the residuals is not taken. If any Jacobian is singular, none is.
+    A step that raises the cost is not taken, and none at all if any Jacobian is singular.
     """
     index: Ints = np.arange(len(states))
     residuals, jacobians = evaluate(states, index)
@@ -120,7 +120,7 @@ def _finished(evaluate: Evaluate, step: Step, states: Floats) -> Floats:
             break
         trial = step(states[active], _undamped_step(residuals, jacobians))
         new_residuals, new_jacobians = evaluate(trial, active)
-        # The residuals are curved along the weak parameter: the well determined ones are corrected.
+        # Along the weak parameter the residuals are curved: correct the well determined ones.
         for _ in range(2):
             trial = step(trial, _undamped_step(new_residuals, new_jacobians, weakest=False))
             new_residuals, new_jacobians = evaluate(trial, active)
@@ -142,7 +142,7 @@ def _square(residuals: Floats) -> Floats:
 
 
 def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
-    """Where the residuals (B, n) are no more than the rounding of their own computation."""
+    """Which problems (B,) have residuals (B, n) no larger than rounding."""
     size = np.maximum(1.0, np.abs(states).max(axis=-1))
     return np.asarray(cost <= residuals.shape[-1] * (EPS * size) ** 2)
 
@@ -150,9 +150,9 @@ def _exact(states: Floats, residuals: Floats, cost: Floats) -> Bools:
 def _curvature(
     evaluate: Evaluate, step: Step, states: Floats, active: Ints, residuals: Floats, jacobians: Floats
 ) -> Floats:
-    """The term (B, p, p) of the Hessian beside J^T J: the residuals times their second derivatives.
+    """The term (B, p, p) to add to J^T J for a Newton step: the residuals times their second derivatives.
 
-    Negative eigenvalues of the Hessian get a positive sign, so that the step leads away from a saddle.
+    It makes the eigenvalues of the Hessian positive, so that the step leads away from a saddle.
     """
     width = jacobians.shape[-1]
     bend = np.empty((len(states), width, width))
@@ -188,10 +188,7 @@ def _damped_step(
 
 
 def _solved(matrices: Floats, vectors: Floats) -> Floats:
-    """The solutions (B, p) of symmetric systems, least-norm ones if a system is singular to rounding.
-
-    That happens when a sphere grows until it is nearly a plane.
-    """
+    """The solutions (B, p) of symmetric systems; of least norm if one is singular: a sphere that is nearly a plane."""
     try:
         return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
     except np.linalg.LinAlgError:
@@ -199,9 +196,9 @@ def _solved(matrices: Floats, vectors: Floats) -> Floats:
 
 
 def _undamped_step(residuals: Floats, jacobians: Floats, weakest: bool = True) -> Floats:
-    """The Gauss-Newton steps (B, p) by singular values: J^T J would lose those below the root of the rounding.
+    """The Gauss-Newton steps (B, p) by singular values, of which J^T J would lose those below the root of the rounding.
 
-    weakest: whether the step has a part along the right singular vector of the smallest singular value.
+    weakest: whether the step has a component along the right singular vector of the smallest singular value.
     """
     u, singular, vh = np.linalg.svd(jacobians, full_matrices=False)
     along = np.einsum("bnk,bn->bk", u, residuals)

@@ -1,9 +1,9 @@
 """A plane from three contacts or more: orthogonal least squares by singular values.
 
-1. Contacts are centred and scaled (`scaling`), and refused where fewer than three differ or all lie on one line.
+1. Contacts are centred and scaled (`unit_contacts`), and refused if fewer than three differ or all lie on one line.
 2. The plane passes through their weighted mean.
 3. Its normal is the right singular vector of the weighted arms with the smallest singular value.
-4. Both sides are returned, each offset by tip_radius: only the approach can tell which one is right.
+4. Both sides are returned, each offset by tip_radius: only the approach shows which one is outward.
 
 Three contacts: eqs. 1-2, n = v1 x v2.
 """
@@ -13,8 +13,7 @@ import numpy as np
 from tactfix.geometry.arrays import Floats, Ints, basis_across, unit
 from tactfix.geometry.surfaces import Plane
 from tactfix.localizers.candidate import SurfaceCandidate
-from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear
-from tactfix.localizers.scaling import unit_contacts
+from tactfix.localizers.unit_contacts import refuse_coincident, refuse_collinear, unit_contacts
 from tactfix.values import frozen_value
 
 CONTACTS = 3
@@ -24,14 +23,14 @@ CONTACTS = 3
 def localize_plane(
     points: Floats, sigmas: Floats | float | None = None, tip_radius: float = 0.0
 ) -> tuple[SurfaceCandidate, ...]:
-    """The plane nearest to contacts, once with each of its sides as the outward one.
+    """The plane nearest to contacts, with each of its sides as the outward one.
 
     Minimises the weighted sum of ((x_i - p) . n - tip_radius)^2; through three contacts n = v1 x v2 (eq. 1).
 
     points (n, 3): n >= 3 tip centres or surface points; sigmas (n,) or one number, along the normal, or None for exact
-    contacts: same unit; tip_radius: the tip's centres lie this far off the plane on its outward side.
-    Returns two candidates with opposite normals, 2 * tip_radius apart; the approach tells which one is right.
-    Raises DegenerateContactsError when fewer than three contacts differ, or all lie on one line.
+    contacts; tip_radius: distance of the tip's centres from the plane on its outward side: all in one unit.
+    Returns two candidates with opposite normals, 2 * tip_radius apart.
+    Raises DegenerateContactsError if fewer than three contacts differ, or all lie on one line.
     Source: eqs. 1-2; orthogonal least squares by singular values beyond three contacts.
     """
     contacts = unit_contacts(points, sigmas)  # step 1

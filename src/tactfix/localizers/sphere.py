@@ -1,6 +1,6 @@
 """Spheres through contacts: three with a known radius, four without, or any number more.
 
-1. Contacts are centred and scaled (`scaling`), and refused if infinitely many spheres pass through them.
+1. Contacts are centred and scaled (`unit_contacts`), and refused if infinitely many spheres pass through them.
 2. There are two starts. If the radius is known: the centres above and below the circle that fits best in the contacts'
    plane (eqs. 3-10). If not: the linear least squares of |x|^2 - 2 c . x = constant, and its mirror image in that
    plane.
@@ -15,23 +15,27 @@ import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate, determination, distinct_explanations
-from tactfix.localizers.degeneracy import refuse_coincident, refuse_collinear, refuse_coplanar
+from tactfix.localizers.candidate import SurfaceCandidate, candidates_of, determination, distinct_explanations
 from tactfix.localizers.least_squares import refined
-from tactfix.localizers.scaling import UnitContacts, unit_contacts
+from tactfix.localizers.unit_contacts import (
+    UnitContacts,
+    refuse_coincident,
+    refuse_collinear,
+    refuse_coplanar,
+    unit_contacts,
+)
 from tactfix.noise import chi_square_limit
 from tactfix.values import frozen_value
 
 SPHERE_CONTACTS, FREE_SPHERE_CONTACTS = 3, 4
-"""Contacts that leave finitely many spheres: three, or four where the radius is found too."""
+"""Contacts that leave finitely many spheres of known radius, and of free radius."""
 
 _SPHERE_START_STEPS = 6
-"""Steps of both starts of a redundant set, before one may be dropped: the linear fit that starts them is near a
-minimum."""
+"""Steps of both starts of a redundant set before one may be dropped: the linear fit starts near a minimum."""
 
 _SPHERE_GIVEN_UP, _SPHERE_RIVAL = 1e3, 4.0
-"""A start whose chi-square exceeds the first multiple of the limit after those steps is dropped, unless it is within
-the second factor of the best."""
+"""After those steps a start is dropped if its chi-square exceeds _SPHERE_GIVEN_UP times the limit and _SPHERE_RIVAL
+times the least."""
 
 
 def localize_sphere(
@@ -39,15 +43,15 @@ def localize_sphere(
 ) -> tuple[SurfaceCandidate, ...]:
     """Every sphere that explains the contacts.
 
-    Local minima of the weighted sum of (|x_i - c| - radius)^2 over c, and over the radius too where it is not given.
+    Local minima of the weighted sum of (|x_i - c| - radius)^2 over c, and over the radius if it is not given.
 
     points (n, 3): tip centres or surface points, n >= 3 with radius, n >= 4 without; radius: offset radius, of the
     tip's centres; sigmas (n,) or one number, along the normal, or None for exact contacts: all in one unit.
-    Returns the minima whose chi-square noise can explain, best first, and beyond the minimal number of contacts the
-    global minimum always. Three contacts: two centres, mirror images in their plane; one, marked poorly determined,
-    where they lie on a great circle within noise; none where they lie farther apart.
-    Raises DegenerateContactsError when too few contacts differ, all lie on one line, or all in one plane without a
-    known radius.
+    Returns the minima whose chi-square noise can explain, best first, and of a redundant set always the global minimum.
+    Three contacts: two centres, mirror images in their plane; one, marked poorly determined, if they lie on a great
+    circle within noise; none if they lie farther apart.
+    Raises DegenerateContactsError if too few contacts differ, all lie on one line, or, without a known radius, all in
+    one plane.
     Source: eqs. 3-10 for three contacts; Duffie and others 1984 for four.
     """
     contacts = unit_contacts(points, sigmas)  # step 1
@@ -116,7 +120,7 @@ def _free_states(contacts: UnitContacts) -> Floats:
 
 
 def _known_states(contacts: UnitContacts, radius: float) -> Floats:
-    """Circle in the plane of best fit, then both centres at the known radius above and below it."""
+    """The centres above and below the best circle in the contacts' plane, with the known radius."""
     points, weights = contacts.points, contacts.weights
     axes = np.linalg.svd(points, full_matrices=False)[2]
     flat = points @ axes[:2].T
@@ -126,13 +130,13 @@ def _known_states(contacts: UnitContacts, radius: float) -> Floats:
     middle, height = solution[:2] @ axes[:2], np.sqrt(max(radius**2 - rho_squared, 0.0))
     centers = [middle + height * axes[2], middle - height * axes[2]] if height > 0 else [middle]
     if len(points) > SPHERE_CONTACTS:
-        # Contacts around a whole sphere: the centre is near their mean, whatever their plane of best fit.
+        # For contacts around a whole sphere the centre is near their mean.
         centers.append(np.zeros(3))
     return np.column_stack([np.array(centers), np.full(len(centers), radius)])
 
 
 def _candidates(problem: SphereProblem, contacts: UnitContacts, states: Floats) -> tuple[SurfaceCandidate, ...]:
-    """The distinct states that noise can explain, best first; the best one of a redundant set in any case."""
+    """The distinct states that noise can explain, best first; of a redundant set always the best one."""
     residuals, jacobians = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / contacts.sigma**2
     dof = len(contacts.points) - jacobians.shape[-1]
@@ -142,13 +146,5 @@ def _candidates(problem: SphereProblem, contacts: UnitContacts, states: Floats) 
     states = states[kept]
     distances = residuals[kept] / contacts.weights * contacts.scale
     condition, poor = determination(problem.evaluate, problem.step, states, contacts.sigma)
-    return tuple(
-        SurfaceCandidate(
-            Sphere(contacts.origin + contacts.scale * state[:3], float(state[3] * contacts.scale)),
-            float(chi2[i]),
-            float(np.sqrt(np.mean(distance**2))),
-            float(cond),
-            bool(poorly),
-        )
-        for state, i, distance, cond, poorly in zip(states, kept, distances, condition, poor, strict=True)
-    )
+    spheres = (Sphere(contacts.origin + contacts.scale * s[:3], float(s[3] * contacts.scale)) for s in states)
+    return candidates_of(spheres, chi2[kept], distances, condition, poor)

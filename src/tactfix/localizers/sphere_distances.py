@@ -2,8 +2,8 @@
 
 1. Contacts and distances become loci of the centre: spheres, cylinders and planes, in units of the radius about the
    contacts' mean. A centre on an axis lies in two planes. Fewer than three loci leave a curve, and are refused.
-2. Triples of loci are intersected (`center_loci`): of three all their points, of more the first dozen triples with a
-   contact. Triples that share a curve are passed over.
+2. Triples of loci with at least one contact are intersected (`center_loci`), a dozen at most. Triples that share a
+   curve are skipped.
 3. Every point is refined by weighted least squares over all loci, exact distances weighing most (`least_squares`).
 4. The distinct centres that noise can explain are returned, best first; of a redundant set the best one in any case.
 
@@ -20,10 +20,10 @@ import numpy as np
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import TINY, Bools, Floats, Frozen, Ints, UnitVector, basis_across, lengths
 from tactfix.geometry.surfaces import Sphere
-from tactfix.localizers.candidate import SurfaceCandidate, determination, distinct_explanations
+from tactfix.localizers.candidate import SurfaceCandidate, candidates_of, determination, distinct_explanations
 from tactfix.localizers.center_loci import CylinderLocus, Locus, PlaneLocus, SphereLocus, meeting_points
 from tactfix.localizers.least_squares import refined
-from tactfix.localizers.scaling import ROUNDING, effective_sigmas
+from tactfix.localizers.unit_contacts import ROUNDING, effective_sigmas
 from tactfix.values import frozen_value
 
 _UNKNOWNS = 3
@@ -85,14 +85,14 @@ def localize_sphere_at_distances(
 ) -> tuple[SurfaceCandidate, ...]:
     """Every sphere of known radius that explains the contacts and keeps the distances of its centre.
 
-    Solves |x_i - c| = radius together with the distance of c from each centre, axis and plane: exactly when there are
-    three of them in all, by weighted least squares from all their solutions when there are more.
+    Solves |x_i - c| = radius together with the distance of c from each centre, axis and plane: exactly for three
+    conditions in all, by weighted least squares from all solutions of three of them for more.
 
     points (n, 3), n >= 1: tip centres or surface points; radius: offset radius, of the tip's centres; distances: with
-    one sigma each, 0 for as good as exact; sigmas (n,) or one number, of the contacts, or None for exact ones.
+    one sigma each, 0 if exact; sigmas (n,) or one number, of the contacts, or None for exact ones.
     Returns all real centres, best first: up to four from two contacts and an axis, up to eight from one contact and two
     axes; near-tangent ones once and marked poorly determined. A centre on an axis (distance 0) counts as two distances.
-    Raises DegenerateContactsError when fewer than three conditions are given, or they leave a curve of centres.
+    Raises DegenerateContactsError for fewer than three conditions, or conditions that leave a curve of centres.
     Source: eqs. 48-51.
     """
     origin, scale = points.mean(axis=0), radius  # step 1
@@ -119,7 +119,7 @@ def localize_sphere_at_distances(
 
 
 def _reach(points: Floats, radius: float, distances: tuple[Distance, ...]) -> float:
-    """The largest number that enters the equations: it sets their rounding."""
+    """The largest number in the equations: their rounding is proportional to it."""
     places = [d.center if isinstance(d, CenterDistance) else d.point for d in distances]
     return float(np.max(np.abs([radius, *(d.distance for d in distances), *np.ravel(points), *np.ravel(places)])))
 
@@ -131,7 +131,7 @@ def _refuse_too_few(loci: list[Locus]) -> None:
 
 
 def _loci(distance: Distance, origin: Floats, scale: float, nothing: float) -> list[Locus]:
-    """Where the centre can be, in units of scale about origin; a distance up to nothing counts as zero."""
+    """The loci of the centre, in units of scale about origin; a distance up to nothing counts as zero."""
     match distance:
         case PlaneDistance():
             height = float((distance.point - origin) @ distance.normal) + distance.distance
@@ -148,7 +148,7 @@ def _loci(distance: Distance, origin: Floats, scale: float, nothing: float) -> l
 
 
 def _starts(loci: list[Locus], contacts: int) -> Floats:
-    """Centres (k, 3) on three loci each, of which one is a contact's; triples that share a curve are passed over."""
+    """Centres (k, 3) on three loci each, one of them a contact's (step 2)."""
     triples = [t for t in combinations(range(len(loci)), 3) if t[0] < contacts]
     starts, refusal = [], None
     for first, second, third in islice(triples, _MOST_TRIPLES):
@@ -162,7 +162,7 @@ def _starts(loci: list[Locus], contacts: int) -> Floats:
 
 
 def _in_sight_of_a_root(problem: "CenterProblem", starts: Floats, slack: float) -> Floats:
-    """The starts after a few steps, without the real parts of complex zeros, which lead to no root.
+    """The starts after a few steps, without those that lead to no root: the real parts of complex zeros.
 
     slack: weighted residual that noise may leave.
     """
@@ -231,7 +231,7 @@ def _as_numbers(locus: Locus) -> tuple[Floats, Floats, float]:
 def _candidates(
     problem: CenterProblem, states: Floats, sigma: float, origin: Floats, radius: float, contacts: int
 ) -> tuple[SurfaceCandidate, ...]:
-    """The distinct centres that noise can explain, best first; the best one of a redundant set in any case."""
+    """The distinct centres that noise can explain, best first; of a redundant set always the best one."""
     residuals, _ = problem.evaluate(states, np.arange(len(states)))
     chi2 = np.sum(residuals**2, axis=1) / sigma**2
     dof = len(problem.weights) - _UNKNOWNS
@@ -240,23 +240,12 @@ def _candidates(
         return ()
     _, poor = determination(problem.evaluate, problem.step, states[kept], sigma)
     condition = _condition(problem, states[kept])
-    lengths = residuals[kept, :contacts] / problem.weights[:contacts] * radius
-    return tuple(
-        SurfaceCandidate(
-            Sphere(origin + radius * states[i], radius),
-            float(chi2[i]),
-            float(np.sqrt(np.mean(length**2))),
-            float(c),
-            bool(p),
-        )
-        for i, length, c, p in zip(kept, lengths, condition, poor, strict=True)
-    )
+    distances = residuals[kept, :contacts] / problem.weights[:contacts] * radius
+    spheres = (Sphere(origin + radius * state, radius) for state in states[kept])
+    return candidates_of(spheres, chi2[kept], distances, condition, poor)
 
 
 def _condition(problem: CenterProblem, centers: Floats) -> Floats:
-    """The condition (B,) of each centre (B, 3): displacement over that of its loci, without their sigmas.
-
-    An uncertain distance is not a badly placed one.
-    """
+    """The condition (B,) of each centre (B, 3): displacement over that of its loci, whatever their sigmas."""
     smallest = np.linalg.svd(problem.misses(centers)[1], compute_uv=False)[:, -1]
     return np.asarray(1.0 / np.maximum(smallest, TINY))

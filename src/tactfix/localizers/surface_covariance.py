@@ -2,27 +2,25 @@
 
 1. The contacts are scaled to unit size, and the surface becomes a state of its least-squares problem.
 2. The singular value decomposition of the Jacobian gives independent directions of the parameters.
-3. Along each the standard deviation is sigma / s, s the singular value, or at most sqrt(2 sigma / c), where the
-   residuals' curvature c is the larger effect, as at a double root.
-4. Differences carry the parameters to the numbers of the surface.
+3. Along each the standard deviation is sigma / s, s the singular value, but at most sqrt(2 sigma / c): there the
+   curvature c of the residuals changes them by one sigma. This is the smaller one at a double root, where s = 0.
+4. Differences give the derivatives of the surface's numbers by the parameters.
 """
 
 import numpy as np
 
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
+from tactfix.localizers.candidate import PROBE
 from tactfix.localizers.cylinder_refinement import CylinderProblem
 from tactfix.localizers.plane import PlaneProblem
-from tactfix.localizers.scaling import UnitContacts, unit_contacts
 from tactfix.localizers.sphere import SphereProblem
+from tactfix.localizers.unit_contacts import UnitContacts, unit_contacts
 from tactfix.values import frozen_value
 
 _SURFACE_STEP = 1e-5
 """Step of the central differences from parameters to the numbers of a surface, in problems of unit size: near the cube
 root of the rounding of doubles, 6e-6. Rounding is 2e-11 and the third order 1e-10."""
-
-_SECOND_DIFFERENCE = 1e-3
-"""Step of the second difference of the residuals, in problems of unit size, as `candidate._PROBE`."""
 
 
 @frozen_value
@@ -30,8 +28,8 @@ class SurfaceCovariance:
     """The numbers of a surface and their covariance (q, q).
 
     numbers (q,): plane: point, normal; sphere: center, radius; cylinder: point, direction, radius. The covariance is
-    singular: a direction is unit, and the point of an axis or plane moves only square to the axis or along the normal.
-    weakest: one standard deviation of the least known parameter, in units of the contacts' extent or rad.
+    singular: a direction has unit length, and the point of an axis or plane moves only perpendicular to the axis or
+    along the normal. weakest: the largest standard deviation of a parameter, in units of the contacts' extent or rad.
     """
 
     numbers: Frozen
@@ -44,10 +42,8 @@ def surface_covariance(
 ) -> SurfaceCovariance:
     """Covariance of a surface that was fitted to contacts, from the Jacobian of its residuals.
 
-    surface: the offset surface that the contacts lie on (radius of the tip's centres; a plane through them); points
-    (n, 3), sigmas (n,), one number or None: as given to the localizer; radius_known: the radius has no uncertainty.
-    A parameter that the contacts see only in second order, as at a double root, has no linear sigma: there it is the
-    displacement sqrt(2 sigma / c) at which the curvature c of the residuals has moved them by one sigma.
+    surface: the offset surface of the contacts (radius of the tip's centres; a plane through them); points (n, 3),
+    sigmas (n,), one number or None: as given to the localizer; radius_known: the radius has no uncertainty.
     """
     contacts = unit_contacts(points, sigmas)  # step 1
     problem, state = _problem(surface, contacts, radius_known)
@@ -56,9 +52,9 @@ def surface_covariance(
     u, singular, vh = np.linalg.svd(jacobian[0], full_matrices=False)  # step 2
     deviations = np.empty(len(vh))
     for k, direction in enumerate(vh):  # step 3
-        ahead, _ = problem.evaluate(problem.step(state[None], _SECOND_DIFFERENCE * direction[None]), index)
-        behind, _ = problem.evaluate(problem.step(state[None], -_SECOND_DIFFERENCE * direction[None]), index)
-        curvature = abs(u[:, k] @ (ahead + behind - 2 * residuals)[0]) / _SECOND_DIFFERENCE**2
+        ahead, _ = problem.evaluate(problem.step(state[None], PROBE * direction[None]), index)
+        behind, _ = problem.evaluate(problem.step(state[None], -PROBE * direction[None]), index)
+        curvature = abs(u[:, k] @ (ahead + behind - 2 * residuals)[0]) / PROBE**2
         with np.errstate(divide="ignore"):
             deviations[k] = min(contacts.sigma / abs(singular[k]), np.sqrt(2 * contacts.sigma / np.float64(curvature)))
     steps = _SURFACE_STEP * np.eye(len(vh))  # step 4

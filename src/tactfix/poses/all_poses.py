@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats, Ints
+from tactfix.geometry.arrays import Floats, farthest_first
 from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.placement import Placement
@@ -230,20 +230,8 @@ def spread_indices(contacts: Contacts, most: int) -> list[int]:
     """At most `most` contacts, well spread over each feature and fairly shared between the features, in file order."""
     if len(contacts) <= most:
         return list(range(len(contacts)))
-    queues = [_farthest_first(contacts.points, index, most) for index in contacts.by_feature.values()]
+    queues = [index[farthest_first(contacts.points[index], most)].tolist() for index in contacts.by_feature.values()]
     chosen: list[int] = []
     for turn in range(most):
         chosen += [queue[turn] for queue in queues if turn < len(queue)]
     return sorted(chosen[:most])
-
-
-def _farthest_first(points: Floats, index: Ints, most: int) -> list[int]:
-    """Indices in an order in which each point lies farthest from those before it."""
-    own = points[index]
-    distance = ((own - own.mean(axis=0)) ** 2).sum(axis=1)
-    order: list[int] = []
-    for _ in range(min(most, len(index))):
-        order.append(int(np.argmax(distance)))
-        gap = ((own - own[order[-1]]) ** 2).sum(axis=1)
-        distance = gap if len(order) == 1 else np.minimum(distance, gap)
-    return [int(index[i]) for i in order]

@@ -16,10 +16,10 @@ of c_i |p_i x s|^2 with p_4 = sum of c_i p_i.
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, cross_columns, dot_columns
-from tactfix.localizers.cylinder_directions import MOST_DIRECTIONS, direction_zeros
+from tactfix.localizers.axis_directions import MOST_DIRECTIONS, direction_zeros
 from tactfix.localizers.cylinder_refinement import CylinderProblem, circle_states, distinct_roots, refined_roots
 from tactfix.localizers.cylinder_search import real_directions
-from tactfix.localizers.scaling import ROUNDING
+from tactfix.localizers.unit_contacts import ROUNDING
 from tactfix.stacks.conic_cubic import real_common_zeros
 from tactfix.stacks.sphere_centers import stack_shape
 from tactfix.stacks.trigonometric_zeros import SLOTS
