@@ -7,7 +7,7 @@ axes, rotation about the fixture's origin. The covariance of a pose is in this o
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Floats, lengths
 
 
 def skew(vectors: Floats) -> Floats:
@@ -69,3 +69,36 @@ def rotation_angle(rotation: Floats) -> float:
     """The angle in rad, 0 to pi, of a rotation matrix (3, 3); accurate near 0 and near pi."""
     sine = np.linalg.norm(axial(rotation))
     return float(np.arctan2(sine, (np.trace(rotation) - 1) / 2))
+
+
+def rotation_vectors(rotations: Floats) -> Floats:
+    """The rotation vectors (N, 3) in rad of rotation matrices (N, 3, 3), accurate from no turn to half a turn."""
+    # 4 q q^T of the unit quaternion q, scalar first: its column with the largest diagonal entry is a multiple of q.
+    trace = np.trace(rotations, axis1=1, axis2=2)
+    squared = np.empty((len(rotations), 4, 4))
+    squared[:, 0, 0] = 1 + trace
+    squared[:, 0, 1:] = squared[:, 1:, 0] = 2 * axial(rotations)
+    squared[:, 1:, 1:] = rotations + np.swapaxes(rotations, 1, 2) + (1 - trace)[:, None, None] * np.eye(3)
+    largest = np.argmax(np.einsum("Nii->Ni", squared), axis=1)
+    quaternions = squared[np.arange(len(rotations)), largest]
+    scalar, vector = quaternions[:, 0], quaternions[:, 1:]
+    sine = lengths(vector)
+    angle = 2 * np.arctan2(sine, np.abs(scalar)) * np.where(scalar < 0, -1.0, 1.0)
+    return np.asarray(vector * (angle / np.where(sine > 0, sine, 1.0))[:, None])
+
+
+SERIES_ENDS = 1e-4
+"""Angle a in rad below which the series ends after 1 / 12: the next term, a^2 / 720, is 1e-11, and the formula loses
+eps / a^2 = 2e-8 above it."""
+
+
+def inverse_left_jacobian(vectors: Floats) -> Floats:
+    """J(d)^-1 (N, 3, 3) of rotation vectors d (N, 3): log(exp([e]) exp([d])) = d + J(d)^-1 e to first order in e.
+
+    J(d)^-1 = I - [d] / 2 + (1 - (a / 2) cot(a / 2)) / a^2 [d]^2 with a = |d|.
+    """
+    angle = lengths(vectors)
+    half = np.where(angle > SERIES_ENDS, angle, 1.0) / 2
+    bend = np.where(angle > SERIES_ENDS, (1 - half / np.tan(half)) / (4 * half**2), 1 / 12)
+    turned = skew(vectors)
+    return np.asarray(np.eye(3) - turned / 2 + bend[:, None, None] * (turned @ turned))

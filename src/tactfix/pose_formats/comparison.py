@@ -6,7 +6,7 @@ import numpy as np
 
 from tactfix.errors import OtherFixtureError, UsageError
 from tactfix.geometry.arrays import Floats, Frozen
-from tactfix.geometry.rigid import skew
+from tactfix.geometry.rigid import inverse_left_jacobian
 from tactfix.pose_formats.orientation import RotationVector
 from tactfix.pose_formats.pose import Pose
 from tactfix.results import JsonResult
@@ -195,20 +195,11 @@ def _covariance(before: Pose, after: Pose, turned: Floats, rotation: Floats) -> 
     if before.covariance is None or after.covariance is None:
         return None
     to_log = np.eye(6)
-    to_log[:3, :3] = _inverse_left_jacobian(rotation)
+    to_log[:3, :3] = inverse_left_jacobian(rotation[None])[0]
     from_before = np.eye(6)
     from_before[:3, :3] = turned
     total = after.covariance + from_before @ before.covariance @ from_before.T
     return np.asarray(to_log @ total @ to_log.T)
-
-
-def _inverse_left_jacobian(rotation: Floats) -> Floats:
-    """J^-1 (3, 3) of a rotation vector (3,): I - [v]/2 + (1 - (a/2) cot(a/2)) [v]^2 / a^2, a = |v|."""
-    angle = float(np.linalg.norm(rotation))
-    k = skew(rotation)
-    # The limit of the quotient, which loses its digits near zero; off by 1e-9 at most below 1e-3 rad.
-    factor = 1 / 12 if angle < 1e-3 else (1 - angle / 2 / np.tan(angle / 2)) / angle**2
-    return np.asarray(np.eye(3) - k / 2 + factor * (k @ k))
 
 
 def _sigma_along(vector: Floats, covariance: Floats) -> float:

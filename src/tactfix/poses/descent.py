@@ -213,14 +213,6 @@ def turned(vectors: Floats, rotations: Floats) -> Floats:
     return np.asarray(np.einsum("ijN,jkN->ikN", turn, rotations))
 
 
-def rotation_matrices(x: Floats, y: Floats, z: Floats, w: Floats) -> Floats:
-    """Rotation matrices (3, 3, N) of unit quaternions, scalar w."""
-    xx, yy, zz, xy, xz, yz, wx, wy, wz = x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z
-    rows = [1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)]
-    rows += [2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx), 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)]
-    return np.array(rows).reshape(3, 3, -1)
-
-
 def damped_step(
     residual: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float = 0.0, turns: int = 3
 ) -> Floats:

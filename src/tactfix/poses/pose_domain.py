@@ -24,8 +24,8 @@ The poses are the last axis of all arrays, as in `equations`.
 
 import numpy as np
 
-from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross, cross_columns, lengths
-from tactfix.geometry.rigid import axial, rotation_from_quaternion, skew
+from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross, cross_columns
+from tactfix.geometry.rigid import axial, inverse_left_jacobian, rotation_from_quaternion, rotation_vectors, skew
 from tactfix.values import frozen_value
 
 ROTATION_MARGIN = 0.3
@@ -37,9 +37,6 @@ known to a hundredth of the fixture."""
 ANGLES_AGREE = 0.25
 """Largest error in rad of rotations that features located alone leave (`feature_rotations`): twelve times
 `feature_rotations.WELL_LOCATED`, one sigma of such features."""
-SERIES_ENDS = 1e-4
-"""Angle a in rad below which the series ends after 1 / 12: the next term, a^2 / 720, is 1e-11, and the formula loses
-eps / a^2 = 2e-8 above it."""
 
 
 @frozen_value
@@ -175,7 +172,7 @@ class MeasuredPose:
         """Residuals (6, N) and Jacobian (6, 6, N), unknowns first, at rotations (3, 3, N), offsets (3, N)."""
         base_from_frame = np.moveaxis(rotations, -1, 0).swapaxes(1, 2)
         arms = (offsets - self.pivot[:, None]).T
-        turns = turn_vectors(base_from_frame @ self.near)
+        turns = rotation_vectors(base_from_frame @ self.near)
         shifts = -(base_from_frame @ arms[:, :, None])[..., 0] - self.place
         rows = np.zeros((len(arms), 6, 6))
         rows[:, :3, :3] = -inverse_left_jacobian(turns) @ base_from_frame
@@ -183,29 +180,3 @@ class MeasuredPose:
         rows[:, 3:, 3:] = -base_from_frame
         residual = self.whitening @ np.concatenate([turns, shifts], axis=1).T
         return residual, np.moveaxis(self.whitening @ rows, (0, 1, 2), (2, 1, 0))
-
-
-def turn_vectors(turns: Floats) -> Floats:
-    """The rotation vectors (N, 3) of rotations (N, 3, 3), up to pi long, accurate there too."""
-    # 4 q q^T of the unit quaternion q, scalar first: its column with the largest diagonal entry is q but for a factor.
-    trace = np.trace(turns, axis1=1, axis2=2)
-    squared = np.empty((len(turns), 4, 4))
-    squared[:, 0, 0] = 1 + trace
-    squared[:, 0, 1:] = squared[:, 1:, 0] = 2 * axial(turns)
-    squared[:, 1:, 1:] = turns + np.swapaxes(turns, 1, 2) + (1 - trace)[:, None, None] * np.eye(3)
-    largest = np.argmax(np.einsum("Nii->Ni", squared), axis=1)
-    quaternions = squared[np.arange(len(turns)), largest]
-    scalar, vector = quaternions[:, 0], quaternions[:, 1:]
-    sine = lengths(vector)
-    angle = 2 * np.arctan2(sine, np.abs(scalar)) * np.where(scalar < 0, -1.0, 1.0)
-    # Of no turn at all the vector is zero, whatever it is multiplied by.
-    return np.asarray(vector * (angle / np.where(sine > 0, sine, 1.0))[:, None])
-
-
-def inverse_left_jacobian(vectors: Floats) -> Floats:
-    """J(d)^-1 (N, 3, 3) = I - [d] / 2 + (1 - (a / 2) cot(a / 2)) / a^2 [d]^2 for rotation vectors d (N, 3), a = |d|."""
-    angle = lengths(vectors)
-    half = np.where(angle > SERIES_ENDS, angle, 1.0) / 2
-    bend = np.where(angle > SERIES_ENDS, (1 - half / np.tan(half)) / (4 * half**2), 1 / 12)
-    turned = skew(vectors)
-    return np.asarray(np.eye(3) - turned / 2 + bend[:, None, None] * (turned @ turned))

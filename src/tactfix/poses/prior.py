@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from tactfix.geometry.arrays import TINY, Floats, Ints
+from tactfix.geometry.rigid import rotation_vectors
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.placement import Placement
-from tactfix.poses.pose_domain import turn_vectors
 from tactfix.values import frozen_value
 
 
@@ -45,7 +45,7 @@ class LocatedPose(Protocol):
 def deviation(placement: Placement, base_from_fixture: Floats) -> Floats:
     """The deviation (6,) of a pose from near: rotation vector (rad) and translation of the origin, base axes."""
     turn = base_from_fixture[:3, :3] @ placement.near[:3, :3].T
-    return np.concatenate([turn_vectors(turn[None])[0], base_from_fixture[:3, 3] - placement.near[:3, 3]])
+    return np.concatenate([rotation_vectors(turn[None])[0], base_from_fixture[:3, 3] - placement.near[:3, 3]])
 
 
 def contradiction(placement: Placement, solution: LocatedPose, units: str, fitted: bool) -> Contradiction | None:

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.poses.descent import rotation_matrices, turned
+from tactfix.geometry.rigid import rotation_from_quaternion
+from tactfix.poses.descent import turned
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.zeros import Zeros
@@ -48,9 +49,8 @@ def covering_rotations(count: int) -> Floats:
     inner, outer = np.sqrt(s / count), np.sqrt(1 - s / count)
     # The two constants of the paper: sqrt 2 and the positive root of x^4 = x + 4.
     first, second = 2 * np.pi * s / np.sqrt(2.0), 2 * np.pi * s / 1.533751168755204288118041
-    return rotation_matrices(
-        inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)
-    )
+    vector = inner * np.sin(first), inner * np.cos(first), outer * np.sin(second)
+    return np.moveaxis(rotation_from_quaternion(np.stack([outer * np.cos(second), *vector], axis=1)), 0, -1)
 
 
 def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:

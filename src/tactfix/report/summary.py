@@ -13,6 +13,7 @@ from rich.text import Text
 
 from tactfix.acceptance import point_covariance, sigma_at, worst_sigma
 from tactfix.geometry.arrays import Floats
+from tactfix.geometry.rigid import rotation_vectors
 from tactfix.locate_result import LocateResult
 from tactfix.report.text_report import reason_text, residual_text, sentence, status_lines
 from tactfix.results import Candidate, ContactResidual, Status
@@ -85,7 +86,7 @@ def freedom(dof: int, contacts: int) -> str:
 def _pose(result: LocateResult, base_from_fixture: Floats) -> Table:
     """Origin and rotation vector in base with their sigmas."""
     sigmas = None if result.covariance is None else np.sqrt(np.diag(result.covariance))
-    turn = np.rad2deg(_rotation_vector(base_from_fixture[:3, :3]))
+    turn = np.rad2deg(rotation_vectors(base_from_fixture[:3, :3][None])[0])
     origin = base_from_fixture[:3, 3]
     if sigmas is None or result.covariance is None:
         columns = {f"origin {result.units}": _rounded(origin), "rotation vector deg": _rounded(turn)}
@@ -137,27 +138,6 @@ def _keep_whole(table: Table) -> None:
         column.min_width = min(max((len(word) for cell in cells for word in cell.split()), default=1), 24)
 
 
-def _rotation_vector(rotation: Floats) -> Floats:
-    """The rotation vector (3,) in rad of a rotation matrix, accurate from no turn to half a turn.
-
-    By the unit quaternion q, whose products 4 q q^T are sums of the matrix's entries: its row with the largest diagonal
-    is q times a number that is not small. scipy would take three times as long to import as numpy.
-    """
-    (a, b, c), (d, e, f), (g, h, i) = rotation
-    products = np.array(
-        [
-            [1 + a + e + i, h - f, c - g, d - b],
-            [h - f, 1 + a - e - i, b + d, c + g],
-            [c - g, b + d, 1 - a + e - i, f + h],
-            [d - b, c + g, f + h, 1 - a - e + i],
-        ]
-    )
-    q = products[np.argmax(np.diag(products))]
-    q = np.copysign(1.0, q[0]) * q / np.linalg.norm(q)
-    sine = float(np.linalg.norm(q[1:]))
-    return np.asarray(2 * np.arctan2(sine, q[0]) * q[1:] / sine) if sine > 0 else np.zeros(3)
-
-
 def residual_table(contacts: Sequence[ContactResidual], units: str, *, ascii_only: bool) -> Table:
     """The residual of each contact as a number and a bar; the largest where there are many."""
     shown, caption = contacts, None
@@ -195,7 +175,7 @@ def _candidates(result: LocateResult) -> Table:
     for number, candidate in enumerate(result.candidates[:_CANDIDATES_LISTED], 1):
         pose = candidate.base_from_fixture
         origin = " ".join(fixed(value, 4) for value in pose[:3, 3])
-        turn = " ".join(fixed(value, 1) for value in np.rad2deg(_rotation_vector(pose[:3, :3])))
+        turn = " ".join(fixed(value, 1) for value in np.rad2deg(rotation_vectors(pose[None, :3, :3])[0]))
         table.add_row(str(number), origin, turn, f"{candidate.chi2:.3g}", _outcome(candidate))
     _keep_whole(table)
     more = len(result.candidates) - _CANDIDATES_LISTED

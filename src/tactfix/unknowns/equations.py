@@ -23,10 +23,9 @@ import numpy as np
 
 from tactfix.contacts import Contacts, Unknown
 from tactfix.geometry.arrays import TINY, Floats, Ints, cross, lengths
-from tactfix.geometry.rigid import orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.rigid import inverse_left_jacobian, orthonormalized, rotation_from_vector, rotation_vectors, skew
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface
 from tactfix.placement import Placement
-from tactfix.poses.pose_domain import inverse_left_jacobian, turn_vectors
 from tactfix.values import frozen_value
 
 
@@ -76,7 +75,7 @@ class KnownPose:
 
     def evaluate(self, rotations: Floats, origins: Floats) -> tuple[Floats, Floats]:
         """Residuals (S, r) and Jacobian (S, r, 10) at rotations (S, 3, 3), origins (S, 3)."""
-        turns = turn_vectors(rotations @ self.near.T)
+        turns = rotation_vectors(rotations @ self.near.T)
         rows = np.zeros((len(turns), 6, 10))
         rows[:, :3, :3] = inverse_left_jacobian(turns)
         # A rotation about the problem's centre moves the fixture's origin.
