@@ -32,32 +32,32 @@ from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.solution import Found
 from tactfix.poses.starts import BEYOND_SHARE, domain_rotations, start_count
-from tactfix.poses.subsets import PART_CONTACTS, agreed_poses, best_poses
+from tactfix.poses.subsets import PART_CONTACTS, acceptance_cost, agreed_poses, best_poses
 from tactfix.poses.zeros import Zeros, together
 
 SEARCHED = 18
-"""Contacts that the search uses; the others only take part in the refinement. Three times the six unknowns leave few
-wrong poses to refine. 12 and 36 give the same poses of 336 problems with 8 to 30 noisy contacts, four of each kind
-and layout of `tests.validation.touched_problems`."""
+"""Most contacts of the search; the refinement uses all. Three times the six unknowns leave few wrong poses to refine.
+12 and 36 give the same poses of 336 problems with 8 to 30 noisy contacts, four of each kind and layout of
+`tests.validation.touched_problems`."""
 
 RELY_ON_FEATURES = 9
-"""Contacts from which on the rotations are taken from features located alone. 7 and 18 give the same poses of the 336
-problems of SEARCHED."""
+"""Fewest contacts for which the rotations are taken from features located alone. 7 and 18 give the same poses of the
+336 problems of SEARCHED."""
 
 FAR_OFF = 100.0
 """If the lowest cost exceeds this many times the acceptance limit, skip the geometric refinement: the algebraic cost
 differs from the geometric one by a few per cent at most, so the pose would be rejected anyway."""
 
 CLOSER_LOOK = 3
-"""Coverings of the rotations that are tried if the first one led to no pose: with 2 more, a zero that one covering
-meets with probability p is missed with (1 - p)^3."""
+"""Coverings of the rotations that are searched if the first one led to no pose: a zero that one covering finds with
+probability p is then missed with probability (1 - p)^3."""
 
 WELL_DETERMINED_SHARE = 0.02
-"""Share of the contacts' spread (rad for rotation) by which one sigma may move a pose that counts as determined by the
-contacts: a fifth of what makes a pose worthless (`localization.free_motions`), so that fits are linear there."""
+"""Largest sigma of a pose determined by the contacts alone, as a share of their spread (rad for rotation): a fifth of
+that of a worthless pose (`localization.free_motions`), so that fits are linear there."""
 
 CONTINUUM_SAMPLES = 8
-"""Samples of a continuum that are kept: as many as `localization.locate.SAMPLES_SHOWN` lists."""
+"""Number of samples of a continuum that are kept: those that `localization.locate.SAMPLES_SHOWN` lists."""
 
 
 def all_poses(
@@ -71,11 +71,11 @@ def all_poses(
 ) -> Found[PoseFit]:
     """Every pose that explains the contacts; surfaces in the fixture frame, sigmas (n,) of the residuals.
 
-    If there is none: the nearest miss, or nothing without with_misses. placement: what is known beforehand; beyond its
-    limits not all poses are found. Without thorough: the poses that one covering of the rotations, of at most
-    most_starts, leads to.
+    with_misses: include the nearest miss if there is no such pose. placement: prior knowledge of the pose; beyond its
+    limits some poses may be missed. thorough: search until the criteria of completeness are met; else one covering of
+    at most most_starts rotations.
 
-    With fewer contacts than unknowns, or contacts that leave a motion free, the fits are samples of a continuum.
+    If contacts leave a motion free, or are fewer than the unknowns, the fits are samples of a continuum.
     Raises TipDoesNotFitError if the tip is larger than a touched bore.
     """
     index = spread_indices(contacts, SEARCHED)  # step 1
@@ -159,12 +159,11 @@ def _is_well_determined(fit: PoseFit, contacts: Contacts, limit: float) -> bool:
 
 
 def zero_limit(dof: int, unit: float) -> float:
-    """The cost up to which a zero of so many degrees of freedom may be a pose; unit: that of a chi-square of one.
+    """The cost up to which a zero with dof degrees of freedom may be a pose; unit: the cost of chi-square 1.
 
-    The factor of 2 allows for the second-order difference of the polynomial residual from the distance. The constant is
-    rounding: 1e-11 of the size of the fixture.
+    The factor of 2 allows for the second-order difference of the polynomial residual from the distance.
     """
-    return float(2 * chi_square_limit(dof) * unit + 1e-22)
+    return acceptance_cost(dof, 2 * unit)
 
 
 def _zeros(
@@ -177,11 +176,11 @@ def _zeros(
     thorough: bool,
     most_starts: int | None,
 ) -> Zeros:
-    """All zeros, from the rotations of features located alone, or from all rotations; else the nearest misses."""
+    """All zeros, from the rotations of features located alone, or else all rotations; the nearest misses if none."""
     if len(searched) >= RELY_ON_FEATURES:
         rotations = rotations_in(searched.domain, surfaces, contacts, sigmas)
         if rotations is not None:
-            # As many as TURNS are samples of the rotations about a single direction, not all possible ones.
+            # TURNS rotations or more are samples of those about a single direction.
             many = rotations.shape[2] >= TURNS
             zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=many, thorough=thorough)
             if len(zeros):
@@ -205,20 +204,17 @@ def _zeros(
 STARTS = {Plane: (400, 200, 200), Sphere: (1200, 400, 200), Cylinder: (1200, 600, 300)}
 """Start rotations by the roundest surface touched, for up to 3 contacts more than six, up to 5, and more.
 
-The rarest zero of 24 random and symmetric layouts was met by so many of 1200 starts: planes 131; spheres 1, 2, 96, 286
-for 0, 2, 3, 6 contacts more than six; cylinders 1, 5, 1, 34, 115 for 0, 2, 3, 6, 12. A zero that is met so seldom lies
+Of 1200 starts so many met the rarest zero of 24 random and symmetric layouts: planes 131; spheres 1, 2, 96, 286 for 0,
+2, 3, 6 contacts more than six; cylinders 1, 5, 1, 34, 115 for 0, 2, 3, 6, 12. A zero that is met once or twice lies
 close to others, and is found from these."""
 
 TWO_CYLINDERS = 2000
-"""The same for up to 3 contacts more than six on more than one cylinder. Of 720 problems with six contacts one had two
-poses, far from all others, that one start in 1600 led to."""
+"""Start rotations for up to 3 contacts more than six on two cylinders or more. Of 720 problems with six contacts one
+had two poses, far from all others, that one start in 1600 led to."""
 
 
 def _starts(surfaces: Mapping[str, SidedSurface], contacts: Contacts, beyond: int) -> int:
-    """The number of start rotations: cylinders have many poses, redundant contacts leave few.
-
-    beyond: number of equations less number of unknowns.
-    """
+    """The number of start rotations; beyond: number of equations minus number of unknowns."""
     touched = [type(surfaces[name]) for name in contacts.by_feature]
     roundest = next(kind for kind in (Cylinder, Sphere, Plane) if kind in touched)
     if beyond <= 3 and touched.count(Cylinder) > 1:

@@ -69,10 +69,10 @@ def descend(
     most_steps: int = MOST_DESCENT_STEPS,
     first_look: int = FIRST_LOOK,
 ) -> Zeros:
-    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends whose cost is below cost_limit, not compared.
+    """Damped steps from rotations (3, 3, N), offsets (3, N): the ends with a cost below cost_limit, not merged.
 
-    A descent that is below the limit counts wherever most_steps bring it. The ends stand in the order in which they
-    were reached, without those that are stuck above the limit.
+    A descent that is below the limit after most_steps is included. The ends are in the order in which they were
+    reached.
     """
     state = _State.at(equations, rotations, offsets, geometric)
     sight = max(IN_SIGHT, 100 * cost_limit)
@@ -107,7 +107,7 @@ class _State:
         return _State(rotations, offsets, residual, jacobian, cost, np.full(len(cost), 1e-2))
 
     def advance(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> tuple[Bools, Bools]:
-        """One step of each; which (N,) have arrived at a zero, and which are stuck above the limit."""
+        """One step of each descent; which (N,) have ended, and which are stuck above the limit."""
         with np.errstate(over="ignore", invalid="ignore"):
             step = self._step(equations, geometric, cost_limit)
             rotations, offsets = stepped(equations, step, self.rotations, self.offsets)
@@ -131,7 +131,7 @@ class _State:
         return self._ends(gain, small, cost_limit)
 
     def _step(self, equations: PoseEquations, geometric: bool, cost_limit: float) -> Floats:
-        """The next step (u, N) of each: Gauss-Newton's, but a bent one where that does not end within the limit."""
+        """The next steps (u, N): Gauss-Newton, or bent Newton after STRAIGHT_STEPS within the limit."""
         step = damped_step(self.residual, self.jacobian, self.damping, turns=equations.turns)
         self.within = np.where(self.cost < cost_limit, self.within + 1, 0)
         near = np.flatnonzero(self.within > STRAIGHT_STEPS)
@@ -140,7 +140,7 @@ class _State:
         return step
 
     def _bent_step(self, equations: PoseEquations, geometric: bool, which: Ints) -> Floats:
-        """Newton's steps (u, k) of those, bent to where the residuals fall as the linear model says."""
+        """Newton steps (u, k) of some descents with their geodesic correction (step 3)."""
         rotations, offsets, damping = self.rotations[..., which], self.offsets[:, which], self.damping[which]
         residual, jacobian = self.residual[:, which], self.jacobian[..., which]
         equations = equations.of_trials(which)
@@ -155,19 +155,19 @@ class _State:
         return step + np.where(is_short, more, 0.0)
 
     def _ends(self, gain: Floats, small: Bools, cost_limit: float) -> tuple[Bools, Bools]:
-        # A zero of exact contacts ends at rounding level, one of noisy contacts where the steps or their gains vanish.
+        # Zeros of exact contacts end at rounding level, those of noisy contacts with vanishing steps or gains.
         below = self.cost < cost_limit
         ended = (self.cost < EXACT_ZERO) | (below & (small | (self.damping > 1e4) | (gain < LAST_GAIN * self.cost)))
         stuck = ~below & ((self.damping > 1e4) | (gain < 1e-4 * self.cost))
         return ended, stuck
 
     def ends(self, which: Bools) -> Zeros:
-        """Where those are, each met once."""
+        """The poses of these descents, each counted once."""
         costs = self.cost[which]
         return Zeros(self.rotations[..., which], self.offsets[:, which], costs, np.ones(len(costs), dtype=np.intp))
 
     def keep(self, which: Bools) -> bool:
-        """Follow only those from here on; whether there are any."""
+        """Continue only these descents; whether there are any."""
         if not which.all():
             for name in ("rotations", "offsets", "residual", "jacobian", "cost", "damping", "within"):
                 setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., which]))
@@ -175,9 +175,9 @@ class _State:
 
 
 def _positive(hessians: Floats) -> Floats:
-    """The Hessians (N, m, m) with the absolute values of their eigenvalues: Newton's step leads down from a saddle too.
+    """The Hessians (N, m, m) with the absolute values of their eigenvalues, so that Newton steps descend from saddles.
 
-    Gauss-Newton's does as well, but creeps where its own matrix is larger than the curvature by far.
+    Gauss-Newton steps do so too, but are short if J^T J is much larger than the curvature.
     """
     values, vectors = np.linalg.eigh(hessians)
     return np.asarray((vectors * np.abs(values)[:, None]) @ np.swapaxes(vectors, 1, 2))
@@ -186,8 +186,8 @@ def _positive(hessians: Floats) -> Floats:
 def stepped(equations: PoseEquations, step: Floats, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
     """The poses after steps (u, N) in the unknowns of the equations, in their domain.
 
-    Where a measured pose takes part, turns are about the middle of the fixture: what contacts leave free of a ball, or
-    of a bar, is a turn about it, and the way along it, which is long where the pose was measured badly, is straight.
+    With a measured pose, turns are about the middle of the fixture: motions that contacts on a ball or bar leave free
+    are turns about it, and may be large if the pose was measured badly.
     """
     if not equations.domain.is_free:
         step = np.einsum("iuN,uN->iN", equations.domain.basis(rotations, offsets), step)
@@ -197,7 +197,7 @@ def stepped(equations: PoseEquations, step: Floats, rotations: Floats, offsets: 
 
 
 def turned(vectors: Floats, rotations: Floats) -> Floats:
-    """Rotations (3, 3, N) turned by about the rotation vectors (3, N): Cayley's map, a rotation for any length."""
+    """Rotations (3, 3, N) turned by Cayley's map of vectors (3, N), which for short vectors are rotation vectors."""
     half = vectors / 2
     square = np.einsum("aN,aN->N", half, half)
     # (1 - h.h) I + 2 (h h^T + [h]x), over 1 + h.h
@@ -218,8 +218,8 @@ def damped_step(
 ) -> Floats:
     """The Levenberg-Marquardt steps (u, N), no longer than one radian.
 
-    curvature (u, u, N): what is added to the normal matrices for a Newton step. turns: the first so many unknowns are
-    rotations.
+    curvature (u, u, N): added to the normal matrices, for Newton steps. turns: number of rotations, which are the first
+    unknowns.
     """
     normal = np.einsum("inN,jnN->ijN", jacobian, jacobian)
     gradient = np.einsum("inN,nN->iN", jacobian, residual)

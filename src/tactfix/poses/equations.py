@@ -35,8 +35,8 @@ class PoseEquations:
     """n contacts as quadratic forms; lengths in one unit chosen by the caller.
 
     points (3, n) in base; anchors (3, n): p, quadrics (3, 3, n): Q, normals (3, n): n, constants (n,): k in the fixture
-    frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals. domain: the poses asked for; measured: one
-    that was measured before. targets (r, N): target values of the r residuals at each of N trial poses; zero if None.
+    frame; radii (n,): rho, 0 for a plane; weights (n,): of the residuals. domain: of the poses; measured: a prior
+    measurement of the pose. targets (r, N): target values of the r residuals at each of N trial poses; zero if None.
     """
 
     points: Floats
@@ -65,11 +65,11 @@ class PoseEquations:
         return int(self.domain.turns.sum())
 
     def without_measured(self) -> "PoseEquations":
-        """The equations of the contacts alone: poses near the measured one are searched, others are only counted."""
+        """The equations of the contacts alone, over all poses; those near the measured one are searched thoroughly."""
         return replace(self, measured=None, domain=replace(self.domain, looks_beyond=True))
 
     def of_trials(self, which: Bools | Ints) -> "PoseEquations":
-        """The equations of some of the trial poses: the same ones, each with targets of its own."""
+        """The equations of some of the trial poses: those with their targets."""
         return self if self.targets is None else replace(self, targets=self.targets[:, which])
 
     def subset(self, index: Sequence[int]) -> "PoseEquations":
@@ -110,9 +110,9 @@ def _quadric(surface: SidedSurface, tip_radius: float) -> tuple[Floats, Floats, 
 def evaluate(equations: PoseEquations, rotations: Floats, offsets: Floats, geometric: bool) -> tuple[Floats, Floats]:
     """Residuals (r, N) and Jacobian (u, r, N) at fixture_from_base poses rotations (3, 3, N), offsets (3, N).
 
-    The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them, or the
-    part of them that the domain leaves (`PoseDomain.basis`). The r residuals are those of the contacts, then those of a
-    measured pose, less their targets.
+    The u unknowns are a rotation about the fixture axes (acting after A, before b) and a translation along them,
+    reduced to the tangent space of the domain (`PoseDomain.basis`). The r residuals are those of the contacts, then
+    those of a measured pose, minus their targets.
     """
     residual, jacobian = _contact_residuals(equations, rotations, offsets, geometric)
     if equations.measured is not None:
@@ -134,7 +134,7 @@ def _contact_residuals(
     residual = np.einsum("anN,anN->nN", gradient / 2 + equations.normals[:, :, None], y) + equations.constants[:, None]
     round_ = equations.radii > 0
     if geometric and round_.any():
-        # gradient = P y'/rho, so |P y'| = rho |gradient|; at the very centre any direction will do.
+        # gradient = P y'/rho, so |P y'| = rho |gradient|; at the centre the gradient is zero.
         length = np.sqrt((gradient**2).sum(axis=0))
         distance = equations.radii[:, None] * (length - 1)
         residual = np.where(round_[:, None], distance, residual)

@@ -22,15 +22,23 @@ from tactfix.contacts import Contacts
 from tactfix.errors import DegenerateContactsError
 from tactfix.geometry.arrays import TINY, Bools, Floats, basis_across, cross, lengths, unit
 from tactfix.geometry.rigid import rotation_from_vector
-from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere, offset_radius, radius_of
+from tactfix.geometry.surfaces import (
+    Cylinder,
+    Plane,
+    SidedSurface,
+    Sphere,
+    offset_radius,
+    radius_of,
+    reference_point,
+)
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.poses.pose_domain import ANGLES_AGREE, PoseDomain
 
 WELL_LOCATED = 0.02
-"""Share of its own contacts' extent by which one sigma may move a feature that is relied on. 0.01 and 0.04 give the
-same poses of the 336 problems of `all_poses.SEARCHED`."""
+"""Largest sigma of a feature that is used, as a share of the extent of its contacts. 0.01 and 0.04 give the same poses
+of the 336 problems of `all_poses.SEARCHED`."""
 TURNS = 12
 """Rotations about a single direction: one every 30 degrees. Of 11,400 problems three kept a pose that these starts
 led to, and starts around those found no further ones."""
@@ -50,7 +58,7 @@ typed to a millimetre in a metre or better, and the start is refined anyway."""
 def rotations_in(
     domain: PoseDomain, surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats
 ) -> Floats | None:
-    """Those of `feature_rotations` that may lead into the domain; None where there are none.
+    """The rotations of `feature_rotations` that may lead into the domain; None if there are none.
 
     None too for constrained directions: a domain with fewer unknowns needs no such starts.
     """
@@ -62,7 +70,7 @@ def rotations_in(
 
 
 def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> Floats | None:
-    """Rotations (3, 3, N) of fixture_from_base near that of every pose; None where no direction is known alone.
+    """Rotations (3, 3, N) of fixture_from_base near that of every pose; None if features give no direction.
 
     surfaces in the fixture frame; sigmas (n,) of the residuals.
     """
@@ -82,7 +90,7 @@ def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, 
 
 
 def _located(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> dict[str, list[SidedSurface]]:
-    """Planes, spheres and cylinders on a plane that their own contacts locate well, with every place they may have."""
+    """Planes, spheres and cylinders on a plane that their own contacts locate well, with all candidates of each."""
     located: dict[str, list[SidedSurface]] = {}
     upright: dict[str, list[SidedSurface]] = {}
     for name in _worth_locating(surfaces, contacts):
@@ -100,13 +108,13 @@ def _located(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: F
             standing = upright_cylinders(surfaces, contacts, sigmas, plane, place.normal, off / extent)
             upright |= {pin: [axis] for pin, (axis, share) in standing.items() if share < WELL_LOCATED}
     located |= upright
-    # Such a direction takes two: one alone would only double the combinations.
+    # A direction between features takes two: one alone would only multiply the combinations.
     centred = [name for name in located if not isinstance(surfaces[name], Plane)]
     return {name: places for name, places in located.items() if centred != [name]}
 
 
 def _worth_locating(surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> list[str]:
-    """Touched planes, and spheres where there is another, or a cylinder on a plane: one alone gives no direction."""
+    """Touched planes; spheres if there are two, or one and a cylinder on a plane: one alone gives no direction."""
     planes = [name for name in contacts.by_feature if isinstance(surfaces[name], Plane)]
     spheres = [name for name in contacts.by_feature if isinstance(surfaces[name], Sphere)]
     has_cylinders = len(contacts.by_feature) > len(planes) + len(spheres)
@@ -126,22 +134,21 @@ def _candidates(
 
 
 def _pairs(places: Sequence[SidedSurface]) -> list[tuple[int, int]]:
-    """The first sphere, or else the first cylinder, and each other that lies clear of it, by number."""
+    """Pairs of indices: the first sphere, or else cylinder, with each other one that is clear of it."""
     spheres = [number for number, place in enumerate(places) if isinstance(place, Sphere)]
     centred = spheres + [number for number, place in enumerate(places) if isinstance(place, Cylinder)]
     return [(centred[0], other) for other in centred[1:] if _are_clear(places[centred[0]], places[other])]
 
 
 def _are_clear(one: SidedSurface, other: SidedSurface) -> bool:
-    """Whether two spheres or cylinders lie so far apart that the way between them has a direction."""
+    """Whether two spheres or cylinders are so far apart that the vector between them has a direction."""
     radii = radius_of(one) + radius_of(other)
     return float(np.linalg.norm(_way(one, other))) > radii
 
 
 def _way(one: SidedSurface, other: SidedSurface) -> Floats:
-    """From centre to centre (3,), or across the axis where one of them has an axis."""
-    start, end = (place.center if isinstance(place, Sphere) else place.point for place in (one, other))
-    way = end - start
+    """The vector (3,) from centre to centre, or its component across each axis."""
+    way = reference_point(other) - reference_point(one)
     for place in (one, other):
         if isinstance(place, Cylinder):
             way = way - (way @ place.direction) * place.direction
@@ -149,7 +156,7 @@ def _way(one: SidedSurface, other: SidedSurface) -> Floats:
 
 
 def _directions(places: Sequence[SidedSurface], pairs: Sequence[tuple[int, int]]) -> Floats:
-    """Unit vectors (d, 3): the normals of the planes, then the ways between pairs of spheres and cylinders."""
+    """Unit vectors (d, 3): the normals of the planes, then those between pairs of spheres and cylinders."""
     normals = [place.normal for place in places if isinstance(place, Plane)]
     return unit(np.array([*normals, *(_way(places[one], places[other]) for one, other in pairs)]).reshape(-1, 3))
 
@@ -165,9 +172,9 @@ def _cosines(vectors: Floats) -> Floats:
 
 
 def _rotations(fixture: Floats, base: Floats) -> Floats:
-    """The rotations (k, 3, 3) that take directions base (c, d, 3) to those of the fixture (d, 3), or a turn about them.
+    """The rotations (k, 3, 3) that take directions base (c, d, 3) to those of the fixture (d, 3).
 
-    None for three directions and more of the other hand.
+    None for directions of opposite handedness; samples of the rotations about a single direction.
     """
     u, values, vt = np.linalg.svd(fixture.T @ base)
     turns = u @ vt
@@ -194,14 +201,13 @@ def _frame_about(axis: Floats) -> Floats:
 def upright_cylinders(
     surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats, plane: Plane, normal: Floats, tilt: float
 ) -> dict[str, tuple[Cylinder, float]]:
-    """The cylinders on a plane that their contacts locate, each in base, and how surely its axis stands there.
+    """The cylinders perpendicular to a located plane, such as pins and bores of a plate, each in base.
 
-    Pins and bores of a plate are most of them. The normal of a located plane is the direction of every axis square to
-    it. Along that direction the contacts of such a cylinder lie on a circle, and the linear fit of a circle gives where
-    the axis stands.
+    The normal of the plane is the direction of the axis. Along it the contacts lie on a circle, whose linear fit gives
+    a point of the axis.
 
     surfaces and plane, the located one, in the fixture frame; sigmas (n,) of the residuals; normal (3,): that of the
-    plane in base, on either side; tilt: one standard deviation of it (rad). Each cylinder comes with the standard
+    plane in base, on either side; tilt: its standard deviation (rad). Returned with each cylinder: the standard
     deviation of its axis across its direction, as a share of the extent of the contacts.
     """
     found: dict[str, tuple[Cylinder, float]] = {}
@@ -218,9 +224,9 @@ def _stands_on(cylinder: Cylinder, plane: Plane) -> bool:
 
 
 def _circle(points: Floats, normal: Floats, sigma: float, tilt: float) -> tuple[Floats, float, float]:
-    """The centre (3,) of the circle on which contacts (n, 3) lie along normal, its sigma, and their extent across.
+    """The centre (3,) of the circle of contacts (n, 3) seen along normal, its sigma, and their extent across.
 
-    |x|^2 - 2 c . x is made as constant as can be; its values are off by twice sigma times the radius.
+    Linear least squares of |x|^2 - 2 c . x = constant, whose residuals have the sigma 2 radius sigma.
     """
     middle = points.mean(axis=0)
     arms = points - middle

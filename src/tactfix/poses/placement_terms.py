@@ -1,6 +1,6 @@
-"""A placement, what is known of a pose beforehand, in the frames of the pose equations.
+"""A placement (prior knowledge of a pose) in the frames of the pose equations.
 
-base_origin (3,): origin of the frame of x, in base. frame_from_fixture (4, 4): where the fixture is in the frame of y.
+base_origin (3,): origin of the frame of x, in base. frame_from_fixture (4, 4): pose of the fixture in the frame of y.
 Both are in the fixture's unit; length is the unit of the equations. sigma: the standard deviation (fixture units) of a
 residual of weight 1.
 """
@@ -50,7 +50,7 @@ def terms_at(
     if measured is None:
         return basis, np.zeros(0), np.zeros((0, 6))
     values, jacobian = measured.evaluate(*still)
-    # The equations have motions of the contacts, which are opposite to those of the fixture.
+    # The unknowns of the equations are motions of the contacts, opposite to those of the fixture.
     return basis, values[:, 0], jacobian[:, :, 0].T / -scale
 
 

@@ -17,9 +17,9 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Equations:
-    """Contacts with one equation each. surfaces: those touched, in the fixture frame; sigmas (m,): of the residuals.
+    """m contacts with one equation each: surfaces in the fixture frame; sigmas (m,) of the residuals.
 
-    of (m,): which of the given contacts each equation belongs to.
+    of (m,): index of the given contact of each equation.
     """
 
     surfaces: Mapping[str, SidedSurface]
@@ -29,7 +29,7 @@ class Equations:
 
 
 def one_equation_each(surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats) -> Equations:
-    """The contacts with those on points as three on planes; all others, and what touches no point, as they are."""
+    """The contacts, each one on a point replaced by three on planes."""
     points = {name: surface for name, surface in surfaces.items() if isinstance(surface, Point)}
     sided = {name: surface for name, surface in surfaces.items() if not isinstance(surface, Point)}
     if not any(name in points for name in contacts.by_feature):

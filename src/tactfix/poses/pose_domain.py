@@ -1,7 +1,7 @@
-"""The domain of poses that is searched, all poses or fewer, and the residuals of a measured pose.
+"""The domain of poses that is searched, and the residuals of a measured pose.
 
-Near is the pose that the fixture is expected to have. Q = R R_near^T is the rotation from there to its pose, and
-t - t_near the translation of its origin, both in base axes.
+Near is the expected pose of the fixture. Q = R R_near^T is the rotation from near to its pose, and t - t_near the
+translation of its origin, both in base axes.
 
 1. A pose is in the domain if the axis of Q has no component along base axes with a constrained rotation, and t - t_near
    has none along base axes with a constrained translation.
@@ -32,11 +32,11 @@ ROTATION_MARGIN = 0.3
 """Rad beyond the limit of rotation that are searched too: five sigma of most poses, and the spacing of the covering
 (0.2 rad in half angles, `starts.SHARES`)."""
 TRANSLATION_MARGIN = 0.5
-"""The same for translations, in sizes of the search (`search_frame`): far more than five sigma of a pose that is
-known to a hundredth of the fixture."""
+"""Distance beyond the limit of translation that is searched too, in sizes of the search (`search_frame`): far more than
+five sigma of a pose that is known to a hundredth of the fixture."""
 ANGLES_AGREE = 0.25
-"""Largest error in rad of rotations that features located alone leave (`feature_rotations`): twelve times
-`feature_rotations.WELL_LOCATED`, one sigma of such features."""
+"""Largest error in rad of rotations from features located alone (`feature_rotations`): twelve times
+`feature_rotations.WELL_LOCATED`, the largest sigma of such features."""
 
 
 @frozen_value
@@ -45,7 +45,7 @@ class PoseDomain:
 
     near (3, 3): A_near. turns, shifts (3,): base axes with free rotation and with free translation. pivot (3,): the
     fixture's origin in the frame of y; place (3,): the same point at near, in the frame of x. angle (rad), distance:
-    limits from near within which all poses are searched; looks_beyond: poses beyond are wanted too, though not all.
+    limits from near within which all poses are searched; looks_beyond: other poses are searched less densely.
     """
 
     near: Frozen
@@ -99,7 +99,7 @@ class PoseDomain:
         return rotations, offsets - np.einsum("abN,bN->aN", rotations, off)
 
     def has(self, rotations: Floats, offsets: Floats) -> Bools:
-        """Which poses (N,) lie within the limits, as far as poses are looked for."""
+        """Which poses (N,) lie within the limits and their margins."""
         if self.search_angle >= np.pi and np.isinf(self.distance):
             return np.ones(rotations.shape[2], dtype=bool)
         places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
@@ -107,7 +107,7 @@ class PoseDomain:
         return np.asarray((self.angles(rotations) <= self.search_angle) & (gaps <= self.distance + TRANSLATION_MARGIN))
 
     def may_lead_into(self, rotations: Floats) -> Bools:
-        """Which rotations (3, 3, N), known to ANGLES_AGREE, may be those of a pose within the limits."""
+        """Which rotations (3, 3, N), with errors up to ANGLES_AGREE, may be those of a pose within the limits."""
         if self.search_angle >= np.pi:
             return np.ones(rotations.shape[2], dtype=bool)
         return np.asarray(self.angles(rotations) <= self.search_angle + ANGLES_AGREE)
@@ -126,9 +126,9 @@ class PoseDomain:
         return nearest_quaternions(turns, self.turns)
 
     def _axes(self, rotations: Floats) -> Floats:
-        """Axes (3, k, N) in base about which the fixture may turn at these rotations, square to each other.
+        """Orthonormal axes (3, k, N) in base about which the fixture may turn at these rotations.
 
-        Of two: a turn by d changes the constrained component h of the quaternion (w, v) by d . (w e_h + v x e_h) / 2.
+        For two: a turn by d changes the constrained component h of the quaternion (w, v) by d . (w e_h + v x e_h) / 2.
         """
         if self.turns.sum() != 2:
             return np.broadcast_to(np.eye(3)[:, self.turns, None], (3, int(self.turns.sum()), rotations.shape[2]))
@@ -139,10 +139,10 @@ class PoseDomain:
 
 
 def nearest_quaternions(turns: Floats, free: Bools) -> Floats:
-    """The unit quaternions (4, N), scalar first, nearest to rotations (N, 3, 3) of those turned about free axes (3,).
+    """The unit quaternions (4, N), scalar first, of the turns about free axes (3,) nearest to rotations (N, 3, 3).
 
-    Davenport's method: the eigenvector of the largest eigenvalue of a matrix that is linear in the rotation. Of what is
-    no rotation, where a step led to infinity, any.
+    Davenport's method: the eigenvector of the largest eigenvalue of a matrix that is linear in the rotation. Any
+    quaternion for an infinite matrix, from a step that diverged.
     """
     turns = np.where(np.isfinite(turns), turns, 0.0)
     trace = np.trace(turns, axis1=1, axis2=2)

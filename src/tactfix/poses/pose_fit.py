@@ -22,7 +22,7 @@ from tactfix.poses.placement_terms import onto_placement, terms_at, with_placeme
 from tactfix.values import frozen_value
 
 MOST_REFIT_STEPS = 50
-"""Gauss-Newton steps of a refit at most. It starts next to its minimum and converges in a few."""
+"""Most Gauss-Newton steps of a refit. It converges in a few, except from contacts far off the surfaces."""
 SMALLEST_RATIO = 1e-9
 """Ratio of singular values below which a motion is free: rounding gives about 1e-15 of the largest; a fixture with a
 smaller ratio would have its worst sigma a billion times its best."""
@@ -57,7 +57,7 @@ class Sensitivity:
 
     def free(self, values: Floats) -> Bools:
         """Which of the singular values (u,) are zero to rounding: those of free motions."""
-        # With one unconstrained motion the largest value is taken from the whole Jacobian.
+        # With constraints the largest value is that of the whole Jacobian: one motion alone has no ratio.
         largest = values[0] if self.basis is None else np.linalg.norm(self.jacobian, 2)
         return np.asarray(values <= SMALLEST_RATIO * max(float(largest), TINY))
 
@@ -74,7 +74,7 @@ class Sensitivity:
             return np.asarray(spread.T @ spread)
 
     def free_motions(self, at: Floats) -> Floats:
-        """Twists (k, 6) at the point at that no contact resists, judged by the ratio of singular values."""
+        """Twists (k, 6) at the point at (3,) that change no residual, by the ratio of singular values."""
         values, motions = self.svd()
         return self.twists(motions[self.free(values)], at)
 
@@ -83,7 +83,7 @@ class Sensitivity:
 class PoseFit:
     """A refined pose: surfaces in base, residuals (n,) along the outward normals (n, 3), chi2, and its sensitivity.
 
-    chi2 is that of the contacts and of a pose that was measured before; off (m,): the residuals of that, over sigma.
+    off (m,): residuals over sigma of a measured pose, m = 0 or 6; chi2 includes them.
     """
 
     base_from_fixture: Floats
@@ -118,12 +118,12 @@ def refine(
     base_from_fixture: Floats,
     placement: Placement | None = None,
 ) -> PoseFit:
-    """The pose of least chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
+    """A pose of low chi-square near base_from_fixture (4, 4); surfaces in the fixture frame, sigmas (n,).
 
-    placement: what is known of the pose beforehand. There is no step along a free motion.
+    placement: prior knowledge of the pose. There is no step along a free motion.
 
-    Gauss-Newton with step halving, and not `descent`: design checks refit contacts with a tip that does not fit into a
-    bore; that has residuals but no equations.
+    Gauss-Newton with step halving, and not `descent`: design checks refit contacts with tips that do not fit onto a
+    feature; these have residuals but no pose equations.
     """
     start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
     fit = fit_at(surfaces, contacts, sigmas, start, placement)
@@ -143,7 +143,7 @@ def equations_near(
 ) -> PoseEquations:
     """The residuals over sigma as functions of a motion of the contacts about their centroid, in units of their spread.
 
-    At no motion they are those of the fit: its surfaces in base are the fixture of these equations.
+    The surfaces in base are the fixture of these equations: at no motion the residuals are those of the fit.
     """
     centre, scale = fit.sensitivity.centre, fit.sensitivity.scale
     names = list(contacts.by_feature)
@@ -164,7 +164,7 @@ def no_motion(count: int) -> tuple[Floats, Floats]:
 
 
 def moved_poses(fit: PoseFit, rotations: Floats, offsets: Floats) -> Floats:
-    """The poses (m, 4, 4) of the fixture from which the contacts look as they do from the fit after these motions.
+    """The poses (m, 4, 4) of the fixture that have the residuals of the fit after these motions of the contacts.
 
     rotations (3, 3, m), offsets (3, m): as in `equations_near`.
     """
@@ -181,7 +181,7 @@ def fit_at(
     base_from_fixture: Floats,
     placement: Placement | None = None,
 ) -> PoseFit:
-    """The fit as it stands at a pose; placement: what is known of it beforehand."""
+    """The residuals and sensitivity at a pose (4, 4), without refinement; placement: prior knowledge of the pose."""
     in_base = {name: moved(base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
     seen, more = with_known(sensitivity(contacts, normals, sigmas), placement, base_from_fixture)
@@ -190,7 +190,7 @@ def fit_at(
 
 
 def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture: Floats) -> tuple[Sensitivity, Floats]:
-    """The sensitivity with what is known beforehand, and the residuals (m,) over sigma of a measured pose."""
+    """The sensitivity with the rows of a placement, and the residuals (m,) over sigma of its measured pose."""
     if placement is None or not placement.is_in_fit:
         return seen, np.zeros(0)
     basis, more, rows = terms_at(placement, base_from_fixture, seen.centre, seen.scale)
@@ -198,7 +198,7 @@ def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture
 
 
 def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:
-    """The motion (6,), in the sensitivity's columns, that the linearised contacts ask for."""
+    """The Gauss-Newton step (6,) in the sensitivity's columns."""
     misses = np.concatenate([fit.residuals / sigmas, fit.off])
     step, *_ = np.linalg.lstsq(fit.sensitivity.reduced, -misses, rcond=SMALLEST_RATIO)
     step = step if fit.sensitivity.basis is None else fit.sensitivity.basis @ step
@@ -233,7 +233,7 @@ def _moved_by(fit: PoseFit, step: Floats) -> Floats:
 
 
 def covariance_at(covariance: Floats, arm: Floats) -> Floats:
-    """Covariance (6, 6) of the twist at a point that lies arm (3,) from the point covariance (6, 6) belongs to."""
+    """Covariance (6, 6) of the twist at a point, from that at another point; arm (3,): from that one to this one."""
     shift = np.eye(6)
     shift[3:, :3] = -skew(arm)
     return np.asarray(shift @ covariance @ shift.T)

@@ -1,4 +1,4 @@
-"""Poses compared with what is known of the fixture's place beforehand: limits, a measured pose, constrained directions.
+"""Poses compared with prior knowledge of the fixture's pose: limits, a measured pose, constrained directions.
 
 1. d = (log R R_near^T, t - t_near) in base axes; C is the covariance of the pose.
 2. Limits reject a pose if its angle or translation exceeds them by more than SURE of its own sigmas.
@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class Contradiction:
-    """Why a pose contradicts what is known beforehand, and the ratio of its deviation to the allowed one."""
+    """Why a pose contradicts a placement, in words, and the ratio of its deviation to the allowed one."""
 
     message: str
     ratio: float
@@ -35,11 +35,11 @@ class LocatedPose(Protocol):
 
     @property
     def covariance(self) -> Floats:
-        """Of it (6, 6), in the order of a pose's."""
+        """Its covariance (6, 6): rotation (rad), translation, base axes, about the fixture's origin."""
 
     @property
     def free_twists(self) -> Floats:
-        """Motions (k, 6)."""
+        """Twists (k, 6) of its free motions."""
 
 
 def deviation(placement: Placement, base_from_fixture: Floats) -> Floats:
@@ -58,14 +58,14 @@ def contradiction(placement: Placement, solution: LocatedPose, units: str, fitte
     if known is None:
         return None
     if not fitted:
-        # Contacts that leave a motion free contradict nothing.
+        # Contacts that leave a motion free cannot contradict a measured pose.
         return _beyond_chance(off, known + solution.covariance, units) if len(solution.free_twists) == 0 else None
     measured = np.flatnonzero(np.diag(known))
     return _beyond_chance(off, known, units, measured) if len(measured) else None
 
 
 def _beyond_limits(within: tuple[float, float], off: Floats, covariance: Floats, units: str) -> Contradiction | None:
-    """The worse of rotation and translation, if it is beyond its limit."""
+    """The contradiction by the worse of rotation and translation, if it is beyond its limit."""
     shift_limit, turn_limit = within
     turn = _beyond_limit(off[:3], covariance[:3, :3], turn_limit)
     shift = _beyond_limit(off[3:], covariance[3:, 3:], shift_limit)

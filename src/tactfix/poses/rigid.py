@@ -23,8 +23,8 @@ UNRESOLVED = 0.5
 """Change of all residuals, in sigma, below which two poses are one: no test of the contacts distinguishes half a
 sigma."""
 MOST_SIGMA_POINT_STEPS = 60
-"""Steps of the descent to a sigma point at most. If it has not converged, there is no such pose, and the covariance
-is not trusted."""
+"""Most steps of the descent to a sigma point. If it has not converged, there is no such pose, and the covariance is
+not trusted."""
 
 
 def rigid_solutions(
@@ -36,11 +36,7 @@ def rigid_solutions(
     thorough: bool = True,
     most_starts: int | None = None,
 ) -> Solutions:
-    """Every pose of a rigid fixture that explains the contacts; surfaces in its frame, sigmas (n,) of the residuals.
-
-    Where none does, the best one alone, its chi2 above the limit; nothing without with_misses. placement, thorough and
-    most_starts: as in `all_poses`.
-    """
+    """Every pose of a rigid fixture that explains the contacts, with its uncertainty; arguments as of `all_poses`."""
     single = one_equation_each(surfaces, contacts, sigmas)
     search = all_poses(single.surfaces, single.contacts, single.sigmas, with_misses, placement, thorough, most_starts)
     found = [_solution(fit, surfaces, contacts, single, placement) for fit in distinct(search.found)]
@@ -52,7 +48,7 @@ def rigid_solutions(
 
 
 def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
-    """The fits, best first, without those that noise does not distinguish from a better one close by."""
+    """The fits, best first, without those that the contacts do not distinguish from a better one close by."""
     kept: list[PoseFit] = []
     for fit in sorted(fits, key=lambda fit: fit.chi2):
         if not any(_unresolved(other, fit) for other in kept):
@@ -61,7 +57,7 @@ def distinct(fits: Sequence[PoseFit]) -> list[PoseFit]:
 
 
 def _unresolved(one: PoseFit, other: PoseFit) -> bool:
-    """Whether the small motion from one pose to the other changes no residual by a noticeable part of its sigma."""
+    """Whether the motion from one pose to the other is small and changes the residuals by less than UNRESOLVED."""
     turn = other.base_from_fixture[:3, :3] @ one.base_from_fixture[:3, :3].T
     if np.trace(turn) < 2.99:
         return False
@@ -75,7 +71,7 @@ def _unresolved(one: PoseFit, other: PoseFit) -> bool:
 def solution_at(
     base_from_fixture: Floats, surfaces: Mapping[str, Surface], contacts: Contacts, sigmas: Floats
 ) -> Solution:
-    """What is to be known of one pose (4, 4), known to be the best near itself; surfaces in the fixture's frame."""
+    """The solution at a pose (4, 4) that is a minimum of chi-square; surfaces in the fixture's frame."""
     single = one_equation_each(surfaces, contacts, sigmas)
     fit = fit_at(single.surfaces, single.contacts, single.sigmas, base_from_fixture)
     return _solution(fit, surfaces, contacts, single, None)
@@ -84,7 +80,7 @@ def solution_at(
 def _solution(
     fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations, placement: Placement | None
 ) -> Solution:
-    """The fit with its uncertainty spelled out, in terms of the contacts and surfaces as they were given."""
+    """The fit with its uncertainty, for the given contacts and surfaces; single: the same with one equation each."""
     spread = rigid_spread(fit, single.contacts, single.sigmas, placement)
     in_base = {name: moved(fit.base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
@@ -92,7 +88,7 @@ def _solution(
 
 
 def rigid_spread(fit: PoseFit, contacts: Contacts, sigmas: Floats, placement: Placement | None = None) -> Spread:
-    """The spread of a rigid fixture's pose; sigmas (n,) of the residuals, placement: what is known beforehand."""
+    """The spread of a rigid fixture's pose; sigmas (n,) of the residuals, placement: prior knowledge of the pose."""
     origin = fit.base_from_fixture[:3, 3]
     values, motions = fit.sensitivity.svd()
     known = ~fit.sensitivity.free(values)
@@ -130,13 +126,13 @@ class _NearPose:
         return np.asarray(np.linalg.norm(off, axis=0))
 
     def _towards(self, steps: Floats) -> PoseEquations:
-        """The equations of the poses at which the residuals are what the linear model has after steps (u, m)."""
+        """The equations of the poses at which the residuals are those of the linear model after steps (u, m)."""
         return replace(self.equations, targets=self.best[:, None] + self.jacobian @ steps)
 
     def _reach(self, steps: Floats) -> tuple[Floats, Floats]:
         equations, starts = self._towards(steps), self._moves(steps)
         ends = descend(equations, *starts, np.inf, geometric=True, most_steps=MOST_SIGMA_POINT_STEPS)
-        # A descent from where the residuals are no numbers has no end.
+        # A descent that starts from residuals of nan has no end.
         lost = np.full(steps.shape[1] - len(ends), np.inf)
         return moved_poses(self.fit, ends.rotations, ends.offsets), np.append(ends.costs, lost)
 

@@ -1,11 +1,10 @@
-"""Poses that most contacts agree on, even if some are wrong: robust least squares from a covering of all rotations.
+"""Poses by robust least squares from a covering of all rotations, also if some contacts are wrong.
 
 1. Descents start from a covering of all rotations (`starts`).
 2. A residual r has the loss r^2 / (r^2 + m^2) of Geman and McClure. The scale m shrinks from the size of the largest
    residual to a few sigma, so that a contact that is far off loses its influence. Each step is one of iteratively
    reweighted least squares, damped more if the loss would grow.
-3. Of the distinct ends those with the least truncated chi-square are kept: no contact counts with more than BOUND
-   sigma.
+3. Of the distinct ends those with the least chi-square are kept, each residual truncated at BOUND sigma.
 
 Graduated non-convexity: A. Blake, A. Zisserman: Visual Reconstruction, 1987; H. Yang and others, 2020.
 """
@@ -19,13 +18,13 @@ from tactfix.poses.starts import covering
 from tactfix.values import frozen_value
 
 ROBUST_STARTS = 600
-"""Start rotations of robust fits: as many as the search takes for cylinders with four or five contacts more than six
+"""Start rotations of robust fits: those of the search for cylinders with four or five contacts more than six
 (`all_poses.STARTS`)."""
 ROBUST_STEPS = 30
-"""Reweighted steps of each start. With SHRINKS the scale falls to a millionth in 27 of them, from the size of the
-fixture to sigma."""
+"""Reweighted steps of each start: 27 times SHRINKS reduces the scale to a millionth, from the size of the fixture to
+sigma."""
 SHRINKS = 0.6
-"""Factor on the scale in each step. Slower ones settled where the bad contacts pull."""
+"""Factor on the scale in each step. With factors nearer to 1, descents ended at minima of the wrong contacts."""
 BOUND = 5.0
 """Residual in sigma beyond which a contact does not agree: good contacts exceed it once in two million cases
 (`noise.SURE` is the same number for signs)."""
@@ -38,7 +37,7 @@ minima are farther apart than a thousandth of the fixture."""
 class RobustPoses:
     """Poses, best first: rotations (k, 3, 3), offsets (k, 3) of fixture_from_base in the units of the equations.
 
-    costs (k,): chi-square with no contact counted as more than BOUND sigma off.
+    costs (k,): chi-square with each residual truncated at BOUND sigma.
     """
 
     rotations: Floats

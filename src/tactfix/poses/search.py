@@ -2,11 +2,11 @@
 
 1. A covering of all rotations starts one descent from each (`starts`, `descent`). Each start has a translation that is
    off the best one by START_OFFSET.
-2. Further coverings follow, each turned otherwise, until every zero has been met OFTEN.
+2. Further coverings follow, each rotated differently, until every zero has been met OFTEN.
 3. Every zero is a centre of new starts, at all scales from 0.05 to 1.2 (rad, fixture sizes), until a round finds
    nothing new.
 4. The zeros of six equations have to balance (`zeros`). If they do not, one is missing, and more coverings follow.
-5. `complete` says whether all of that was reached.
+5. `complete` is true if all of these criteria were met.
 
 Why this finds all. The rotations are a compact set, and for every rotation the translation follows from a linear
 problem to within a few radii. So a zero is lost only if its basin of attraction lies between the starts. Basins differ:
@@ -35,16 +35,15 @@ OFTEN = 6
 """Number of times that coverings must meet each zero for it to count as found. One as rare as the rarest known zero
 is then missed once in 400 problems (e^-6)."""
 MOST_COVERINGS = 6
-"""Coverings, at most, in which every zero has to be met OFTEN. 3 and 12 give the same poses of the trial problems."""
+"""Most coverings until every zero was met OFTEN. 3 and 12 give the same poses of the trial problems."""
 MORE_COVERINGS = 24
 """Further coverings while a zero is known to be missing. 12 and 48 give the same poses of the trial problems."""
 MOST_ROUNDS = 12
-"""Rounds of starts around new zeros at most. 6 are enough for all trial problems."""
+"""Most rounds of starts around new zeros. 6 are enough for all trial problems."""
 NEAR_LOOK = 7
-"""Steps after which a descent that began near the rotation of a zero is abandoned if it is not in sight of one: half of
-`descent.FIRST_LOOK`, since it starts nearer."""
+"""`descent.FIRST_LOOK` for descents that start near the rotation of a zero: half of it."""
 MISSES_LOOKED_AT = 8
-"""Nearest misses that are followed with all contacts."""
+"""Number of nearest misses that are refined."""
 
 
 def find_zeros(
@@ -57,10 +56,10 @@ def find_zeros(
 ) -> Zeros:
     """Every pose where the equations hold to within cost_limit (sum of squared weighted residuals).
 
-    starts: how many rotations cover those of the domain; coverings: at least so many. Lengths must be scaled so that
-    contacts and fixture have size about 1. turns: rotations (3, 3) about the fixture's origin that lay each surface on
-    itself. Deterministic: the same call gives the same poses in the same order. Without thorough only what one covering
-    meets, complete where it met each zero OFTEN.
+    starts: rotations in a covering of the domain; coverings: their least number. Lengths must be scaled: contacts and
+    fixture have size about 1. turns: rotations (3, 3) about the fixture's origin that map each surface onto itself.
+    Deterministic: the same call gives the same poses in the same order. Without thorough: the zeros that one covering
+    meets, complete if it met each OFTEN.
     """
     search = _Search(equations, cost_limit, turns)
     zeros = search.of_coverings(starts, coverings if thorough else 0)  # steps 1 and 2
@@ -79,15 +78,15 @@ def find_zeros_near(
     around_all: bool = False,
     thorough: bool = True,
 ) -> Zeros:
-    """The same where rotations (3, 3, N) near that of every zero are known: only zeros met once are looked around.
+    """The same with known rotations (3, 3, N) near that of every zero; new starts only around zeros that were met once.
 
-    around_all: around all of them, for rotations that are samples of more; without thorough around none, and samples of
-    more are then never complete. Here a zero counts as found where it was met twice, not OFTEN: the rotations are those
-    of all zeros, not chosen by chance.
+    around_all: new starts around all zeros, for rotations that are samples of a set. Without thorough: no new starts;
+    for samples the result is then never complete. A zero counts as found if it was met twice, not OFTEN: the rotations
+    are those of all zeros, not chosen at random.
 
-    Each rotation starts with the translation that is best for it, and off that to all sides: a ball or bar whose centre
-    the other features leave on a line is met from either end of it, and so both places where it may be are found.
-    Beyond the limits of what is known beforehand the best translation alone starts, unless nothing is found within.
+    Each rotation starts with its best translation, and from START_OFFSET to all sides of it: if the other features
+    leave the centre of a ball or bar on a line, both of its places on the line are found. Beyond the limits of a
+    placement only the best translation starts, unless nothing is found within.
     """
     search = _Search(equations, cost_limit, turns)
     is_near = equations.domain.may_lead_into(rotations)
@@ -102,9 +101,9 @@ def find_zeros_near(
 
 
 def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[Floats] = ()) -> Zeros:
-    """Minima of the residuals where descents met no zero, best first: what the most promising lead to, not all.
+    """Minima of the residuals that the most promising descents lead to, best first, for searches that met no zero.
 
-    One within the limit may be among them, where a weak motion makes the descents creep for longer than they may.
+    One may be within the limit: if a motion is weakly determined, descents may need more steps than a search allows.
     """
     begun = descend(equations, rotations, centred_offsets(equations, rotations), np.inf, most_steps=FIRST_LOOK)
     promising = begun.best(4 * MISSES_LOOKED_AT)
@@ -115,9 +114,9 @@ def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[
 def polish(
     equations: PoseEquations, zeros: Zeros, cost_limit: float = np.inf, most_steps: int = MOST_DESCENT_STEPS
 ) -> Zeros:
-    """The local minima of the geometric residuals that each zero leads to, those that meet as one.
+    """The local minima of the geometric residuals that the zeros lead to, equal ones merged.
 
-    Only those below cost_limit; without one every zero counts, wherever most_steps bring it.
+    Only those below cost_limit; without a limit all, as they are after most_steps.
     """
     found = descend(equations, zeros.rotations, zeros.offsets, cost_limit, geometric=True, most_steps=most_steps)
     return replace(Zeros.none().joined(found), complete=zeros.complete, continuum=zeros.continuum)
@@ -125,7 +124,7 @@ def polish(
 
 @frozen_value
 class _Search:
-    """What is searched: the equations, the cost up to which they hold, and the symmetries of the fixture."""
+    """The arguments of a search: equations, cost limit, and symmetries of the fixture."""
 
     equations: PoseEquations
     cost_limit: float
@@ -137,7 +136,7 @@ class _Search:
         return found.with_twins(self.turns)
 
     def met_near(self, rotations: Floats, to_all_sides: Bools) -> Zeros:
-        """What descents meet from rotations (3, 3, N) and the translation that is best; from all SIDES of those."""
+        """The ends of descents from rotations (3, 3, N) with their best translations, and from all SIDES of some."""
         offsets = centred_offsets(self.equations, rotations)
         around = offsets[:, None, to_all_sides] + SIDES[:, 1:, None]
         aside = np.repeat(rotations[:, :, None, to_all_sides], SIDES.shape[1] - 1, axis=2)
@@ -146,7 +145,7 @@ class _Search:
         return Zeros.none().joined(self.met_from(starts, offsets, NEAR_LOOK))
 
     def of_coverings(self, starts: int, least: int) -> Zeros:
-        """What coverings meet: at least so many, until each zero has been met OFTEN; one where least is 0."""
+        """The zeros that coverings meet: at least so many, until each was met OFTEN; one covering if least is 0."""
         zeros = Zeros.none()
         for number in range(MOST_COVERINGS):
             zeros = zeros.joined(self.met_from(*covering(self.equations, starts, number))).merged(self.equations)
@@ -157,11 +156,11 @@ class _Search:
         return zeros
 
     def seldom(self, zeros: Zeros) -> Bools:
-        """Which were met less than OFTEN, of those that are looked for."""
+        """Which zeros of the domain were met less than OFTEN."""
         return self.wanted(zeros) & (zeros.met_nearby() < OFTEN * (1 + len(self.turns)))
 
     def with_neighbours(self, zeros: Zeros, around_all: bool = True) -> Zeros:
-        """The zeros and what is found around them: around all, or those met once; then around what is new."""
+        """The zeros and those found around them: around all, or those met once; then around new ones."""
         zeros = zeros.merged(self.equations)
         fresh = zeros if around_all else zeros.best(0)
         for number in range(MOST_ROUNDS):
@@ -177,7 +176,7 @@ class _Search:
         return replace(zeros, complete=are_settled and not zeros.continuum)
 
     def balanced(self, zeros: Zeros, starts: int) -> Zeros:
-        """The zeros, and what more coverings meet as long as one is known to be missing."""
+        """The zeros, and those that more coverings meet while the zeros do not balance."""
         for number in range(MOST_COVERINGS, MOST_COVERINGS + MORE_COVERINGS):
             if zeros.continuum or are_balanced(self.equations, zeros):
                 break
@@ -188,5 +187,5 @@ class _Search:
         return zeros
 
     def wanted(self, zeros: Zeros) -> Bools:
-        """Which zeros are searched for; descents may find others, which are kept."""
+        """Which zeros are in the domain; descents may find others, which are kept."""
         return self.equations.domain.has(zeros.rotations, zeros.offsets)

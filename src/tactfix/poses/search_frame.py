@@ -19,14 +19,14 @@ from tactfix.poses.zeros import Zeros
 from tactfix.values import frozen_value
 
 COINCIDENT_SHARE = 1e-3
-"""Share of the largest radius: contacts and surfaces with a smaller extent coincide, and lengths are scaled by the
-radius. Their extent is then rounding or noise, and equations scaled by it would be nearly singular."""
+"""Share of the largest radius below which the extent of contacts and surfaces is rounding or noise: lengths are then
+scaled by the radius, since equations scaled by the extent would be nearly singular."""
 SEARCH_ROUNDING = 1e-12
-"""Share of the coordinates below which an extent is rounding: some thousand times that of doubles."""
+"""Share of the coordinates below which an extent is rounding: several thousand times the rounding of doubles."""
 
 EXACT_SYMMETRY = 1e-9
-"""Largest difference of unit vectors at which a symmetry counts as exact: rounding only. A symmetry that holds nearly
-would give twins that are no zeros."""
+"""Largest difference of unit vectors of an exact symmetry: rounding. An approximate symmetry would give twins that are
+no zeros."""
 
 
 @frozen_value
@@ -57,7 +57,7 @@ class SearchFrame:
     ) -> PoseEquations:
         """The equations of the contacts, scaled; weights (n,) of their residuals.
 
-        placement: what is known of the pose beforehand; sigma: the standard deviation of a residual of weight 1.
+        placement: prior knowledge of the pose; sigma: the standard deviation of a residual of weight 1.
         """
         names = list(contacts.by_feature)
         scaled = [self._scale(surfaces[name]) for name in names]
@@ -70,11 +70,11 @@ class SearchFrame:
         return with_placement(equations, placement, self.base_origin, still, self.length, sigma)
 
     def half_turns(self, surfaces: Mapping[str, SidedSurface], contacts: Contacts) -> list[Floats]:
-        """Rotations (3, 3) by 180 degrees about the search's origin that lay every touched surface on itself.
+        """Rotations (3, 3) by 180 degrees about the search's origin that map every touched surface onto itself.
 
-        The origin is the fixture's middle, which such a motion does not move; nor does it move the points of the
-        surfaces that are nearest to it, or normals, and it keeps or reverses axes. So its own axis is along one of
-        those vectors, or square to two of them.
+        The origin is the fixture's middle. Such a rotation fixes it, the points of the surfaces nearest to it and their
+        normals, and keeps or reverses axes. So its own axis is along one of those vectors, or perpendicular to two of
+        the axes.
         """
         touched = [self._scale(surfaces[name]) for name in contacts.by_feature]
         kept = [reference_point(s) for s in touched]

@@ -1,4 +1,4 @@
-"""The covariance of a pose by sigma points, also where the residuals are not linear within the noise.
+"""The covariance of a pose by sigma points, also if the residuals are not linear within the noise.
 
 At the true pose the residuals are the noise. So the true pose is one at which the residuals differ from those of the
 best pose by an amount that noise may have. If the residuals are linear in the pose, this gives the linear covariance.
@@ -42,11 +42,11 @@ MOST_ROTATION_SIGMA = 1.0
 where the linear model of a rotation is meaningless."""
 
 MOST_MISSING = 1.0
-"""Chi-square by which the pose of a sigma point may miss its residuals: one sigma, a sixth of the squared distance."""
+"""Largest chi-square of the difference at the pose of a sigma point: one sigma, a sixth of the squared distance."""
 
 SigmaPointSolver: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
-"""Poses (m, 4, 4), in any order, at which the residuals are what the linear model has after steps (u, m), and the
-chi-squares (m,) by which they are not."""
+"""Poses (m, 4, 4), in any order, at which the residuals are those of the linear model after steps (u, m), and the
+chi-squares (m,) of the remaining differences."""
 
 
 @frozen_value
@@ -82,7 +82,7 @@ def curved_spread(
     if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:
         return Spread(linear, nothing_free, trusted=False)
     arm = centre - base_from_fixture[:3, 3]
-    # A rotation moves a fixture's origin that is far from the contacts along an arc.
+    # A rotation moves an origin that is far from the contacts along an arc.
     sag = float(np.linalg.norm(arm)) * (SIGMA_POINT_DISTANCE * np.linalg.norm(linear[:3])) ** 2 / 2
     is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
     if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:
@@ -115,7 +115,7 @@ def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterabl
 
     The second-order term of a distance is the square of the move over twice the radius, or over twice the arm of a
     rotation; that of the fixture's origin (3,) is the square of the turn times half its distance. Well determined poses
-    need no other test.
+    pass by this bound alone.
     """
     spread = contacts.spread
     smallest = min([radius_of(surface, spread) for surface in surfaces], default=spread)
@@ -125,7 +125,7 @@ def most_bend(move: float, contacts: Contacts, sigmas: Floats, surfaces: Iterabl
 
 
 def _inflation(linear: Floats, factor: Floats) -> float:
-    """The most by which a standard deviation of factor exceeds that of linear in the same direction."""
+    """The largest ratio of the standard deviations of factor and linear in one direction."""
     scaled = np.linalg.pinv(linear, rcond=1e-12) @ factor
     return float(np.linalg.norm(scaled, 2))
 

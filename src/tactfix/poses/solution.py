@@ -1,4 +1,4 @@
-"""A pose that fits, with its uncertainty at each contact: what elimination and reports need."""
+"""A pose that fits, with its uncertainty at each contact."""
 
 from collections.abc import Mapping, Sequence
 from typing import Generic, TypeAlias, TypeVar
@@ -56,11 +56,10 @@ class Found(Generic[Pose]):
     """The result of a search for poses, best chi-square first: fits, or solutions with their uncertainty.
 
     limit: the chi-square, with dof degrees of freedom, up to which a pose explains the contacts; if none does, the
-    nearest misses are kept. complete: whether the search met its criteria of having found all. continuum: they are
-    samples of a free motion. partial: some of many isolated poses, so that rejecting all of them settles nothing.
-    fallen: combinations that explain the contacts of each feature and violate a relation.
-    aside: for a measured pose, the further poses of the contacts alone, if these determine the pose; None if another
-    search is needed for them.
+    nearest misses are kept. complete: whether the search met its criteria of completeness. continuum: they are samples
+    of a free motion. partial: some of many isolated poses, so that rejecting all of them proves nothing. fallen:
+    combinations that explain the contacts of each feature and violate a relation. aside: for a measured pose, the
+    further poses of the contacts alone, if these determine the pose; None if another search is needed for them.
     """
 
     found: tuple[Pose, ...]
@@ -83,9 +82,9 @@ millionth of a sigma squared decides nothing."""
 
 
 def in_order(found: Sequence[Solution]) -> tuple[Solution, ...]:
-    """Best first; solutions of equal chi-square in the order of their entries, so that the order is reproducible.
+    """The solutions, best first; those of equal chi-square in the order of their entries.
 
-    Exact contacts of a dry run fit mirror-symmetric poses equally: otherwise rounding would order them.
+    Exact simulated contacts fit mirror-symmetric poses equally: otherwise rounding would decide their order.
     """
     ordered = sorted(found, key=lambda solution: solution.chi2)
     ranks: list[int] = []
@@ -97,7 +96,7 @@ def in_order(found: Sequence[Solution]) -> tuple[Solution, ...]:
 
 
 def largest_sigma(covariance: Floats) -> float:
-    """Standard deviation in the worst direction of a covariance (3, 3); infinite where an entry is."""
+    """Largest standard deviation along a direction, of a covariance (3, 3); infinite if an entry is."""
     if not np.isfinite(covariance).all():
         return float("inf")
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
@@ -155,9 +154,9 @@ def place_and_normal_sigmas(
 
     with rho the tip's distance from the centre or axis and sign -1 on an inner surface.
 
-    factor (6, m): of the covariance factor factor^T of rotation and translation about origin (3,); free (6, k): motions
-    there that nothing resists. Infinite for a contact whose place or normal a free motion changes. Surfaces in base,
-    normals (n, 3) the outward ones there.
+    factor (6, m): of the covariance factor factor^T of rotation and translation about origin (3,); free (6, k): free
+    motions there. Infinite for a contact whose place or normal a free motion changes. Surfaces and outward normals
+    (n, 3) in base.
     """
     places = np.concatenate(
         [-skew(contacts.points - origin), np.broadcast_to(np.eye(3), (len(contacts), 3, 3))], axis=2
@@ -179,7 +178,7 @@ def _spread(motions: Floats) -> Floats:
 
 
 def _curvatures(surfaces: Mapping[str, Surface], contacts: Contacts, normals: Floats) -> Floats:
-    """The matrices (n, 3, 3) that take a move of the surface below a tip to the turn of the normal."""
+    """The matrices (n, 3, 3) from the translation of the surface at a contact to the change of its normal."""
     curvatures = np.zeros((len(contacts), 3, 3))
     for name, index in contacts.by_feature.items():
         surface = surfaces[name]

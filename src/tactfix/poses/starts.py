@@ -1,9 +1,9 @@
-"""Where descents to the poses start: coverings of the rotations, and the surroundings of poses already found.
+"""Starts of descents: coverings of the rotations, and poses around those already found.
 
-1. Rotations are spread evenly over those of the domain (super-Fibonacci spiral, Alexa 2022), turned otherwise in each
-   covering.
-2. Where poses beyond the limits are looked for too, the first covering adds rotations without them, half as dense.
-3. Each rotation starts with the translation that is best for it, moved by START_OFFSET in some direction.
+1. Rotations are spread evenly over those of the domain (super-Fibonacci spiral, Alexa 2022), rotated differently in
+   each covering.
+2. If poses beyond the limits are searched too, the first covering adds rotations over all of them, half as dense.
+3. Each rotation starts with its best translation, moved by START_OFFSET in some direction.
 4. These poses are projected onto the domain.
 """
 
@@ -27,20 +27,19 @@ NEIGHBOURS = 32
 """Starts around each zero in one round, at all scales. 16 and 64 give the same poses of the trial problems
 (`search`)."""
 SIDES = np.concatenate([np.zeros((3, 1)), START_OFFSET * np.eye(3), -START_OFFSET * np.eye(3)], axis=1)
-"""Translations (3, 7) off the best one: none, and START_OFFSET along the axes either way."""
+"""Steps (3, 7) from the best translation: none, and START_OFFSET along the axes in both directions."""
 SHARES = (1 / 32, 1 / 8, 1 / 2, 1.0)
-"""Share of the starts over all rotations that covers turns about 0 to 3 axes as densely, each rotation with
-translations to eight sides. The cells of 1200 starts are 0.2 rad wide (half angles): a circle has 16 of them, half a
-sphere 150."""
+"""Number of starts for turns about 0 to 3 axes at equal density, as a share of those for all rotations, each rotation
+with translations to eight sides. The cells of 1200 starts are 0.2 rad wide (half angles): a circle has 16 of them, half
+a sphere 150."""
 DENSER = 2.0
-"""Factor on that density within limits, where starts are few, so that every zero is still met OFTEN."""
+"""Factor on that density within limits, so that the few starts still meet every zero OFTEN."""
 FEWEST_STARTS = 32
-"""Starts over a domain, however small it is: enough to meet a zero OFTEN whose basin is a fifth of the domain."""
+"""Fewest starts over a domain: enough to meet a zero OFTEN whose basin is a fifth of the domain."""
 BEYOND_SHARE = 0.5
-"""Share of the starts over all rotations that searches beyond the limits: poses there are only counted, and some may be
-missed."""
+"""Factor on the density beyond the limits: poses there are only counted, and some may be missed."""
 GOLDEN = (5**0.5 - 1) / 2
-"""The golden section: its multiples spread evenly over a circle, however many there are."""
+"""The golden section: any number of its multiples are spread evenly over a circle."""
 
 
 def covering_rotations(count: int) -> Floats:
@@ -54,7 +53,7 @@ def covering_rotations(count: int) -> Floats:
 
 
 def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:
-    """Poses over the rotations of the domain, as dense as count over all; others for each number."""
+    """Poses over the rotations of the domain, as dense as count over all; different ones for each number."""
     domain = equations.domain
     rotations = domain_rotations(domain, start_count(domain, count), number)  # step 1
     if domain.looks_beyond and not number:  # step 2
@@ -82,7 +81,7 @@ def _part(axes: int, search_angle: float) -> float:
 
 
 def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
-    """About count rotations (3, 3, N), spread evenly over those of the domain, others for each number."""
+    """About count rotations (3, 3, N), spread evenly over those of the domain, different ones for each number."""
     free = np.flatnonzero(domain.turns)
     if len(free) == 3:
         rotations = covering_rotations(int(np.ceil(count / _part(3, domain.search_angle))))
@@ -99,7 +98,7 @@ def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
         half = domain.search_angle * ((index / count + GOLDEN * number) % 1.0 - 0.5)
         quaternions[0], quaternions[1 + free[0]] = np.cos(half), np.sin(half)
     if len(free) == 2:
-        # A spiral on the part of the sphere that is near its pole, of equal area for each point.
+        # A spiral on the cap of the sphere around its pole, with equal area for each point.
         cosine, azimuth = 1 - _part(2, domain.search_angle) * index / count, 2 * np.pi * GOLDEN * (index + 97 * number)
         quaternions[0] = cosine
         quaternions[1 + free] = np.sqrt(1 - cosine**2) * np.array([np.cos(azimuth), np.sin(azimuth)])
@@ -107,13 +106,13 @@ def domain_rotations(domain: PoseDomain, count: int, number: int = 0) -> Floats:
 
 
 def _away(count: int, number: int) -> Floats:
-    """Vectors (3, count) of length START_OFFSET in all directions, others for each number."""
+    """Vectors (3, count) of length START_OFFSET in all directions, different ones for each number."""
     away = _steps(count, number)[3:]
     return np.asarray(away * (START_OFFSET / np.sqrt((away**2).sum(axis=0))))
 
 
 def around(domain: PoseDomain, centres: Zeros, number: int) -> tuple[Floats, Floats]:
-    """NEIGHBOURS poses of the domain around each of the centres, at every scale, others in each round."""
+    """NEIGHBOURS poses of the domain around each of the centres, at all scales, different ones in each round."""
     rotations = np.repeat(centres.rotations, NEIGHBOURS, axis=-1)
     offsets = np.repeat(centres.offsets, NEIGHBOURS, axis=-1)
     step = _steps(offsets.shape[1], number)

@@ -1,14 +1,13 @@
 """From a subset of the contacts to all: poses that most contacts agree on, and the best poses of all contacts.
 
-The search uses a few contacts that lie far from the others of their feature. A contact with a wrong label is one of
-these, and then no pose explains the subset. Most subsets that are chosen without regard to place contain none of a few
-wrong contacts. A pose that explains such a subset is near the pose that explains all good contacts, and the wrong ones
-have large residuals there.
+The search uses contacts that lie far from the others of their feature. A contact with a wrong label is one of these,
+and then no pose explains the subset. Subsets chosen without regard to place mostly contain none of a few wrong
+contacts. A pose that explains such a subset is near the pose that explains all good contacts.
 
 1. A subset is chosen, with equal shares of the features.
 2. Its poses are searched, near the rotations of features located alone if these are known.
-3. Descents lead from these poses to the minima of all contacts (`best_poses`); of very many contacts, first to those of
-   a thousand.
+3. Descents lead from these poses to the minima of all contacts (`best_poses`), for very many contacts by way of those
+   of a thousand.
 4. Minima within the limit of chi-square are kept; if there is none, the nearest misses.
 """
 
@@ -50,7 +49,7 @@ def agreed_poses(
     starts: int,
     turns: Sequence[Floats],
 ) -> Iterator[Zeros]:
-    """The zeros of subsets of the contacts, as of `search.find_zeros`; subsets without any are left out.
+    """The zeros of each subset of the contacts that has some (`search.find_zeros`).
 
     surfaces in the fixture frame, sigmas (n,) of the residuals, equations: scaled, of all contacts.
     """
@@ -68,9 +67,9 @@ def agreed_poses(
 
 
 def blind_part(contacts: Contacts, count: int, number: int) -> Ints:
-    """Indices of so many contacts, fairly shared between the features and chosen blindly, others for each number."""
+    """Indices of count contacts, equal shares of the features, chosen without regard to place; others by number."""
     shuffled = [_shuffled(index, number)[:count] for index in contacts.by_feature.values()]
-    # Of more features than contacts in a part, other features.
+    # If there are more features than count, each number begins with other features.
     first = number * count % len(shuffled)
     shuffled = shuffled[first:] + shuffled[:first]
     longest = max(len(index) for index in shuffled)
@@ -79,36 +78,39 @@ def blind_part(contacts: Contacts, count: int, number: int) -> Ints:
 
 
 def _shuffled(index: Ints, number: int) -> Ints:
-    # Blind enough, and without numpy.random, whose import takes longer than the search.
+    # Pseudo-random, but without numpy.random, whose import takes longer than the search.
     key = (np.arange(1, len(index) + 1) + 7919 * number) ** 2 * 40503 % 65537
     return np.asarray(index[np.argsort(key, kind="stable")])
 
 
 def best_poses(equations: PoseEquations, contacts: Contacts, zeros: Zeros, unit: float) -> Zeros:
-    """The minima that zeros lead to and that explain the contacts; where there is none, the nearest misses.
+    """The minima of all contacts that zeros lead to and that explain them; if there is none, the nearest misses.
 
-    Where contacts are very many, the zeros are first brought to where a thousand of them want to be: most zeros of the
-    few turn out to be none there, and what is left is next to where all contacts want it.
+    Of very many contacts, THINNED ones are fitted first: most zeros of the few are no minima of these, and the others
+    are then close to the minima of all.
 
-    equations: scaled, of all contacts; unit: the cost of a chi-square of one.
+    equations: scaled, of all contacts; unit: the cost of chi-square 1.
     """
     if len(contacts) <= THINNED:
         return _settled(equations, zeros, unit)
     few = equations.subset(blind_part(contacts, THINNED, 0).tolist())  # step 3
     zeros = _settled(few, zeros, unit)
-    if not zeros.costs.min(initial=np.inf) <= _limit(few.dof, unit):
+    if not zeros.costs.min(initial=np.inf) <= acceptance_cost(few.dof, unit):
         zeros = zeros.best(MISSES_FOLLOWED)
-    # One at a time: the residuals and Jacobians of a million contacts fill some hundred megabytes for each.
+    # One at a time: residuals and Jacobian of a million contacts take some hundred megabytes for each zero.
     each = [zeros.subset(np.array([number])) for number in range(len(zeros))]
     return together([_settled(equations, zero, unit) for zero in each])
 
 
 def _settled(equations: PoseEquations, zeros: Zeros, unit: float) -> Zeros:
     """The minima within the limit, or those near the misses."""
-    found = polish(equations, zeros, _limit(equations.dof, unit))  # step 4
+    found = polish(equations, zeros, acceptance_cost(equations.dof, unit))  # step 4
     return found if len(found) else polish(equations, zeros, most_steps=MISS_STEPS)
 
 
-def _limit(dof: int, unit: float) -> float:
-    # What rounding makes of exact contacts is below 1e-11 of the size of the fixture.
+def acceptance_cost(dof: int, unit: float) -> float:
+    """The cost up to which a pose with dof degrees of freedom explains the contacts; unit: the cost of chi-square 1.
+
+    The constant is rounding: residuals of 1e-11 of the size of the fixture.
+    """
     return float(chi_square_limit(dof) * unit + 1e-22)

@@ -60,7 +60,7 @@ SIMPLE_ZERO = 1e-4
 
 @frozen_value
 class Zeros:
-    """A set of poses fixture_from_base at which the equations hold, and what is known of the set.
+    """A set of k poses fixture_from_base at which the equations hold.
 
     rotations (3, 3, k), offsets (3, k); costs (k,): sums of squared weighted residuals; counts (k,): how often each was
     met. complete: the last round found nothing new, every pose was met at least twice, and those of six equations
@@ -88,7 +88,7 @@ class Zeros:
         return np.concatenate([self.rotations.reshape(9, -1), self.offsets]).T
 
     def subset(self, index: Ints | Bools) -> "Zeros":
-        """Those with these numbers."""
+        """Those with these indices."""
         return replace(
             self,
             rotations=self.rotations[..., index],
@@ -98,15 +98,15 @@ class Zeros:
         )
 
     def best(self, most: int) -> "Zeros":
-        """At most so many of them, those of the lowest costs, best first."""
+        """At most so many, of the lowest costs, best first."""
         return self.subset(np.argsort(self.costs, kind="stable")[:most])
 
     def since(self, number: int) -> "Zeros":
-        """Those from a number on."""
+        """Those from an index on."""
         return self.subset(np.arange(number, len(self)))
 
     def with_twins(self, turns: Sequence[Floats]) -> "Zeros":
-        """The poses, and behind them those that each symmetry of the fixture, a rotation (3, 3), makes of them."""
+        """The poses, then their images by each symmetry of the fixture, a rotation (3, 3)."""
         twins = [
             replace(self, rotations=np.einsum("ab,bcN->acN", turn, self.rotations), offsets=turn @ self.offsets)
             for turn in turns
@@ -114,7 +114,7 @@ class Zeros:
         return together([self, *twins]) if twins else self
 
     def joined(self, found: "Zeros") -> "Zeros":
-        """These, each met as often more as it is in found, and behind them the new ones of found."""
+        """The union with found, in this order: counts of equal poses are added, new ones appended."""
         counts, rest, entries = self.counts.copy(), np.arange(len(found)), found.entries
         for number, own in enumerate(self.entries):
             same = _same(entries, own)
@@ -160,7 +160,7 @@ class Zeros:
         return replace(self, counts=counts, continuum=False).subset(stays)
 
     def split_off(self, equations: PoseEquations, most: int) -> "Zeros":
-        """Of a continuum at most so many samples, evenly chosen, behind the poses that are well determined.
+        """The well determined poses of a continuum, then at most so many of its samples, evenly chosen.
 
         Contacts in special position may leave a motion free in some poses and not in others, and any may be the true
         one.
@@ -173,9 +173,9 @@ class Zeros:
         return self.subset(np.concatenate([well, singular[spread]]))
 
     def condition(self, equations: PoseEquations) -> Floats:
-        """How well each is determined (k,): the smallest singular value of the Jacobian over the largest.
+        """The smallest singular value of each Jacobian over the largest (k,).
 
-        With constrained directions there may be only one; then the norm of the weights replaces the largest.
+        With constrained directions there may be only one; the largest is then at least the norm of the weights.
         """
         if equations.dof < 0:
             return np.zeros(len(self))
@@ -186,7 +186,7 @@ class Zeros:
 
 
 def together(parts: Sequence[Zeros]) -> Zeros:
-    """All of them in one, none of them compared; complete and continuum as of the first."""
+    """The concatenation of all parts, without comparison; complete and continuum as of the first."""
     rotations, offsets, costs, counts = (
         np.concatenate([getattr(part, name) for part in parts], axis=-1)
         for name in ("rotations", "offsets", "costs", "counts")
@@ -199,9 +199,9 @@ def _same(entries: Floats, own: Floats) -> Bools:
 
 
 def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
-    """Whether these may be all zeros: their signs must cancel. True if that is not applicable.
+    """Whether these may be all zeros: the signs of their determinants must cancel. True if the test does not apply.
 
-    A pose that is no exact zero, or nearly a double one, may have either sign.
+    A pose that is no exact zero, or nearly a double zero, may have either sign.
     """
     if not _signs_cancel(equations):
         return True
@@ -214,7 +214,7 @@ def are_balanced(equations: PoseEquations, zeros: Zeros) -> bool:
 
 
 def _signs_cancel(equations: PoseEquations) -> bool:
-    """Whether the degree of the map is zero, so that signs cancel, and all its zeros are searched."""
+    """Whether the degree of the map is zero, and all its zeros are searched."""
     domain = equations.domain
     if equations.dof or equations.measured or domain.search_angle < np.pi:
         return False
