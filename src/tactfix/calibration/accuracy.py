@@ -1,12 +1,12 @@
-"""The accuracy of a calibrated robot: covariance, sigma of its tip, observability, and what stays unknown.
+"""The accuracy of a calibrated robot: covariance, sigma of its tip, observability, and undetermined directions.
 
 An estimate that uses a prior with the sigmas b is linear in the rows: p = K (A p_true + e), with
 K = (A^T A / v + B^-2)^-1 A^T / v and B = diag(b). Its error has the covariance
 
     C = v K K^T + (I - K A) P (I - K A)^T
 
-where v is the variance of a row and P the full prior: the part that shrinking holds back has the variance of the full
-prior, so that C does not become smaller with a narrower b. Where b is the full prior, C is the posterior of Bayes.
+where v is the variance of a row and P the full prior: components that shrinking suppresses have the variance of the
+full prior, so that C does not become smaller with a narrower b. If b is the full prior, C is the Bayesian posterior.
 
 Observability indices of the singular values of A P^1/2, as in theory (O1 Menq and Borm, O2 Driels and Pathre, O3 and O4
 Nahvi and Hollerbach, O5 Sun and Hollerbach).
@@ -23,20 +23,20 @@ from tactfix.geometry.arrays import Bools, Floats
 from tactfix.values import frozen_value
 
 IDENTIFIED: Final = 0.5
-"""Of the prior's sigma, below which a sigma must be for the touches to have told a parameter, or the robot as a whole.
+"""Largest sigma, as a share of the prior's, of an identified parameter, or of the robot as a whole.
 
 Real robots, all parameters: 0.57 to 0.62 from planes, where they become worse, 0.05 to 0.26 from sockets."""
 _WORKSPACE_SAMPLES: Final = 400
 """Random configurations over which the sigma of the tip is averaged. On samples/robot-calibration half and twice as
 many change no figure of the result by 2 per cent."""
 _NOTABLE: Final = 0.3
-"""Component of a direction that is not identified, from which on its parameter is named: an equal share of eleven
+"""Least component of a parameter that is named in a direction that is not identified: an equal share of eleven
 parameters. On samples/robot-calibration 0.15 and 0.6 name the same ones."""
 
 
 @frozen_value
 class Certainty:
-    """covariance (f, f) of the free parameters, and which of them (f,) the touches have told; what they have not."""
+    """covariance (f, f) of the free parameters; identified (f,); unknown: directions not identified, in words."""
 
     covariance: Floats
     identified: Bools
@@ -49,9 +49,9 @@ def information(parts: tuple[Eliminated, ...], free: Bools) -> Floats:
 
 
 def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float) -> Floats:
-    """C (f, f) for A (r, f), prior sigmas (f,), those used for the estimate (f,), and the variance of a row.
+    """C (f, f) for A (r, f), the sigmas of the prior (f,), those believed in the estimate (f,), and a row's variance.
 
-    A parameter whose b is 0 is held at nominal, and its variance is that of its prior.
+    A parameter with b = 0 is held at nominal, and has the variance of its prior.
     """
     scaled, share = matrix * prior, believed / prior
     normal = scaled.T @ scaled / variance
@@ -63,10 +63,10 @@ def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float)
 
 
 def undetermined(matrix: Floats, prior: Floats, tip: Bools, moves: Floats, variance: float) -> float:
-    """What the touches leave of the robot's own errors: rms sigma of the tip's place, after over before, 0 to 1.
+    """The share of the robot's errors that the touches leave: rms sigma of the tip's place, after over before, 0 to 1.
 
-    prior (f,): as wide as the nominal robot's residuals leave room for. moves (n, 3, f): of the tip over the joint
-    ranges, the base's motions taken away. tip (f,): the tip's parameters, whose motions are taken away too.
+    prior (f,): sigmas that explain the nominal robot's residuals. moves (n, 3, f): derivatives of the tip's place over
+    the joint ranges, without motions of the base. tip (f,): the tip's parameters, whose motions are removed too.
     """
     rows = moves.reshape(-1, len(prior))
     of_tip = np.linalg.qr(rows[:, tip])[0]
@@ -77,11 +77,11 @@ def undetermined(matrix: Floats, prior: Floats, tip: Bools, moves: Floats, varia
 
 
 def certainty(matrix: Floats, prior: Floats, believed: Floats, variance: float, names: tuple[str, ...]) -> Certainty:
-    """Covariance, what is identified, and the directions that are not, in words."""
+    """Covariance and identified parameters, and in words the directions that are not identified."""
     spread = covariance(matrix, prior, believed, variance)
-    told = covariance(matrix, prior, prior, variance) / np.outer(prior, prior)
-    values, vectors = np.linalg.eigh(told)
-    identified = np.sqrt(np.diag(told)) < IDENTIFIED
+    posterior = covariance(matrix, prior, prior, variance) / np.outer(prior, prior)
+    values, vectors = np.linalg.eigh(posterior)
+    identified = np.sqrt(np.diag(posterior)) < IDENTIFIED
     words = []
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if np.sqrt(max(value, 0.0)) < IDENTIFIED:
@@ -103,9 +103,9 @@ def _words(named: list[str]) -> str:
 
 
 def workspace_points(cell: Cell, touches: Touches | None, values: Floats) -> tuple[Floats, Floats]:
-    """Places of the tip over the joint ranges, (n, 3), and how errors of the parameters (m,) move it there, (n, 3, m).
+    """Places (n, 3) of the tip over the joint ranges, and their derivatives (n, 3, m) by the parameters.
 
-    Relative to the best fitting base: the motions of the base that the places together show are taken away.
+    Relative to the best fitting base: motions of the base are projected out of the derivatives.
     """
     motion = cell.chain.tip(random_configurations(joint_ranges(cell, touches), _WORKSPACE_SAMPLES, seed=1), values[:-1])
     rows = motion.jacobian.reshape(-1, motion.jacobian.shape[2])

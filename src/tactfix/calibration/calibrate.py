@@ -44,11 +44,11 @@ def calibrate(cell: Cell, touches: Touches, hold_out: Sequence[str] = (), unchec
     fit = fitted(cell, train, unchecked)  # step 1
     # Step 2.
     parts = reduced(cell, fit.groups, fit.after)
-    told = _certainty(fit, parts)
+    certainty = _certainty(fit, parts)
     spread = np.zeros((len(fit.free), len(fit.free)))
-    spread[np.ix_(fit.free, fit.free)] = told.covariance
-    result = _result(fit, parts, told, spread)  # step 3
-    status, reasons = status_of(fit, told, result, unchecked)  # step 4
+    spread[np.ix_(fit.free, fit.free)] = certainty.covariance
+    result = _result(fit, parts, certainty, spread)  # step 3
+    status, reasons = status_of(fit, certainty, result, unchecked)  # step 4
     return replace(
         result,
         status=status,
@@ -91,10 +91,10 @@ def _undetermined(fit: RobotFit) -> float:
 def _result(
     fit: RobotFit,
     parts: tuple[Eliminated, ...],
-    told: accuracy.Certainty,
+    certainty: accuracy.Certainty,
     spread: Floats,
 ) -> Calibration:
-    """What the estimate says; what is found about it, the status first, is still to be told."""
+    """What the estimate says; what is found about it, the status first, is still to be certainty."""
     matrix, prior = accuracy.information(parts, fit.free), fit.prior[fit.free]
     points, moves = accuracy.workspace_points(fit.cell, fit.touches, fit.after.values)
     workspace = Workspace(points, accuracy.tip_sigmas(moves, _prior_spread(fit)), accuracy.tip_sigmas(moves, spread))
@@ -103,8 +103,8 @@ def _result(
         status="underdetermined",
         values=fit.after.values,
         covariance=spread,
-        parameters=_parameters(fit, told),
-        not_identified=(*(held.message for held in fit.held), *told.unknown),
+        parameters=_parameters(fit, certainty),
+        not_identified=(*(held.message for held in fit.held), *certainty.unknown),
         tip=_tip(fit, spread),
         places=_places(fit, parts, spread),
         left_out=tuple(LeftOut(name, *rms, False) for name, rms in fit.choice.left_out.items()),
@@ -121,10 +121,10 @@ def _result(
     )
 
 
-def _parameters(fit: RobotFit, told: accuracy.Certainty) -> tuple[ParameterResult, ...]:
+def _parameters(fit: RobotFit, certainty: accuracy.Certainty) -> tuple[ParameterResult, ...]:
     """Every parameter asked for, those held at nominal included, in the order of the chain."""
-    sigmas = dict(zip(np.flatnonzero(fit.free).tolist(), np.sqrt(np.diag(told.covariance)).tolist(), strict=True))
-    known = dict(zip(np.flatnonzero(fit.free).tolist(), told.identified.tolist(), strict=True))
+    sigmas = dict(zip(np.flatnonzero(fit.free).tolist(), np.sqrt(np.diag(certainty.covariance)).tolist(), strict=True))
+    known = dict(zip(np.flatnonzero(fit.free).tolist(), certainty.identified.tolist(), strict=True))
     held = {item.index for item in fit.held}
     found = []
     for index, parameter in enumerate(fit.cell.parameters):

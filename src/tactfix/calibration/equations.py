@@ -1,6 +1,6 @@
-"""The equations of touches: how far each is from where its feature holds the tip, and how robot and places change that.
+"""The residuals of touches and their derivatives by the parameters of the robot and the poses of the fixtures.
 
-Let x(p) be the tip in base for the robot's parameters p, and let the fixture stand at base_from_place. A touch on a
+Let x(p) be the tip in base for the robot's parameters p, and base_from_place the pose of the fixture. A touch on a
 surface has one residual, the distance of the tip from the offset surface along the outward normal n; one on a point has
 three, x minus the point. With D the gradient of the residuals by x (n as a row, or the unit matrix)
 
@@ -16,7 +16,7 @@ import numpy as np
 from tactfix.calibration.cell import Cell, Touches
 from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.charts import equations
-from tactfix.geometry.rigid import homogeneous, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.rigid import moved_about, skew
 from tactfix.geometry.surfaces import Point, Surface, moved, outward_normals
 from tactfix.kinematics.chain import TipMotion
 from tactfix.placement import Placement
@@ -27,7 +27,7 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Patch:
-    """Touches (indices from 0) on one feature: surface in the frame of its group's root."""
+    """The touches with these indices (from 0) on one feature; surface in the frame of its group's root."""
 
     place: str
     surface: Surface
@@ -36,9 +36,9 @@ class Patch:
 
 @frozen_value
 class Group:
-    """All touches on fixtures that stand rigidly to each other: one unknown pose, base_from_root.
+    """All touches on fixtures that are rigidly joined: one unknown pose, base_from_root.
 
-    sigmas (n,): of each touch, the feature's own in quadrature. placement: what is known of the pose.
+    sigmas (n,): of each touch, the feature's own in quadrature. placement: prior knowledge of the pose.
     """
 
     root: str
@@ -49,7 +49,7 @@ class Group:
 
     @property
     def measured(self) -> int:
-        """How many rows measure the pose."""
+        """The number of rows of a measured pose: 0 or 6."""
         return 0 if self.placement is None or self.placement.covariance is None else 6
 
 
@@ -57,8 +57,8 @@ class Group:
 class Block:
     """The linearised equations of a group: residuals (r,) and their derivatives by robot (r, m) and place (r, k).
 
-    touch (r,): the touch of each row, -1 for rows that measure the place. The place moves about centre (3,) by
-    rotations in units of 1 / scale and translations, in k combinations (6, k) of these: those that are not held.
+    touch (r,): the touch of each row, -1 for rows of a measured pose. motions (6, k): the unconstrained motions of the
+    place, rotations about centre (3,) in units of 1 / scale, and translations.
     """
 
     residuals: Floats
@@ -71,7 +71,7 @@ class Block:
 
 
 def groups_of(cell: Cell, touches: Touches) -> tuple[Group, ...]:
-    """The touches by the pose that they share."""
+    """The touches grouped by the pose that they share."""
     roots = [cell.root(place)[0] for place in touches.places]
     return tuple(
         _group(cell, root, touches.subset([i for i, r in enumerate(roots) if r == root]))
@@ -113,7 +113,7 @@ def residuals(cell: Cell, group: Group, base_from_root: Floats, values: Floats, 
 
 
 def block(cell: Cell, group: Group, base_from_root: Floats, values: Floats, still: Floats | None = None) -> Block:
-    """The rows of a group and their derivatives; still: the tip's places (n, 3), where the robot is not to change."""
+    """The rows of a group and their derivatives; still: the tip's places (n, 3) of a robot that does not change."""
     if still is None:
         motion = cell.chain.tip(group.touches.joints, values[:-1])
     else:
@@ -153,29 +153,26 @@ def _gradients(surface: Surface, points: Floats) -> Floats:
 
 
 def _centre(points: Floats) -> tuple[Floats, float]:
-    """The middle (3,) of the tip's places, and how far they are from it (rms)."""
+    """The mean (3,) of the tip's places, and their rms distance from it."""
     centre = points.mean(axis=0)
     return centre, float(np.sqrt(((points - centre) ** 2).sum() / len(points))) or 1.0
 
 
 def _known(group: Group, base_from_root: Floats, centre: Floats, scale: float) -> tuple[Floats, Floats, Floats]:
-    """The motions (6, k) of a place that are not held, and the rows (m,), (m, 6) by which its pose is measured."""
+    """The unconstrained motions (6, k) of a place, and the rows (m,), (m, 6) of its measured pose."""
     if group.placement is None:
         return np.eye(6), np.zeros(0), np.zeros((0, 6))
     return terms_at(group.placement, base_from_root, centre, scale)
 
 
 def moved_place(group: Group, base_from_root: Floats, step: Floats, block_: Block) -> Floats:
-    """The pose after a step (k,) in the block's columns; what is held of it stays."""
-    motion = block_.motions @ step
-    turn = rotation_from_vector(motion[:3] / block_.scale)
-    rotation = orthonormalized(turn @ base_from_root[:3, :3])
-    moved_ = homogeneous(rotation, block_.centre + motion[3:] + turn @ (base_from_root[:3, 3] - block_.centre))
-    return moved_ if group.placement is None else onto_placement(group.placement, moved_)
+    """The pose after a step (k,) in the block's columns, projected onto its constraints."""
+    pose = moved_about(base_from_root, block_.motions @ step, block_.centre, block_.scale)
+    return pose if group.placement is None else onto_placement(group.placement, pose)
 
 
 def distances(cell: Cell, groups: tuple[Group, ...], poses: Mapping[str, Floats], values: Floats) -> dict[int, float]:
-    """How far the tip is from where its feature holds it, by data row: a length, for points the distance in space."""
+    """The distance of the tip from its offset surface by data row (length); for points the distance in space."""
     found: dict[int, float] = {}
     for group in groups:
         points, radius = tip_places(cell, group, values), cell.tip_radius + values[-1]
@@ -187,7 +184,7 @@ def distances(cell: Cell, groups: tuple[Group, ...], poses: Mapping[str, Floats]
 
 
 def approaches_in_base(cell: Cell, group: Group, values: Floats) -> Floats:
-    """The probe's travel (n, 3) in base, nan where it is not known."""
+    """The approaches (n, 3) in base, nan if not known."""
     if not group.touches.in_flange:
         return group.touches.approaches
     frames = cell.chain.base_from_tip(group.touches.joints, values[:-1])

@@ -1,13 +1,13 @@
-"""From the nominal robot to the estimate with the full prior: where every calibration begins.
+"""From the nominal robot to the estimate with the full prior: the start of every calibration.
 
-1. Each fixture is placed, with the parameters at hand. Points alone need no search: their least squares have one
-   minimum, in closed form (Kabsch 1976). Else the search that `locate` uses gives all poses that explain the tip's
-   places within what the robot may be off by.
-2. What is known of the place is imposed on these, and its own pose is one more.
-3. Where there are none, the 24 rotations of a cube start instead: the touches of a place may leave motions free, or the
-   nominal robot spoil them by more than its prior.
-4. Each start descends; ends beyond the limits of what is known are left out where others are within.
-5. Of the ends of least cost, that with the fewest approaches out of the material is the place.
+1. Each fixture is located with given parameters. For points alone the least squares have one minimum, in closed form
+   (Kabsch 1976). Else the search of `locate` gives all poses that explain the tip's places within the prior errors of
+   the robot.
+2. The placement is imposed on these poses, and its own pose is added.
+3. If there are none, the 24 rotations of a cube start instead: the touches of a place may leave motions free, or the
+   errors of the nominal robot may exceed its prior.
+4. Each start descends; ends beyond the limits of the placement are dropped if others are within.
+5. Of the ends of least cost the one with the fewest approaches out of the material is taken.
 6. The tip and the places are fitted first, then the joint offsets, then all parameters.
 """
 
@@ -22,7 +22,7 @@ from tactfix.calibration.estimation import State, estimated, located
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Bools, Floats, frozen
 from tactfix.geometry.rigid import homogeneous
-from tactfix.geometry.surfaces import Point, moved, outward_normals
+from tactfix.geometry.surfaces import Point, moved, outward_normals, reference_point
 from tactfix.poses.placement_terms import onto_placement
 from tactfix.poses.prior import deviation
 from tactfix.poses.rigid import rigid_solutions
@@ -33,16 +33,16 @@ _CUBE_ROTATIONS: Final = tuple(
     for signs in product((1.0, -1.0), repeat=3)
     if np.linalg.det(turn := np.diag(signs)[list(order)]) > 0
 )
-"""The 24 rotations of a cube: every rotation is within 63 degrees of one of them, from where descents still arrive."""
+"""The 24 rotations of a cube: every rotation is within 63 degrees of one of them, near enough for a descent."""
 _EQUAL_COST: Final = 1.0
-"""Difference of costs (chi-square, no unit) below which two poses of a place explain its touches alike: one standard
-deviation of one touch. Then the approaches decide."""
+"""Difference of costs (chi-square) below which two poses of a place fit equally, and the approaches decide: one
+standard deviation of one touch."""
 
 
 def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> Floats:
     """base_from_root (4, 4) that explains the touches best for parameter values (m,).
 
-    robot_sigmas (n,): how far the robot may put the tip off at each touch, along any direction.
+    robot_sigmas (n,): sigma of the tip's place at each touch by the errors of the robot, along any direction.
     """
     if all(isinstance(patch.surface, Point) for patch in group.patches):  # step 1
         starts = [_superposed(cell, group, values)]
@@ -52,7 +52,7 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
         starts = [onto_placement(group.placement, start) for start in (group.placement.near, *starts)]
     if not starts:  # step 3
         tips = tip_places(cell, group, values)
-        middle = np.mean([_anchor(patch.surface) for patch in group.patches], axis=0)
+        middle = np.mean([reference_point(patch.surface) for patch in group.patches], axis=0)
         starts = [homogeneous(turn, tips.mean(axis=0) - turn @ middle) for turn in _CUBE_ROTATIONS]
     # Step 4.
     tried = [located(cell, group, start, values) for start in starts]
@@ -64,7 +64,7 @@ def found_place(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) 
 
 
 def _is_within(group: Group, base_from_root: Floats) -> bool:
-    """Whether a pose is within the limits of what is known of it."""
+    """Whether a pose is within the limits of its placement."""
     if group.placement is None or group.placement.within is None:
         return True
     off = deviation(group.placement, base_from_root)
@@ -73,14 +73,14 @@ def _is_within(group: Group, base_from_root: Floats) -> bool:
 
 
 def _superposed(cell: Cell, group: Group, values: Floats) -> Floats:
-    """The pose that brings points nearest to the tip's places: of points alone there is one least (Kabsch, 1976).
+    """The pose that brings points nearest to the tip's places.
 
     W. Kabsch: A solution for the best rotation to relate two sets of vectors, 1976.
     """
     tips = tip_places(cell, group, values)
     points = np.empty_like(tips)
     for patch in group.patches:
-        points[patch.index] = _anchor(patch.surface)
+        points[patch.index] = reference_point(patch.surface)
     weights = 1 / group.sigmas[:, None] ** 2
     middle, origin = ((weights * these).sum(axis=0) / weights.sum() for these in (tips, points))
     left, _, right = np.linalg.svd((weights * (tips - middle)).T @ (points - origin))
@@ -89,7 +89,7 @@ def _superposed(cell: Cell, group: Group, values: Floats) -> Floats:
 
 
 def _searched(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) -> list[Floats]:
-    """The poses of the search of `locate`, none where there are none or a continuum of them."""
+    """The poses of the search of `locate`; empty for a continuum."""
     count = len(group.touches)
     names = [""] * count
     for number, patch in enumerate(group.patches):
@@ -114,13 +114,8 @@ def _searched(cell: Cell, group: Group, values: Floats, robot_sigmas: Floats) ->
     return [] if solutions.continuum else [solution.base_from_fixture for solution in solutions.found]
 
 
-def _anchor(surface: object) -> Floats:
-    """Some point (3,) of a surface, or its middle."""
-    return np.asarray(getattr(surface, "center", getattr(surface, "point", np.zeros(3))))
-
-
 def _wrong_approaches(cell: Cell, group: Group, base_from_root: Floats, values: Floats) -> int:
-    """How many touches came out of the material."""
+    """The number of touches with an approach out of the material."""
     travels = approaches_in_base(cell, group, values)
     tips = tip_places(cell, group, values)
     wrong = 0
@@ -132,7 +127,7 @@ def _wrong_approaches(cell: Cell, group: Group, base_from_root: Floats, values: 
 
 
 def placed(cell: Cell, groups: tuple[Group, ...], values: Floats, spread: Floats) -> State:
-    """Every place found with the parameters at values (m,); spread (m,): the sigma of what they may be off by."""
+    """Every place located with parameter values (m,); spread (m,): sigmas of their errors."""
     poses = {}
     for group in groups:
         motion = cell.chain.tip(group.touches.joints, values[:-1])
@@ -142,7 +137,7 @@ def placed(cell: Cell, groups: tuple[Group, ...], values: Floats, spread: Floats
 
 
 def nominal(cell: Cell, groups: tuple[Group, ...], weights: Floats, free: Bools, spread: Floats) -> State:
-    """The nominal robot with its tip and places fitted: what a calibrated robot is held against."""
+    """The nominal robot with its tip and places fitted: the reference for a calibrated robot."""
     start = placed(cell, groups, np.zeros(len(weights)), np.where(free, spread, 0.0))
     return estimated(cell, groups, start, weights, tips(cell, free))
 
@@ -156,9 +151,9 @@ def full(cell: Cell, groups: tuple[Group, ...], start: State, weights: Floats, f
 
 
 def tips(cell: Cell, free: Bools) -> Bools:
-    """Which of the free parameters (m,) are the tip's: mounted anew, it is fitted whatever the factor on the prior is.
+    """Which of the free parameters (m,) are the tip's; these are fitted whatever the factor on the prior is.
 
-    None where nothing else is free: then the tip is what is to be calibrated.
+    None if nothing else is free: then the tip is to be calibrated.
     """
     found = free & np.array([parameter.kind == "tip" for parameter in cell.parameters])
     return np.asarray(found & (free & ~found).any())

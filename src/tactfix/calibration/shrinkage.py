@@ -81,9 +81,9 @@ def chosen_factor(
             state = shrunk(cell, train, state, prior, free, noise, factor)  # step 2
             scores[row, column], rms[row, column] = left_out(cell, test, start, state.values)  # step 3
     best = _best(scores)  # step 4
-    told = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
+    by_place = {name: (float(rms[row, -1]), float(rms[row, best])) for row, name in enumerate(names)}
     overall = np.sqrt((rms**2).mean(axis=0)).tolist()
-    return Choice(factors[best], told, tuple(map(FactorScore, factors, overall)))
+    return Choice(factors[best], by_place, tuple(map(FactorScore, factors, overall)))
 
 
 def shrunk(

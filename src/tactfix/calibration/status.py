@@ -34,7 +34,7 @@ _NOTHING_CHECKS: Final = "touches at one place cannot check a calibration: touch
 
 
 def status_of(
-    fit: RobotFit, told: accuracy.Certainty, result: Calibration, unchecked: bool
+    fit: RobotFit, certainty: accuracy.Certainty, result: Calibration, unchecked: bool
 ) -> tuple[CalibrationStatus, tuple[str, ...]]:
     """The status, and why it is not "calibrated". unchecked waives the check by another place, and nothing else."""
     # Step 1.
@@ -60,7 +60,7 @@ def status_of(
         reasons.append(f"{left}, {100 * accuracy.IDENTIFIED:.0f} or more is too much: {remedy}")
     # Step 4.
     names = [parameter.name for parameter, free in zip(fit.cell.parameters, fit.free, strict=True) if free]
-    unknown = [name for name, known in zip(names, told.identified, strict=True) if not known]
+    unknown = [name for name, known in zip(names, certainty.identified, strict=True) if not known]
     asked = [name for name in unknown if name in fit.cell.unknown and "." in name]
     if asked:
         reasons.append(f"the touches do not tell {listed(asked)}, asked for by name")

@@ -110,14 +110,14 @@ def plan_touches(
     names = tuple(p.name for p, is_free in zip(cell.parameters, free, strict=True) if is_free)
     # Step 5.
     planned_rows, all_rows = (_matrix(cell, touches, poses, free) for touches in (start, joined(start, added)))
-    told = [accuracy.certainty(rows, prior[free], prior[free], 1.0, names) for rows in (planned_rows, all_rows)]
-    spreads = [np.diag(prior[free] ** 2), told[0].covariance, told[1].covariance]
+    certainties = [accuracy.certainty(rows, prior[free], prior[free], 1.0, names) for rows in (planned_rows, all_rows)]
+    spreads = [np.diag(prior[free] ** 2), certainties[0].covariance, certainties[1].covariance]
     sigmas = [accuracy.tip_sigmas(moves[:, :, free], spread) for spread in spreads]
     return TouchPlan(
         units=cell.units,
         joints=tuple(joint.is_prismatic for joint in cell.chain.joints),
-        parameters=_parameters(cell, free, spreads, told[1].identified),
-        not_identified=(*(item.message for item in held), *told[1].unknown),
+        parameters=_parameters(cell, free, spreads, certainties[1].identified),
+        not_identified=(*(item.message for item in held), *certainties[1].unknown),
         prediction=_three([float(np.sqrt((s**2).mean())) for s in sigmas]),
         worst=_three([float(s.max()) for s in sigmas]),
         undetermined=(

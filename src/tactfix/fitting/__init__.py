@@ -1,1 +1,1 @@
-"""One feature alone, fitted to contacts, and what comes of it."""
+"""The fit of one feature alone to contacts."""

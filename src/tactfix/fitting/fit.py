@@ -1,9 +1,9 @@
-"""One feature alone: every plane, sphere or cylinder that explains the contacts, and which one is left.
+"""One feature alone: every plane, sphere or cylinder that explains the contacts, and the elimination of the wrong ones.
 
 1. The localizer of the feature gives every surface that the contacts allow (`tactfix.localizers`).
-2. Each falls by its fit (chi-square against sigma, radius) or by the approaches (eq. 11), with its reason (`trial`).
-3. The status follows from how many are left, and from how well the contacts determine the best.
-4. Where none is left the other side, outer or inner, is tried too, and a warning says that it would fit.
+2. A surface is rejected by its fit (chi-square, radius) or by the approaches (eq. 11), with the reason (`trial`).
+3. The number of accepted surfaces, and how well the contacts determine a single one, give the status.
+4. If none is accepted, the other side, outer or inner, is tried, and a warning says if it fits.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,32 +30,32 @@ from tactfix.results import Reason
 __all__ = ["FitCandidate", "FitResult", "fit"]
 
 SURFACE_PARAMETERS: Mapping[SidedType, int] = MappingProxyType({"plane": 3, "sphere": 4, "cylinder": 5})
-"""What a surface has to be found for, its radius included."""
+"""Number of parameters of a surface with free radius."""
 
 WORTHLESS = 0.3
-"""Standard deviation, in rad or parts of the contacts' extent, beyond which a surface is not located."""
+"""Standard deviation, in rad or as a share of the contacts' extent, beyond which a surface is not located."""
 
 
 def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: Side = "outer") -> FitResult:
-    """Fit one plane, sphere or cylinder: find every surface that explains the contacts, and say which one is left.
+    """Fit one plane, sphere or cylinder: find every surface that explains the contacts, and reject the wrong ones.
 
     Parameters
     ----------
     kind : {"plane", "sphere", "cylinder"}
-        What is fitted.
+        Type of the surface.
     contacts : Contacts
         All on that one surface, in base coordinates.
     radius : float, optional
-        Of the surface itself, in the contacts' unit; found where it is None. None for a plane.
+        Of the surface itself, in the contacts' unit; fitted if None. None for a plane.
     side : {"outer", "inner"}
         Outer for a boss, inner for a bore.
 
     Returns
     -------
     FitResult
-        status is "located" where one surface is left, "ambiguous" for several, "inconsistent" for none, and
-        "underdetermined" for contacts that are too few or degenerate, or a surface so uncertain that its numbers mean
-        nothing; warnings say why.
+        status is "located" if one surface is accepted, "ambiguous" for several, "inconsistent" for none, and
+        "underdetermined" if the contacts are too few or degenerate, or determine the surface too weakly; warnings say
+        why.
 
     Raises
     ------
@@ -67,8 +67,8 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
     Notes
     -----
     Surfaces are the minima of the sum of (d_i - r_o)^2 / sigma_i^2, with d_i the distance of contact i from the plane,
-    centre or axis and r_o the offset radius, radius + tip radius outside and radius - tip radius inside. Those that
-    chi-square rejects fall, and those that an approach speaks against (eq. 11).
+    centre or axis and r_o the offset radius, radius + tip radius outside and radius - tip radius inside. They are
+    rejected by chi-square, or by an approach out of the material (eq. 11).
 
     References
     ----------
@@ -108,7 +108,7 @@ def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Sid
 
 
 def _of_other_side(kind: SidedType, contacts: Contacts, radius: float | None, side: Side) -> tuple[str, ...]:
-    """A warning where the contacts locate a surface of the other side."""
+    """A warning if the contacts locate a surface of the other side."""
     other: Side = "inner" if side == "outer" else "outer"
     try:
         fits = _answer(kind, contacts, radius, other).status == "located"
@@ -123,7 +123,7 @@ def _underdetermined(kind: SidedType, dof: int, why: str) -> FitResult:
 
 
 def _localize(kind: SidedType, contacts: Contacts, offset: float | None) -> tuple[SurfaceCandidate, ...]:
-    """Every candidate, with the radius of the tip's centres."""
+    """Every candidate, with its offset radius."""
     match kind:
         case "plane":
             return localize_plane(contacts.points, contacts.sigmas)
@@ -134,7 +134,7 @@ def _localize(kind: SidedType, contacts: Contacts, offset: float | None) -> tupl
 
 
 def _of_other_radius(kind: SidedType, contacts: Contacts, side: Side, radius: float) -> list[FitCandidate]:
-    """The surfaces through as many contacts as would do without the radius, which the radius excludes (Table 1)."""
+    """The surfaces of another radius through contacts that would determine the radius too (Table 1), rejected."""
     try:
         found = _localize(kind, contacts, None)
     except DegenerateContactsError:
@@ -144,7 +144,7 @@ def _of_other_radius(kind: SidedType, contacts: Contacts, side: Side, radius: fl
         surface = surface_below_tip(candidate.surface, contacts.tip_radius, side, None)
         known = surface_covariance(candidate.surface, contacts.points, contacts.sigmas, radius_known=False)
         off = _radius(surface) - radius
-        # Within the noise it is one of those found with the radius, seen a second time.
+        # Within noise it is one of those found with the given radius.
         if abs(off) > SURE * np.sqrt(known.covariance[-1, -1]):
             reason = Reason("fit", None, None, f"its radius would be {_radius(surface):.7g}, not {radius:g}")
             others.append(FitCandidate(surface, candidate.chi2, candidate.rms, candidate.poorly_determined, (reason,)))
@@ -156,7 +156,7 @@ def _radius(surface: SidedSurface) -> float:
 
 
 def _without_twins(candidates: Sequence[FitCandidate], contacts: Contacts, dof: int) -> list[FitCandidate]:
-    """The candidates; where noise cannot tell two from one double root between them, the worse one falls."""
+    """The candidates; of two that may be one double root between them within noise, the worse one is rejected."""
     kept = list(candidates)
     for i, k in combinations(range(len(kept)), 2):
         first, second = kept[i], kept[k]
@@ -185,7 +185,7 @@ def _halfway(first: SidedSurface, second: SidedSurface) -> SidedSurface:
 def _of_candidates(
     kind: SidedType, contacts: Contacts, candidates: Sequence[FitCandidate], dof: int, radius_known: bool
 ) -> FitResult:
-    """The status, and the surface where just one is left."""
+    """The result by the number of accepted candidates."""
     limit = chi_square_limit(dof)
     left = [candidate for candidate in candidates if candidate.accepted]
     warnings = tuple(dict.fromkeys(doubt for candidate in left for doubt in candidate.doubts))
@@ -198,7 +198,7 @@ def _of_candidates(
 
 
 def _located(result: FitResult, candidate: FitCandidate, contacts: Contacts, radius_known: bool) -> FitResult:
-    """The result with its only candidate, unless that is too uncertain to mean anything."""
+    """The result with its only accepted candidate, unless the contacts determine it too weakly."""
     offset = _surface_of_tip(candidate.surface, contacts.tip_radius)
     known = surface_covariance(offset, contacts.points, contacts.sigmas, radius_known=radius_known)
     if known.weakest > WORTHLESS:
@@ -226,7 +226,7 @@ def _located(result: FitResult, candidate: FitCandidate, contacts: Contacts, rad
 
 
 def _surface_of_tip(surface: SidedSurface, tip_radius: float) -> SidedSurface:
-    """The surface on which the centres of the tip lie."""
+    """The offset surface, on which the centres of the tip lie."""
     if isinstance(surface, Plane):
         return Plane(surface.point + tip_radius * surface.normal, surface.normal)
     return replace(surface, radius=offset_radius("surface", surface.radius, surface.side, tip_radius))

@@ -1,4 +1,4 @@
-"""What fit answers: plain frozen values in base coordinates and the contacts' unit."""
+"""The result of fit, in base coordinates and the contacts' unit."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -15,9 +15,9 @@ from tactfix.values import frozen_value, read_only
 
 @frozen_value
 class FitCandidate:
-    """A surface through the contacts (true radius, base coordinates), and why it fell if it did.
+    """A surface through the contacts (true radius, base coordinates), and why it was rejected if it was.
 
-    doubts: approaches too close to grazing to speak for or against it, in words.
+    doubts: approaches too close to grazing to accept or reject it, in words.
     """
 
     surface: SidedSurface
@@ -29,7 +29,7 @@ class FitCandidate:
 
     @property
     def accepted(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether there is no reason to reject it."""
         return not self.reasons
 
 
@@ -39,33 +39,33 @@ def _frozen_arrays(arrays: Mapping[str, Floats]) -> Mapping[str, Floats]:
 
 @frozen_value
 class FitResult(JsonResult):
-    """The answer of fit; "JSON of fit" in samples/README.md says more of each field.
+    """The result of fit; "JSON of fit" in samples/README.md describes each field.
 
     Attributes
     ----------
     kind : {"plane", "sphere", "cylinder"}
-        What was fitted.
+        Type of the surface.
     status : {"located", "underdetermined", "ambiguous", "inconsistent"}
-        "located" where one surface is left.
+        "located" if one surface is accepted.
     dof : int
         Contacts minus parameters.
     surface : Plane, Sphere, Cylinder or None
         In base; None unless located, as chi2 and rms.
     candidates : tuple of FitCandidate
-        Every surface that explains the contacts, and why it fell if it did.
+        Every surface that explains the contacts, and why it was rejected if it was.
     chi2, chi2_limit, rms : float or None
-        Sum of squared residuals over sigma, what every candidate's was held against, and the rms (units).
+        Sum of squared residuals over sigma, its limit for every candidate, and the rms (units).
     residuals : (n,) array
         Along the outward normal, positive out of the material; empty unless located.
     sigma : mapping of str to array
         One standard deviation of each number of the surface (point, normal, center, direction: (3,); radius: (1,), 0
-        where it was given); empty unless located.
+        if it was given); empty unless located.
     warnings : tuple of str
         In words.
     units : str or None
-        Of all lengths; None where the contacts do not say it.
+        Of all lengths; None if the contacts have none.
     contacts : Contacts or None
-        What it was fitted to. The JSON does not hold them: None in a result that was read from JSON.
+        The contacts of the fit; None in a result that was read from JSON.
 
     Examples
     --------
@@ -97,9 +97,9 @@ class FitResult(JsonResult):
 
     @classmethod
     def from_json(cls, text: str | bytes) -> "FitResult":
-        """The result that `to_json`, or `tactfix fit --json`, has written.
+        """The result from the JSON of `to_json` or `tactfix fit --json`; doubts of candidates are not in it.
 
-        Raises UsageError for a text that is no such JSON. Doubts of candidates are not written and come back empty.
+        Raises UsageError for any other text.
         """
         from tactfix.report.json_reader import fit_result
 

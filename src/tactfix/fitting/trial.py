@@ -1,4 +1,4 @@
-"""A fitted surface on trial: what speaks against it, in the order fit, approach (eq. 11)."""
+"""The tests of a fitted surface: first chi-square, then the approaches (eq. 11)."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ from tactfix.results import Reason
 
 
 def judged(candidate: SurfaceCandidate, contacts: Contacts, side: Side, dof: int, radius: float | None) -> FitCandidate:
-    """What speaks against a candidate: fit, then approach."""
+    """The candidate of the true radius with the reasons to reject it."""
     surface = surface_below_tip(candidate.surface, contacts.tip_radius, side, radius)
     reasons = _misfit(surface, candidate.chi2, contacts, dof)
     doubts: tuple[str, ...] = ()
@@ -35,7 +35,7 @@ def judged(candidate: SurfaceCandidate, contacts: Contacts, side: Side, dof: int
 
 
 def surface_below_tip(offset: SidedSurface, tip_radius: float, side: Side, radius: float | None) -> SidedSurface:
-    """The surface itself, from the one on which the tip's centres lie; a radius that was given comes back unchanged."""
+    """The surface itself, from the offset surface; radius: that of the surface if it was given."""
     match offset:
         case Plane():
             return Plane(offset.point - tip_radius * offset.normal, offset.normal)
@@ -45,7 +45,7 @@ def surface_below_tip(offset: SidedSurface, tip_radius: float, side: Side, radiu
 
 
 def _misfit(surface: SidedSurface, chi2: float, contacts: Contacts, dof: int) -> tuple[Reason, ...]:
-    """Why the contacts do not lie on the surface, if they do not."""
+    """The reason if the contacts do not lie on the surface within noise."""
     if not isinstance(surface, Plane) and surface.radius <= 0:
         message = f"a tip of radius {contacts.tip_radius:g} would have to touch a surface of radius {surface.radius:g}"
         return (Reason("fit", None, None, message),)
@@ -64,7 +64,7 @@ def _misfit(surface: SidedSurface, chi2: float, contacts: Contacts, dof: int) ->
 def _against_approach(
     surface: SidedSurface, known: SurfaceCovariance, contacts: Contacts
 ) -> tuple[tuple[Reason, ...], tuple[str, ...]]:
-    """Eq. 11: the probe travels into the material, approach . outward normal < 0. Also what is too close to tell."""
+    """The approaches that violate eq. 11, approach . outward normal < 0, and those too close to grazing to decide."""
     normals = outward_normals(surface, contacts.points)
     cosines = np.where(contacts.has_approach, np.einsum("ij,ij->i", contacts.approaches, normals), -1.0)
     margins = np.minimum(SURE * _cosine_sigmas(surface, known, contacts), GRAZING)
@@ -90,20 +90,20 @@ def _cosine_sigmas(surface: SidedSurface, known: SurfaceCovariance, contacts: Co
     """One standard deviation (n,) of approach . outward normal at each contact, from the covariance of the surface."""
     if isinstance(surface, Plane):
         tilt = np.einsum("ni,ij,nj->n", contacts.approaches, known.covariance[3:, 3:], contacts.approaches)
-        # Square to the plane nothing is left but rounding, of either sign.
+        # For an approach along the normal this is rounding, of either sign.
         return np.asarray(np.sqrt(np.maximum(np.nan_to_num(tilt), 0.0)))
     place = known.covariance[:3, :3]
     if isinstance(surface, Cylinder):
-        # The axis passes the contact at a distance t from its point: there it moves by t times the tilt as well.
+        # At the contact, a distance t along the axis from its point, the axis also moves by t times the tilt.
         along = (contacts.points - surface.point) @ surface.direction
         tilt = known.covariance[3:6, 3:6]
         mixed = known.covariance[:3, 3:6] + known.covariance[3:6, :3]
         spread = place + along[:, None, None] * mixed + along[:, None, None] ** 2 * tilt
     else:
         spread = np.broadcast_to(place, (len(contacts), 3, 3))
-    reach = offset_radius("surface", surface.radius, surface.side, contacts.tip_radius)
+    offset = offset_radius("surface", surface.radius, surface.side, contacts.tip_radius)
     across = np.where(contacts.has_approach[:, None], contacts.approaches, 0.0)
     normals = outward_normals(surface, contacts.points)
     across = across - np.sum(across * normals, axis=1, keepdims=True) * normals
     variance = np.einsum("ni,nij,nj->n", across, spread, across)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0) + contacts.sigmas**2) / reach)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0) + contacts.sigmas**2) / offset)

@@ -58,6 +58,13 @@ def transform_points(a_from_b: Floats, points_b: Floats) -> Floats:
     return np.asarray(points_b @ np.swapaxes(a_from_b[..., :3, :3], -1, -2) + a_from_b[..., None, :3, 3])
 
 
+def moved_about(a_from_b: Floats, motion: Floats, centre: Floats, scale: float) -> Floats:
+    """The pose (4, 4) of b after a motion (6,) of it: rotation about centre (3,) in a, units 1 / scale; translation."""
+    turn = rotation_from_vector(motion[:3] / scale)
+    rotation = orthonormalized(turn @ a_from_b[:3, :3])
+    return homogeneous(rotation, centre + motion[3:] + turn @ (a_from_b[:3, 3] - centre))
+
+
 def orthonormalized(rotation: Floats) -> Floats:
     """The nearest rotation matrices (..., 3, 3): rounding of long products is removed (polar decomposition by SVD)."""
     u, _, vt = np.linalg.svd(rotation)

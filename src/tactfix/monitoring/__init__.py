@@ -1,1 +1,1 @@
-"""Watching a fixture: whether it has moved, whether it drifts, and what is still missing while it is touched."""
+"""Monitoring of a fixture: movement, drift, and guidance while it is touched."""

@@ -1,10 +1,10 @@
-"""The daily check: does the fixture still stand where it was located, and what is the most it can have moved?
+"""The daily check: the movement of a fixture since a reference pose, its significance, and an upper bound of it.
 
-1. The fixture is located; where that fails nothing is compared.
-2. The reference is brought to the fixture's units; without a covariance it is exact.
+1. The fixture is located; if it is not, nothing is compared.
+2. The reference is converted to the fixture's units; without a covariance it is exact.
 3. The movement is compared with its covariance.
-4. The corner of the box around the fixture that moved farthest is told, and a bound for all points (95 %).
-5. The history of the same reference, with this check, shows a drift (`drift`).
+4. The corner of the box around the fixture that moved farthest is found, and a bound for all points (95 %).
+5. The history of the same reference, with this check, is tested for a drift (`drift`).
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ from tactfix.units import factor
 from tactfix.values import frozen_value
 
 ONE_SIDED_95: Final = 1.6449
-"""The standard normal number that 95 of 100 stay below."""
+"""The 95 per cent quantile of the standard normal distribution."""
 _POINT_EXTENT: Final = 1e-3
 """Extent (m) of a fixture that is a single point."""
 EXACT_REFERENCE: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
@@ -40,9 +40,9 @@ EXACT_REFERENCE: Final = "the reference does not say how sure it is (no covarian
 
 @frozen_value
 class WorstPoint:
-    """The point (3,) of the fixture frame, a corner of the box around all that can be touched, that moved farthest.
+    """The corner (3,), in the fixture frame, of the box around all touchable parts that moved farthest.
 
-    displacement and its sigma along the way moved, in units.
+    displacement, and its sigma along the displacement, in units.
     """
 
     point: Frozen
@@ -52,16 +52,16 @@ class WorstPoint:
 
 @frozen_value
 class CheckResult(JsonResult):
-    """What a check finds. All but result, reference and limits is None where the fixture is not located.
+    """The result of a check; all but result, reference, limits and warnings is None if the fixture is not located.
 
     Attributes
     ----------
     result : LocateResult
         Of today's contacts.
     reference : Pose
-        What they were compared with.
+        The pose of comparison.
     limits : Limits
-        How far it may move.
+        Largest allowed movement.
     movement : Movement or None
         From the reference to today.
     worst : WorstPoint or None
@@ -77,7 +77,7 @@ class CheckResult(JsonResult):
 
     Notes
     -----
-    has_moved: by the limits, or, where there are none, where noise alone would move it so far once in 1000 times.
+    has_moved: by the limits; without limits, whether noise alone would move it so far less than once in 1000 times.
 
     Examples
     --------
@@ -112,12 +112,12 @@ class CheckResult(JsonResult):
 
     @property
     def exceeded(self) -> dict[str, str]:
-        """The limits that the movement exceeds, each with a sentence."""
+        """Names of the limits that the movement exceeds, each with a sentence."""
         return {} if self.movement is None else exceeded(self.movement, self.limits)
 
     @property
     def has_moved(self) -> bool | None:
-        """Whether it has: by the limits, without any by a p-value below 1 in 1000; None if not located."""
+        """Whether a limit is exceeded, or without limits the p-value is below 1 in 1000; None if not located."""
         if self.movement is None:
             return None
         if self.limits != Limits():
@@ -134,21 +134,21 @@ def check(
     history: Sequence[CheckRecord] = (),
     scale_sigma: bool = False,
 ) -> CheckResult:
-    """Locate a fixture and tell whether it still stands where a reference says.
+    """Locate a fixture and compare its pose with a reference.
 
     Parameters
     ----------
     fixture : Fixture
-        What is touched.
+        The fixture that is touched.
     contacts : Contacts
         Today's, in base coordinates and in the fixture's units.
     reference : Pose
-        Where it stood, such as `load_pose` of a result of `locate`; in the fixture's units where it does not say its
-        own. Without a covariance it is taken as exact, with a warning.
+        The earlier pose, such as `load_pose` of a result of `locate`; in the fixture's units if it has none. Without a
+        covariance it is taken as exact, with a warning.
     limits : Limits, optional
-        How far its origin may move (units) and how far it may turn (rad).
+        Largest allowed translation of its origin (units) and rotation (rad).
     history : sequence of CheckRecord
-        Earlier checks, oldest first. Those against another reference are left out.
+        Earlier checks, oldest first. Those against another reference are ignored.
     scale_sigma : bool
         As of `locate`.
 
@@ -163,9 +163,10 @@ def check(
 
     Notes
     -----
-    bound: a point that truly moved by u along the unit vector n was seen to move by d with |d| >= n . d, and n . d is
-    normal about |u| with a sigma no larger than the point's worst. So |u| <= |d| + 1.645 sigma with 95 % confidence,
-    for whichever point moved farthest. Both terms are convex functions of the point: of a box a corner has the largest.
+    bound: let a point have moved by u, along the unit vector n, and d be its measured displacement. Then |d| >= n . d,
+    and n . d is normally distributed about |u| with at most the point's worst sigma. So |u| <= |d| + 1.645 sigma with
+    95 % confidence, for whichever point moved farthest. Both terms are convex functions of the point, so a corner of
+    the box has the largest sum.
 
     Examples
     --------
@@ -202,13 +203,13 @@ def check(
 
 
 def _in_units(reference: Pose, units: str) -> Pose:
-    """The reference in units, which are its own where it does not say any, and with a covariance."""
+    """The reference in units (those of the fixture if it has none), with zero covariance if it has none."""
     pose = replace(reference, units=units) if reference.units is None else reference.in_units(units)
     return pose if pose.covariance is not None else replace(pose, covariance=np.zeros((6, 6)))
 
 
 def _farthest(fixture: Fixture, result: LocateResult, before: Pose, movement: Movement) -> tuple[WorstPoint, float]:
-    """The corner that moved farthest, and what none has moved beyond (95 %)."""
+    """The corner that moved farthest, and the bound for all points (95 %)."""
     pose = result.pose.base_from_fixture
     surfaces = {name: moved(inverse(pose), surface) for name, surface in result.surfaces.items()}
     corners = extreme_points(surfaces, fixture.touch, least=_POINT_EXTENT * factor("m", fixture.units))
@@ -224,7 +225,7 @@ def _farthest(fixture: Fixture, result: LocateResult, before: Pose, movement: Mo
 
 
 def _record(fixture: Fixture, before: Pose, after: Pose) -> CheckRecord:
-    """The check for the history, the errors of both poses apart."""
+    """The record of this check for the history, with separate covariances by the errors of both poses."""
     zero = np.zeros((6, 6))
     of_check = compare(replace(before, covariance=zero), after)
     of_reference = compare(before, replace(after, covariance=zero))

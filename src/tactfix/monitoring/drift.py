@@ -5,7 +5,7 @@ least-squares slope is b = sum(w_i x_i). The weights sum to zero, so the error o
 cancels: without a drift cov(b) = sum(w_i^2 C_i), C_i by the contacts of the i-th check alone. T^2 = b^T cov(b)^-1 b is
 then chi-square with 6 degrees of freedom, for any number of checks from three on.
 
-1. The last checks are looked at, at most WINDOW; fewer than three show no drift.
+1. The last checks are used, at most WINDOW; fewer than three show no drift.
 2. The weights w_i follow from their number.
 3. The slope is b, the motion from one check to the next.
 4. Its covariance is that of the contacts of each check alone.
@@ -26,31 +26,31 @@ from tactfix.pose_formats.comparison import chance_of
 from tactfix.values import frozen_value
 
 WINDOW: Final = 30
-"""The checks that are looked back upon: a drift that begins after a year of rest is not to be diluted by that year."""
+"""Number of last checks that are used: a drift that begins after a year of rest must not be diluted by that year."""
 FEWEST_CHECKS: Final = 3
-"""Checks from which on a slope tells more than the last difference does."""
+"""Fewest checks for a slope: of two it is their difference."""
 CHANCE: Final = 1e-3
-"""A drift is told when a fixture that stands still would look like this less often."""
+"""p-value below which a drift, or a movement, is significant."""
 
 
 @frozen_value
 class CheckRecord:
-    """What one check found, for the history. Lengths in units; motions (rad, units) in base axes, about the origin.
+    """The record of one check for the history. Lengths in units; motions (rad, units) in base axes, about the origin.
 
     Parameters
     ----------
     time : str
-        When, ISO 8601 with zone.
+        ISO 8601 with zone.
     fixture, units : str
         Name of the fixture, and the unit of all lengths.
     reference : (4, 4) array
-        The pose that was compared with.
+        The reference pose.
     motion : (6,) array
-        Rotation and translation since.
+        Rotation and translation since the reference.
     covariance : (6, 6) array
-        Of the motion by the contacts of this check.
+        Of the motion by the errors of this check's contacts.
     reference_covariance : (6, 6) array
-        Of the motion by those of the reference, whose error all checks share.
+        Of the motion by the error of the reference, which all checks share.
 
     Examples
     --------
@@ -75,8 +75,7 @@ class Drift:
     """The steady part of the motion over the last checks.
 
     per_check (6,): rotation (rad) and translation (units) from one check to the next, base axes, about the fixture's
-    origin, with covariance (6, 6). chance: the p-value of T^2, None where a
-    component has no variance.
+    origin, with covariance (6, 6). chance: the p-value of T^2, None if a component has no variance.
     """
 
     checks: int

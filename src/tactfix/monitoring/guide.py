@@ -1,8 +1,9 @@
-"""Guidance while a fixture is touched: what the touches so far leave open, and where to touch next.
+"""Guidance while a fixture is touched: what the touches so far leave undetermined, and where to touch next.
 
-1. The touches so far are located.
-2. A located pose is held against the gates that the user has set.
-3. The status says what is open: a free motion, several poses, or a contradiction; `next_contact` says where to touch.
+1. The fixture is located by the touches so far.
+2. A located pose is compared with the gates that the user has set.
+3. Features without a touch are listed. The status says what is undetermined (a free motion, several poses, a
+   contradiction), and `next_contact` where to touch.
 """
 
 from typing import Any, Final
@@ -17,21 +18,21 @@ from tactfix.results import JsonResult
 from tactfix.values import frozen_value
 
 MOST_MOTIONS: Final = 2
-"""Free motions that a line names; of more it tells the number."""
+"""Most free motions that a line names; of more it gives the number."""
 
 
 @frozen_value
 class GuideStep(JsonResult):
-    """What so many touches tell.
+    """The state of a fixture after the touches so far.
 
     Attributes
     ----------
     touches : int
-        How many.
+        Number of touches.
     result : LocateResult
-        What locate makes of them.
+        Of these touches.
     exceeded : tuple of str
-        The gates that a located pose does not keep to, in words.
+        The gates that a located pose exceeds, in words.
     untouched : tuple of str
         Features without a touch.
 
@@ -70,7 +71,7 @@ class GuideStep(JsonResult):
 
     @property
     def state(self) -> str:
-        """Where things stand, in one line."""
+        """The state of the location, in one line."""
         result = self.result
         match result.status:
             case "located":
@@ -90,7 +91,7 @@ class GuideStep(JsonResult):
 
     @property
     def advice(self) -> str:
-        """What to do next, in one line."""
+        """The next action, in one line."""
         if self.is_done:
             return "done"
         if self.result.status == "inconsistent":
@@ -112,18 +113,18 @@ def guide(
     max_sigma: float | None = None,
     max_rms: float | None = None,
 ) -> GuideStep:
-    """Tell what the touches so far leave open, and where to touch next.
+    """Evaluate the touches so far, and advise where to touch next.
 
     Parameters
     ----------
     fixture : Fixture
-        What is touched.
+        The fixture that is touched.
     contacts : Contacts
         The touches so far, at least one, in base coordinates and in the fixture's units.
     point_fixture : (3,) array, optional
-        The point of the fixture frame at which max_sigma holds; its origin where None.
+        The point of the fixture frame at which max_sigma holds; its origin if None.
     max_sigma, max_rms : float, optional
-        The gates of `tactfix locate`, in units: guidance goes on until a located pose keeps to them.
+        The gates of `tactfix locate`, in units: guidance continues until a located pose is within them.
 
     Returns
     -------
@@ -136,8 +137,8 @@ def guide(
 
     Notes
     -----
-    The next touch is `next_contact` of the result: where a motion is free, the one that sees it best; where several
-    poses are left, the one at which they differ most in sigma.
+    The next touch is `next_contact` of the result: the one that determines a free motion best, or the one at which the
+    remaining poses differ most in sigma.
 
     Examples
     --------

@@ -14,7 +14,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import TINY, Bools, Floats, cross
-from tactfix.geometry.rigid import homogeneous, inverse, orthonormalized, rotation_from_vector, skew
+from tactfix.geometry.rigid import homogeneous, inverse, moved_about, orthonormalized, skew
 from tactfix.geometry.surfaces import SidedSurface, Surface, moved, rescaled, residuals_and_normals
 from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations, pose_equations
@@ -122,8 +122,9 @@ def refine(
 
     placement: prior knowledge of the pose. There is no step along a free motion.
 
-    Gauss-Newton with step halving, and not `descent`: design checks refit contacts with tips that do not fit onto a
-    feature; these have residuals but no pose equations.
+    Gauss-Newton with step halving, and not `descent`: design checks refit contacts with tip radii that do not fit a
+    feature; these have residuals but no pose equations. From residuals of thousands of sigma it ends in some local
+    minimum, and not always that of `descent`.
     """
     start = base_from_fixture if placement is None else onto_placement(placement, base_from_fixture)
     fit = fit_at(surfaces, contacts, sigmas, start, placement)
@@ -216,20 +217,13 @@ def _line_search(
 ) -> PoseFit | None:
     """The first of the halved steps that lowers chi-square; None if none does."""
     for halvings in range(20):
-        pose = _moved_by(fit, step * 0.5**halvings)
+        half = step * 0.5**halvings
+        pose = moved_about(fit.base_from_fixture, half, fit.sensitivity.centre, fit.sensitivity.scale)
         pose = pose if placement is None else onto_placement(placement, pose)
         new = fit_at(surfaces, contacts, sigmas, pose, placement)
         if new.chi2 < fit.chi2:
             return new
     return None
-
-
-def _moved_by(fit: PoseFit, step: Floats) -> Floats:
-    """The pose after a motion (6,) in the sensitivity's columns, orthonormal to rounding."""
-    turn = rotation_from_vector(step[:3] / fit.sensitivity.scale)
-    rotation, translation = fit.base_from_fixture[:3, :3], fit.base_from_fixture[:3, 3]
-    centre = fit.sensitivity.centre
-    return homogeneous(orthonormalized(turn @ rotation), centre + step[3:] + turn @ (translation - centre))
 
 
 def covariance_at(covariance: Floats, arm: Floats) -> Floats:

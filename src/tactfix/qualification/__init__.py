@@ -1,1 +1,1 @@
-"""What a probe is good for: sigma from repeated touches, the effective radius of its tip from a reference ball."""
+"""Qualification of a probe: sigma from repeated touches, effective tip radius from a reference ball."""

@@ -1,4 +1,4 @@
-"""Touches of a reference ball: which they are, how well they tell its radius, and the best ball of some of them."""
+"""Touches of a reference ball: which they are, how well they determine its radius, and the best ball through some."""
 
 import numpy as np
 
@@ -11,30 +11,31 @@ from tactfix.geometry.surfaces import Sphere
 from tactfix.settings import ONE_FEATURE
 from tactfix.wording import did_you_mean, listed
 
-TELLS_RADIUS = 0.1
-"""What the touches tell of the ball's radius at least: its variance from as many touches all round, over that from
-these, as the root. Touches spread evenly over a cap of 45 degrees half-angle have 0.1, over half the ball 0.5."""
+LEAST_RADIUS_PRECISION = 0.1
+"""Least ratio of the radius' standard deviation from as many touches all round to that from these touches. Touches
+spread evenly over a cap of 45 degrees half-angle have 0.1, over half the ball 0.5."""
 LEAST_BALL = 10.0
-"""Times sigma that the radius of the best ball is at least. Repeats of one spot have a best ball as large as their own
-scatter; a ball of 10 mm touched by a hand-guided robot of sigma 0.5 mm has 20 sigma."""
+"""Least radius of the best ball in sigma. Repeats of one place have a best ball as large as their own scatter; a ball
+of 10 mm touched by a hand-guided robot of sigma 0.5 mm has 20 sigma."""
 _BALL_STEPS = 10
 """Gauss-Newton steps of the best ball without outliers, from the ball with them; each squares the error."""
 
 
 def radius_sigma(normals: Floats) -> float:
-    """One standard deviation of the radius of the best ball, over that of a touch."""
+    """One standard deviation of the radius of the best ball over that of a touch; normals (n, 3) at the touches."""
     rows = np.hstack([normals, np.ones((len(normals), 1))])
-    # The last entry of R, its length beyond the other columns; of touches of one spot nothing but rounding is left.
+    # The last entry of R: the norm of the part of the last column that the others do not span. For touches of one place
+    # this is rounding.
     return 1.0 / max(abs(float(np.linalg.qr(rows).R[3, 3])), float(np.finfo(float).eps))
 
 
 def unless_spread(radius: float, dilution: float, readings: Floats, dof: int) -> list[str]:
-    """A warning where touches leave the radius of the ball open: then it takes up the noise, and sigma is too small.
+    """A warning if touches do not determine the radius of the ball: then it absorbs noise, and sigma is too small.
 
     dilution: the standard deviation of the radius over that of a touch.
     """
     sigma = float(np.sqrt((readings**2).sum() / dof))
-    if TELLS_RADIUS * dilution * np.sqrt(len(readings)) <= 1 and radius >= LEAST_BALL * sigma:
+    if LEAST_RADIUS_PRECISION * dilution * np.sqrt(len(readings)) <= 1 and radius >= LEAST_BALL * sigma:
         return []
     return [
         "the touches do not spread over the ball: neither sigma nor the radius of the tip is to be trusted; touch the "
@@ -43,7 +44,7 @@ def unless_spread(radius: float, dilution: float, readings: Floats, dof: int) ->
 
 
 def about_best_ball(points: Floats, start: Sphere, kept: Ints) -> tuple[Floats, Floats]:
-    """The distances of the touches kept from the ball that fits these alone best (`AboutRest`)."""
+    """The distances of the kept touches from their own best ball, and their shares of variance (`AboutRest`)."""
     center, radius = start.center, start.radius
     for _ in range(_BALL_STEPS):
         arms = points[kept] - center
@@ -56,9 +57,9 @@ def about_best_ball(points: Floats, start: Sphere, kept: Ints) -> tuple[Floats, 
 
 
 def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = None) -> tuple[Feature, Contacts]:
-    """The sphere that contacts touch, and those that touch it; name: which, where they touch several.
+    """The sphere that contacts touch, and the contacts on it; name: which one, if they touch several.
 
-    Raises UsageError where it is none, or not the only one.
+    Raises UsageError if they touch none, or several and name does not say which.
     """
     balls = [one for one, feature in fixture.features.items() if feature.type == "sphere"]
     if name is not None and name not in balls:

@@ -1,12 +1,12 @@
-"""What a probe is good for, from touches of the same places or of a reference ball.
+"""Qualification of a probe from touches of the same places or of a reference ball.
 
-1. Of a ball of known radius the readings are the distances from the best sphere, form of ball and probe included, and
-   the radius of the surface on which the tip's centres lie gives that of the tip.
-2. Else touches of one feature, and of one target where those are said, are of one place.
-3. Their readings are deviations from the mean of their place: along the approach where all contacts say it, else in all
+1. On a ball of known radius the readings are the distances from the best sphere, form errors of ball and probe
+   included, and the radius of this sphere of tip centres gives the tip radius.
+2. Else touches with the same feature and target are of one place.
+3. Their readings are deviations from the mean of their place: along the approach if all contacts have one, else in all
    directions.
-4. Sigma is the standard deviation of all readings, pooled over the places; outliers, a drift and a step are looked for
-   in their sequence (`sequence`). Sigma without outliers is about the means, or the ball, of the other touches.
+4. Sigma is the standard deviation of all readings, pooled over the places; their sequence is tested for outliers, a
+   drift and a step (`sequence`). Sigma without outliers is about the means, or the ball, of the other touches.
 """
 
 from collections.abc import Sequence
@@ -29,20 +29,21 @@ from tactfix.wording import listed
 FEWEST_ON_BALL = 5
 """Touches of a ball that leave a degree of freedom beyond centre and radius."""
 FEWEST_FOR_MAP = 25
-"""Touches of a ball from which on means by direction are told."""
+"""Fewest touches of a ball for means by direction."""
 IN_ALL_DIRECTIONS = "not all touches say their approach: sigma is that of any one direction, rms over all three"
-"""The warning where deviations are taken in all directions."""
+"""The warning if deviations are taken in all directions."""
 _ACROSS = 20.0
-"""Times their spread along the approach, which touches of one place do not exceed across it: a machine returns to a
+"""Largest ratio of the spread of touches of one place across the approach to that along it: a machine returns to a
 place about as well as its probe triggers there."""
 _ONE_APPROACH = 0.2
-"""rad between the approaches of touches of one place: a program repeats them, a hand keeps them
-within some ten degrees."""
+"""Largest angle (rad) of an approach to the mean of its place: programs repeat approaches, hands keep them within some
+ten degrees."""
 _APART_MM = 5.0
-"""mm between touches of one place; the worst machine, and a hand-guided robot, returns closer than this."""
+"""Largest distance (mm) of a touch from the mean of its place: the worst machine and a hand-guided robot return closer
+than this."""
 _CUBE = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
 BALL_DIRECTIONS = unit(_CUBE[np.isin(np.abs(_CUBE).sum(axis=1), (1, 3))])
-"""Along the axes and between them (14, 3): where the mean of a ball's touches is told."""
+"""Unit vectors (14, 3) along the axes and along the diagonals of the octants, for means by direction."""
 
 
 def qualify(
@@ -60,13 +61,13 @@ def qualify(
     contacts : Contacts
         In the order in which they were made. Their sigmas and tip radius are not used.
     targets : sequence of str, optional
-        What was touched, for each contact; touches of one feature and one target are of one place.
+        One for each contact; touches with the same feature and target are of one place.
     radius : float, optional
         Of the reference ball that all contacts touch, in their unit.
     side : {"outer", "inner"}
         "outer" for a ball, "inner" for a socket.
     units : str
-        What the contacts' unit is called in the result.
+        Name of the contacts' unit in the result.
 
     Returns
     -------
@@ -75,9 +76,9 @@ def qualify(
     Raises
     ------
     NotQualifiedError
-        Where no place is touched twice, or the ball fewer than five times.
+        No place is touched twice, or the ball fewer than five times.
     DegenerateContactsError
-        Where all touches of the ball lie in one plane.
+        All touches of the ball lie in one plane.
 
     Notes
     -----
@@ -111,7 +112,7 @@ def qualify(
 
 
 def _about_means(readings: Floats, places: Sequence[Ints], kept: Ints) -> tuple[Floats, Floats]:
-    """The readings of the touches kept about the means that these alone have at their places (`AboutRest`)."""
+    """The readings of the kept touches about their own means, and their shares of variance (`AboutRest`)."""
     left = np.zeros(len(readings), dtype=bool)
     left[kept] = True
     centred, shares = readings.copy(), np.zeros(len(readings))
@@ -133,7 +134,7 @@ def _result(
     foreign: list[str],
     units: str,
 ) -> QualifyResult:
-    """What repeated touches and those of a ball tell alike; foreign: why they are no such touches, if they are not."""
+    """The result of readings, of repeated touches or of a ball; foreign: warnings that they are no such touches."""
     sigma = float(np.sqrt((readings**2).sum() / dof))
     far = _with_partners(outliers(about_rest, len(readings), dof), places)
     sloped, stepped = drift(readings, places, dof), step(readings, contacts.rows, dof)
@@ -170,28 +171,27 @@ def _length(value: float, units: str) -> str:
 
 
 def _with_partners(far: Sequence[int], places: Sequence[Ints]) -> list[int]:
-    """The outliers, and where one of two touches of a place is one the other too: which of them is off is not known."""
+    """The outliers, and with one of two touches of a place also the other: which one is off is not known."""
     pairs = [place.tolist() for place in places if len(place) == 2 and np.isin(place, far).any()]
     return sorted({*far, *(i for pair in pairs for i in pair)})
 
 
 def _sigma_without(far: Sequence[int], about_rest: AboutRest, places: Sequence[Ints], dof: int, touches: int) -> float:
-    """Sigma of the touches that are no outliers, about their own means or their own ball."""
+    """Sigma of the touches without the outliers, about their own means or their own ball."""
     rest, _ = about_rest(np.delete(np.arange(touches), far))
     emptied = sum(bool(np.isin(place, far).all()) for place in places)
     return float(np.sqrt((rest**2).sum() / (dof - (len(far) - emptied) * rest.shape[1])))
 
 
 def _places(contacts: Contacts, targets: Sequence[str] | None) -> list[Ints]:
-    """The numbers of the touches of each place."""
-    said = [""] * len(contacts) if targets is None else list(targets)
-    keys = list(zip(contacts.features, said, strict=True))
+    """The indices of the touches of each place."""
+    keys = list(zip(contacts.features, [""] * len(contacts) if targets is None else targets, strict=True))
     return [np.flatnonzero([key == place for key in keys]) for place in dict.fromkeys(keys)]
 
 
 def _deviations(contacts: Contacts, places: Sequence[Ints]) -> Floats:
-    """How far the touches (n, k) are from the mean of their place, along the approach or in all directions."""
-    # From the first of them: far from the origin nothing is lost.
+    """The deviations (n, k) of the touches from the mean of their place, along the approach or in all directions."""
+    # Relative to the first touch, so that no digits are lost far from the origin.
     points = contacts.points - contacts.points[0]
     for place in places:
         points[place] -= points[place].mean(axis=0)
@@ -204,7 +204,7 @@ def _deviations(contacts: Contacts, places: Sequence[Ints]) -> Floats:
 
 
 def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
-    """A warning where touches are taken for those of one place and can hardly be."""
+    """A warning if touches with the same feature and target can hardly be of one place."""
     elsewhere = [contacts.features[place[0]] for place in places if _are_elsewhere(contacts, place)]
     if not elsewhere:
         return []

@@ -1,4 +1,4 @@
-"""What qualify answers, in the contacts' unit."""
+"""The result of qualify, in the contacts' unit."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from tactfix.values import frozen_value
 
 @frozen_value(eq=True)
 class Drift:
-    """How much a touch reads more than the one before it, and one standard deviation of that."""
+    """The slope of the readings over the sequence of touches, and its standard deviation."""
 
     per_touch: float
     sigma: float
@@ -17,7 +17,7 @@ class Drift:
 
 @frozen_value(eq=True)
 class Step:
-    """From the touch in this row on all read more by size."""
+    """A step of the mean reading by size, from the touch in this row on."""
 
     row: int
     size: float
@@ -35,14 +35,14 @@ class DirectionMean:
 
 @frozen_value
 class QualifyResult(JsonResult):
-    """Sigma of a touch, with an interval that holds it in 95 of 100 cases, and what disturbs it.
+    """Sigma of a touch with its 95 per cent interval, and deviations from pure noise.
 
     Attributes
     ----------
     units : str
         Of all lengths.
     touches, places, dof : int
-        How many touches, of how many places, and the degrees of freedom of sigma.
+        Number of touches and of places, and the degrees of freedom of sigma.
     sigma : float
         One standard deviation of a touch.
     sigma_interval : tuple of two floats
@@ -103,7 +103,7 @@ class QualifyResult(JsonResult):
 
     @classmethod
     def from_json(cls, text: str | bytes) -> "QualifyResult":
-        """The result that `to_json`, or `tactfix qualify --json`, has written; UsageError for what is none."""
+        """The result from the JSON of `to_json` or `tactfix qualify --json`. Raises UsageError for any other text."""
         from tactfix.report.json_reader import qualify_result
 
         return qualify_result(text)
