@@ -1,10 +1,10 @@
-"""Robot calibration from touches: which parameters, how much of the prior, how accurate, and what checks it.
+"""Robot calibration from touches: the estimate, its accuracy, and its verification.
 
-1. The robot is fitted to the touches at all places but those held out (`robot_fit`).
-2. Covariance, what the touches identify, and what they leave unknown follow from the equations there (`accuracy`).
-3. The result tells parameters, tip, places, residuals, outliers, and what the tip is off by over the joint ranges.
-4. A status says whether this robot may be written (`status`).
-5. Each place held out is located with the robots before and after.
+1. The robot is fitted to the touches at all places except those held out (`robot_fit`).
+2. The linearised equations there give the covariance and the identified parameters (`accuracy`).
+3. The result contains parameters, tip, places, residuals, outliers, and the sigma of the tip over the joint ranges.
+4. The status says whether this robot may be written (`status`).
+5. Each place held out is located with the nominal and with the calibrated robot.
 """
 
 from collections.abc import Sequence
@@ -36,8 +36,8 @@ from tactfix.wording import listed
 def calibrate(cell: Cell, touches: Touches, hold_out: Sequence[str] = (), unchecked: bool = False) -> Calibration:
     """Calibrate the robot of a cell.
 
-    hold_out: places that are kept out of all of it, and only located with the robots before and after. unchecked: let
-    one place do, with the full prior. Raises UsageError for places that are not there or not touched.
+    hold_out: places that are not used for the fit, only located with the nominal and the calibrated robot. unchecked:
+    accept touches at one place, with the full prior. Raises UsageError for places that are not touched.
     """
     _refuse(touches, hold_out)
     train = touches.at([name for name in touches.touched if name not in hold_out])
@@ -80,7 +80,7 @@ def _certainty(fit: RobotFit, parts: tuple[Eliminated, ...]) -> accuracy.Certain
 
 
 def _undetermined(fit: RobotFit) -> float:
-    """What the touches leave of errors as large as the nominal robot's residuals leave room for: 0 to 1."""
+    """The share (0 to 1) that the touches leave of errors that would explain the nominal robot's residuals."""
     possible = shrinkage.believed(fit.cell, fit.prior, fit.free, fit.room)[fit.free]
     tip = robust_start.tips(fit.cell, fit.free)[fit.free]
     matrix = accuracy.information(reduced(fit.cell, fit.groups, fit.before), fit.free)
@@ -94,7 +94,7 @@ def _result(
     certainty: accuracy.Certainty,
     spread: Floats,
 ) -> Calibration:
-    """What the estimate says; what is found about it, the status first, is still to be certainty."""
+    """The result without its status and the places held out."""
     matrix, prior = accuracy.information(parts, fit.free), fit.prior[fit.free]
     points, moves = accuracy.workspace_points(fit.cell, fit.touches, fit.after.values)
     workspace = Workspace(points, accuracy.tip_sigmas(moves, _prior_spread(fit)), accuracy.tip_sigmas(moves, spread))
@@ -122,7 +122,7 @@ def _result(
 
 
 def _parameters(fit: RobotFit, certainty: accuracy.Certainty) -> tuple[ParameterResult, ...]:
-    """Every parameter asked for, those held at nominal included, in the order of the chain."""
+    """The parameters to calibrate, those held at nominal included, in the order of the chain."""
     sigmas = dict(zip(np.flatnonzero(fit.free).tolist(), np.sqrt(np.diag(certainty.covariance)).tolist(), strict=True))
     known = dict(zip(np.flatnonzero(fit.free).tolist(), certainty.identified.tolist(), strict=True))
     held = {item.index for item in fit.held}
@@ -162,7 +162,7 @@ def _places(fit: RobotFit, parts: tuple[Eliminated, ...], spread: Floats) -> tup
 
 
 def _place_covariance(part: Eliminated, spread: Floats, noise: float, pose: Floats) -> Floats | None:
-    """Covariance (6, 6) of a pose about its origin, noise and robot together; None where a motion is free."""
+    """Covariance (6, 6) of a pose about its origin, by noise and by the robot; None if a motion is free."""
     if not part.is_located:
         return None
     steps = part.block.motions @ part.steps

@@ -1,4 +1,4 @@
-"""What a calibration starts from: robot, places, what is unknown, and touches. Lengths in the cell's units."""
+"""The input of a calibration: robot, places, unknown parameters, and touches. Lengths in the cell's units."""
 
 from collections.abc import Sequence
 from dataclasses import field, replace
@@ -13,12 +13,12 @@ from tactfix.placement import Placement
 from tactfix.values import ReadOnly, frozen_value
 
 TIP_RADIUS: Final = Parameter("tip_radius", "tip", False, "the effective radius of the tip")
-"""The one unknown that is not of the chain: it stands behind the chain's parameters in every vector of values."""
+"""The one unknown that is not of the chain: the last in every vector of values."""
 
 
 @frozen_value(eq=True)
 class Prior:
-    """One sigma of what the nominal robot may be off by: rad, lengths."""
+    """Sigmas of the errors of the nominal robot: rad, lengths."""
 
     joint_offset: float
     length: float
@@ -26,7 +26,7 @@ class Prior:
     tip: float
 
     def sigma(self, parameter: Parameter) -> float:
-        """Of one parameter."""
+        """The sigma of one parameter."""
         return float(getattr(self, parameter.kind))
 
 
@@ -34,8 +34,8 @@ class Prior:
 class Place:
     """A fixture somewhere in the cell.
 
-    placement: what is known of where it stands, None: nothing. of: the place it is rigidly joined to, standing there at
-    of_from_place (4, 4); None: it stands by itself. What is joined has no placement of its own.
+    placement: prior knowledge of its pose, if any. of: the place that it is rigidly joined to, with the pose
+    of_from_place (4, 4) there; None if it is not joined. A joined place has no placement of its own.
     """
 
     name: str
@@ -49,8 +49,8 @@ class Place:
 class Cell:
     """The robot's chain, the tip's radius, the fixtures at their places, and what is unknown.
 
-    unknown: as the file says it: "all", "joint_offsets", "tip", or names of parameters. joint_ranges (k, 2): where the
-    robot will work, None where nothing says it. flange: what carries the tip; flange_from_tip (4, 4): nominal.
+    unknown: as in the file: "all", "joint_offsets", "tip", or names of parameters. joint_ranges (k, 2): of the robot's
+    work, if given. flange: name of the frame that carries the tip; flange_from_tip (4, 4): nominal.
     """
 
     units: str
@@ -69,7 +69,7 @@ class Cell:
         return (*self.chain.parameters, TIP_RADIUS)
 
     def root(self, name: str) -> tuple[str, Floats]:
-        """The place that this one is rigidly joined to in the end, or itself, and root_from_place (4, 4)."""
+        """The last place in the chain of joined places, or the place itself, and root_from_place (4, 4)."""
         root_from_place = np.eye(4)
         place = self.places[name]
         while place.of is not None and place.of_from_place is not None:
@@ -80,16 +80,16 @@ class Cell:
 
 @frozen_value
 class Touches:
-    """n touches: at which place and feature, with which joints, and with which sigma.
+    """n touches: place, feature, joint coordinates and sigma of each.
 
     Attributes
     ----------
     places, features : tuple of str
-        What each touch touched (n names).
+        Names of the place and feature of each touch (n).
     joints : (n, k) array
         Of k joints from base to tip: rad, lengths for prismatic ones.
     approaches : (n, 3) array
-        Unit travel of the probe in base, or in the flange where in_flange; nan where not known.
+        Unit travel of the probe in base, or in the flange if in_flange; nan if not known.
     in_flange : bool
         The frame of the approaches.
     sigmas : (n,) array

@@ -1,16 +1,16 @@
-"""Weighted least squares over robot and places, with what was known of the robot before.
+"""Weighted least squares over robot and places, with the prior of the robot.
 
     minimise  sum |r / sigma|^2  +  sum (p / s)^2
 
-over the parameters p (s: the sigma of the prior) and the poses of all places. Each place has its own six unknowns and
-no more, so they are eliminated place by place: with an orthonormal basis Q of the columns of a place's block, rows
-become r - Q Q^T r and A - Q Q^T A, which is the Schur complement without squared condition numbers. A motion that the
-touches of a place leave free is no column of Q, and so does no harm.
+over the parameters p (s: the sigma of the prior) and the poses of all places. The six unknowns of a place occur in its
+own rows only, so they are eliminated place by place: with an orthonormal basis Q of the columns of a place's block,
+rows become r - Q Q^T r and A - Q Q^T A, which is the Schur complement without squared condition numbers. A motion that
+the touches of a place leave free is no column of Q.
 
 1. The equations of all places are linearised, and each place is eliminated from its own.
-2. A Gauss-Newton step changes p, the rows of the prior beside those of the touches; the places follow it.
-3. Where the cost would grow, the step is repeated with more damping; where no damping helps, the estimate is reached.
-4. It is reached too where a step lowers the cost by no more than 1e-9 of itself.
+2. A Gauss-Newton step changes p by the rows of touches and prior; the places follow from it.
+3. If the cost would grow, the step is repeated with more damping; if no damping helps, the estimate is reached.
+4. It is reached too if a step lowers the cost by no more than 1e-9 of itself.
 
 J. M. Hollerbach, C. W. Wampler: The calibration index and taxonomy for robot kinematic calibration methods, 1996.
 """
@@ -26,14 +26,13 @@ from tactfix.geometry.arrays import TINY, Bools, Floats, frozen
 from tactfix.values import frozen_value
 
 _PLACE_FREE_RATIO: Final = 1e-9
-"""Ratio of a singular value of a place's block to the largest, below which its touches leave the motion free: far
-above rounding. On samples/robot-calibration, whose places are held in all six motions, it is 0.46 or more."""
+"""Ratio of singular values of a place's block below which a motion is free: far above rounding. On
+samples/robot-calibration, whose places are determined in all six motions, it is 0.46 or more."""
 _MOST_STEPS: Final = 40
-"""Gauss-Newton steps of one fit at most. The 58 fits of samples/robot-calibration take four at most; a fit that
-creeps ends here."""
+"""Most Gauss-Newton steps of one fit. The 58 fits of samples/robot-calibration take four at most."""
 _DAMPINGS: Final = 10
-"""Dampings, from 1e-6 on each ten times the one before, or halvings, that are tried for one step. On
-samples/robot-calibration 23 of 194 steps tried are damped, by 100 at most."""
+"""Number of dampings, from 1e-6 by factors of ten, or of halvings, that are tried for one step. On
+samples/robot-calibration 23 of 194 steps are damped, by 100 at most."""
 
 
 @frozen_value
@@ -46,9 +45,9 @@ class State:
 
 @frozen_value
 class Eliminated:
-    """A block without its place: rows and robot as there, and what gives the place's step back (basis, its factor).
+    """A block with its place eliminated: rows (r,), robot (r, m), and the projection of the place.
 
-    The step (k,) is in the columns of the block's motions.
+    The step (k,) of the place, in the columns of the block's motions, is -steps @ basis^T @ (residuals + robot change).
     """
 
     block: Block
@@ -59,12 +58,12 @@ class Eliminated:
 
     @property
     def rank(self) -> int:
-        """How many motions of the place its touches hold."""
+        """The number of motions of the place that its touches determine."""
         return int(self.basis.shape[1])
 
     @property
     def is_located(self) -> bool:
-        """Whether the touches, and what is known besides, leave no motion of the place free."""
+        """Whether the touches and the placement leave no motion of the place free."""
         return self.rank == int(self.block.motions.shape[1])
 
 
@@ -84,7 +83,7 @@ def reduced(cell: Cell, groups: tuple[Group, ...], state: State) -> tuple[Elimin
 
 
 def cost(cell: Cell, groups: tuple[Group, ...], state: State, weights: Floats) -> float:
-    """The sum of squares, weights (m,) being 1 / s of each parameter."""
+    """The sum of squares of all residuals and of the prior's, with weights (m,) = 1 / s."""
     parts = [residuals(cell, group, state.poses[group.root], state.values) for group in groups]
     return float(sum(part @ part for part in parts) + ((state.values * weights) ** 2).sum())
 
@@ -92,7 +91,7 @@ def cost(cell: Cell, groups: tuple[Group, ...], state: State, weights: Floats) -
 def estimated(
     cell: Cell, groups: tuple[Group, ...], start: State, weights: Floats, free: Bools, steps: int = _MOST_STEPS
 ) -> State:
-    """The state of least cost near start in which only the free parameters (m,) and the places have changed."""
+    """The state of least cost near start over the free parameters (m,) and the places."""
     state, now, damping = start, cost(cell, groups, start, weights), 0.0
     for _ in range(steps):
         parts = reduced(cell, groups, state)  # step 1
@@ -112,7 +111,7 @@ def estimated(
 
 
 def located(cell: Cell, group: Group, start: Floats, values: Floats, steps: int = 25) -> tuple[Floats, float]:
-    """The pose base_from_root (4, 4) near start that explains a group best with the robot at values, and its cost."""
+    """The pose base_from_root (4, 4) of least cost near start for the robot at values (m,), and its cost."""
     tips = tip_places(cell, group, values)
     pose, rows = start, residuals(cell, group, start, values, tips)
     for _ in range(steps):
@@ -134,7 +133,7 @@ def located(cell: Cell, group: Group, start: Floats, values: Floats, steps: int 
 def _stepped(
     state: State, groups: tuple[Group, ...], parts: tuple[Eliminated, ...], weights: Floats, free: Bools, damping: float
 ) -> State:
-    """The state after one step of Gauss-Newton, the free parameters first and the places after them."""
+    """The state after one Gauss-Newton step of the free parameters, then of the places."""
     change = np.zeros(len(state.values))
     if free.any():
         matrix = np.concatenate([*(part.robot[:, free] for part in parts), np.diag(weights[free])])

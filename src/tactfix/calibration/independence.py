@@ -1,14 +1,14 @@
 """Which error parameters are independent: by rank, in an order of preference.
 
-Six parameters a joint are more than a chain has: along and about parallel axes two joints say the same, the first joint
-trades with where the base stands, the last one with the tip.
+Six parameters for each joint are redundant: those along and about parallel axes have the same effect, those of the
+first joint that of the base, those of the last one that of the tip.
 
 1. The identification Jacobian of the tip's place is taken at random configurations over the joints' ranges.
-2. The motions of the base that the places allow come first: a fixture that may stand anywhere leaves them open.
-3. The parameters asked for follow: the tip, joint offsets, lengths and angles, each in the order of the chain. From
-   each column, what those before it span is taken away (Gram-Schmidt, twice).
-4. A column of which something is left is kept, and its parameter estimated; one of which nothing is left, or that,
-   times the sigma of its prior, moves the tip nowhere, is held at its nominal value.
+2. The motions of the base that the placements allow are its first columns.
+3. The columns of the parameters to calibrate follow: the tip, joint offsets, lengths and angles, each in the order of
+   the chain. The components along the columns before are subtracted from each (Gram-Schmidt, twice).
+4. If the rest of a column is not zero, its parameter is estimated. If it is zero, or the parameter, times the sigma of
+   its prior, does not move the tip, it is held at its nominal value.
 
 That is a QR decomposition with pivots in a given order instead of by size.
 
@@ -29,26 +29,26 @@ from tactfix.values import frozen_value
 INDEPENDENCE_SAMPLES: Final = 80
 """Random configurations whose rows show which parameters are independent: several times as many rows as columns."""
 _NOTHING_LEFT: Final = 1e-7
-"""Share of a column's length, below which those before it span it. On samples/robot-calibration 9e-16 is left at
-most of the columns held, 0.079 at least of those kept."""
+"""Share of a column's length below which its rest is zero. On samples/robot-calibration it is 9e-16 at most for columns
+held, 0.079 at least for those kept."""
 _CHOSEN_FIRST: Final = ("tip", "joint_offset", "length", "angle")
-"""Kinds of parameters in order of preference: of two that say the same, that of the later kind is held."""
+"""Kinds of parameters in order of preference: of two with the same effect, that of the later kind is held."""
 _PARTNER: Final = 0.05
-"""Share of a held column, from which on another parameter is named among those with which it trades. On the robot of
+"""Least share of a held column for another parameter to be named in its message. On the robot of
 samples/robot-calibration 0.025 names the same ones; with 0.1 the places of the fixtures and the tip are missing
 from three of the messages."""
 
 
 @frozen_value(eq=True)
 class Held:
-    """A parameter (index) that is held at nominal because it trades off exactly with others, in words."""
+    """A parameter (index) that is held at nominal, and in words why."""
 
     index: int
     message: str
 
 
 def asked_for(cell: Cell) -> Bools:
-    """Which of the cell's parameters (m,) its file asks for, by group or by name."""
+    """Which of the cell's parameters (m,) its file declares unknown, by group or by name."""
     return np.array([_is_asked(parameter, cell) for parameter in cell.parameters])
 
 
@@ -64,9 +64,9 @@ def _is_asked(parameter: Parameter, cell: Cell) -> bool:
 
 
 def joint_ranges(cell: Cell, touches: Touches | None) -> Floats:
-    """Where the robot works (k, 2): as the cell says, else the joints' limits, else the touches' ranges made wider.
+    """The joint ranges (k, 2) of the cell, else the joints' limits, else the touches' ranges made wider.
 
-    Wider: to 60 degrees to either side of their middle, at least; lengths to half as much again.
+    Wider: angles to at least 60 degrees to either side of their middle, lengths by a half.
     """
     if cell.joint_ranges is not None:
         return cell.joint_ranges
@@ -86,7 +86,7 @@ def random_configurations(ranges: Floats, count: int, seed: int = 0) -> Floats:
 
 
 def base_motions(points: Floats) -> Floats:
-    """How points (n, 3) move with the six motions of the base: rows (3 n, 6), rotations about their middle in rad."""
+    """Derivatives (3 n, 6) of points (n, 3) by motions of the base: rotations about their mean (rad), translations."""
     arms = points - points.mean(axis=0)
     turns = np.stack([cross(np.broadcast_to(axis, arms.shape), arms) for axis in np.eye(3)], axis=2)
     shifts = np.broadcast_to(np.eye(3), (len(points), 3, 3))
@@ -96,7 +96,7 @@ def base_motions(points: Floats) -> Floats:
 def _free_base(cell: Cell, touches: Touches | None, centre: Floats) -> Floats:
     """The motions (6, k) of the base that all places touched allow: rotations about centre (3,) in rad, translations.
 
-    Each place that is known beforehand allows a subspace of them; what all allow is their intersection.
+    Each placement allows a subspace of motions; the result is their intersection.
     """
     names = cell.places if touches is None else touches.touched
     placements = [cell.places[cell.root(name)[0]].placement for name in names]
@@ -114,10 +114,7 @@ def _free_base(cell: Cell, touches: Touches | None, centre: Floats) -> Floats:
 
 
 def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held, ...]]:
-    """Which of the cell's parameters (m,) are estimated, and those held because they trade off exactly.
-
-    A motion of the base that a place known beforehand does not allow is none that parameters could trade with.
-    """
+    """Which of the cell's parameters (m,) are estimated, and those that are held at nominal."""
     asked = asked_for(cell)
     # Step 1.
     motion = cell.chain.tip(
@@ -157,7 +154,7 @@ def _in_order(cell: Cell, asked: Bools) -> list[int]:
 
 
 def _without(column: Floats, basis: list[Floats]) -> tuple[Floats, Floats]:
-    """What an orthonormal basis leaves of a column, and the column's share of each of its vectors."""
+    """The component of a column orthogonal to a basis, and its components (k,) along the orthonormal basis."""
     if not basis:
         return column, np.zeros(0)
     matrix = np.array(basis)
@@ -167,7 +164,7 @@ def _without(column: Floats, basis: list[Floats]) -> tuple[Floats, Floats]:
 
 
 def _partners(names: list[str], shares: Floats) -> list[str]:
-    """The parameters that a held one trades with most, at most three."""
+    """The three parameters at most whose columns contribute most to a held one's."""
     by_size = [names[i] for i in np.argsort(-np.abs(shares)) if abs(shares[i]) > _PARTNER]
     return list(dict.fromkeys(by_size))[:3]
 

@@ -1,4 +1,4 @@
-"""What calibrate answers; the names here are those of its JSON."""
+"""The result of calibrate; field names are those of its JSON."""
 
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
@@ -14,9 +14,9 @@ CalibrationStatus: TypeAlias = Literal["calibrated", "underdetermined", "inconsi
 
 @frozen_value(eq=True)
 class ParameterResult:
-    """One parameter that was asked for: nominal and calibrated error, and its sigma, in deg or the cell's units.
+    """One parameter to calibrate: nominal and calibrated error, and its sigma, in deg or the cell's units.
 
-    identified: whether the touches have told it; where not it is held, or as good as held, at its nominal value.
+    identified: whether the touches determine it; if not, it is held at or near its nominal value.
     """
 
     name: str
@@ -30,7 +30,7 @@ class ParameterResult:
 
 @frozen_value
 class PlaceResult:
-    """base_from_fixture (4, 4), its covariance (6, 6) or None where a motion is free, and the rms residuals."""
+    """base_from_fixture (4, 4), its covariance (6, 6) or None if a motion is free, and the rms residuals."""
 
     name: str
     base_from_fixture: Floats
@@ -62,7 +62,7 @@ class TouchResidual:
 
 @frozen_value(eq=True)
 class FactorScore:
-    """The rms over the places of the residuals where they were left out, with this factor on the prior: a length."""
+    """The rms residual (length) over the places, each left out in turn, with this factor on the prior."""
 
     factor: float
     rms: float
@@ -70,9 +70,9 @@ class FactorScore:
 
 @frozen_value
 class Workspace:
-    """Where the tip may be: n places (n, 3) in base over the joint ranges, and the sigma there (n,) before and after.
+    """Places (n, 3) of the tip in base over the joint ranges, and its sigma there (n,) before and after.
 
-    Sigma: of the tip's place in space, as the robot's parameters alone leave it, relative to the best fitting base.
+    Sigma: of the tip's place in space by the robot's parameters alone, relative to the best fitting base.
     """
 
     points: Floats
@@ -102,14 +102,14 @@ class TipResult:
 
 @frozen_value
 class Calibration(JsonResult):
-    """The answer of calibrate: parameters, places, what checks them, and what they are good for.
+    """The result of calibrate: parameters, places, their verification and accuracy.
 
     Attributes
     ----------
     units : str
         Of lengths; angles are rad.
     status : {"calibrated", "underdetermined", "inconsistent"}
-        "calibrated" only where places left out speak for the robot.
+        "calibrated" only if the robot is better at places left out.
     values : (m,) array
         Errors of all parameters of the cell (rad, lengths), the tip's radius last.
     covariance : (m, m) array
@@ -117,32 +117,32 @@ class Calibration(JsonResult):
     parameters : tuple of ParameterResult
         Each by name, with nominal and new value and sigma.
     not_identified : tuple of str
-        What is not known, in words.
+        Parameters and directions that are not determined, in words.
     tip : TipResult
         The tip's centre and radius.
     places : tuple of PlaceResult
-        Where each fixture stands, and its residuals before and after.
+        Pose of each fixture, and its residuals before and after.
     left_out : tuple of LeftOut
         Residuals at places that were left out, before and after.
     shrinkage : float
-        The factor from 0 to 1 by which the prior was believed.
+        The factor on the sigmas of the prior, from 0 to 1.
     prediction : tuple of two floats
         rms sigma of the tip's place over the joint ranges, before and after.
     undetermined : float
-        Of errors of the robot as large as its residuals leave room for, what the touches leave over the joint
-        ranges, from 0 to 1; a robot of which they leave half is not calibrated.
+        Share, from 0 to 1, that the touches leave over the joint ranges of robot errors that would explain the nominal
+        robot's residuals; from a half on the robot is not calibrated.
     workspace : Workspace
         The same place by place.
     scores : tuple of FactorScore
-        Of the factors tried, the smallest last; empty where nothing was left out.
+        Of the factors tried, the smallest last; empty if nothing was left out.
     observability : mapping of str to float
         O1 to O5.
     touches : tuple of TouchResidual
-        Of each touch.
+        Residuals of each touch.
     outliers : tuple of int
         Rows of the file, counted from 1.
     reasons, warnings : tuple of str
-        Why the status is not "calibrated", and what else there is to say.
+        Why the status is not "calibrated", and further warnings.
 
     Examples
     --------
@@ -178,7 +178,7 @@ class Calibration(JsonResult):
         return self.status == "calibrated"
 
     def to_dict(self) -> dict[str, Any]:
-        """What `tactfix calibrate --json` prints."""
+        """The JSON of `tactfix calibrate --json` as dictionaries, lists and numbers."""
         from tactfix.report.calibration_report import calibration_json
 
         return calibration_json(self)

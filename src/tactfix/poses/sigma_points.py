@@ -20,8 +20,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tactfix.contacts import Contacts
-from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import rotation_vectors
+from tactfix.geometry.arrays import Floats, lengths
+from tactfix.geometry.rigid import axial
 from tactfix.geometry.surfaces import Surface, radius_of
 from tactfix.values import frozen_value
 
@@ -132,5 +132,9 @@ def _inflation(linear: Floats, factor: Floats) -> float:
 
 def motions_between(base_from_fixture: Floats, others: Floats) -> Floats:
     """Motions (6, m) of rotation vector and translation of the origin, base axes, from one pose to others (m, 4, 4)."""
-    vectors = rotation_vectors(others[:, :3, :3] @ base_from_fixture[:3, :3].T)
+    turns = others[:, :3, :3] @ base_from_fixture[:3, :3].T
+    axis = axial(turns)
+    sine = lengths(axis)
+    angle = np.arctan2(sine, (np.trace(turns, axis1=1, axis2=2) - 1) / 2)
+    vectors = axis * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0)[:, None]
     return np.concatenate([vectors, others[:, :3, 3] - base_from_fixture[:3, 3]], axis=1).T

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.rigid import rotation_from_quaternion
 from tactfix.poses.descent import turned
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.pose_domain import PoseDomain
@@ -48,8 +47,17 @@ def covering_rotations(count: int) -> Floats:
     inner, outer = np.sqrt(s / count), np.sqrt(1 - s / count)
     # The two constants of the paper: sqrt 2 and the positive root of x^4 = x + 4.
     first, second = 2 * np.pi * s / np.sqrt(2.0), 2 * np.pi * s / 1.533751168755204288118041
-    vector = inner * np.sin(first), inner * np.cos(first), outer * np.sin(second)
-    return np.moveaxis(rotation_from_quaternion(np.stack([outer * np.cos(second), *vector], axis=1)), 0, -1)
+    return _rotation_matrices(
+        inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)
+    )
+
+
+def _rotation_matrices(x: Floats, y: Floats, z: Floats, w: Floats) -> Floats:
+    """Rotation matrices (3, 3, N) of unit quaternions, scalar w."""
+    xx, yy, zz, xy, xz, yz, wx, wy, wz = x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z
+    rows = [1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)]
+    rows += [2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx), 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)]
+    return np.array(rows).reshape(3, 3, -1)
 
 
 def covering(equations: PoseEquations, count: int, number: int) -> tuple[Floats, Floats]:
