@@ -1,1 +1,1 @@
-"""Robot calibration: the parameters of a robot from touches on fixtures that stand at unknown places."""
+"""Robot calibration: the parameters of a robot from touches on fixtures at unknown poses."""

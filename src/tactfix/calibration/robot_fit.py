@@ -1,17 +1,16 @@
-"""One robot fitted to touches: the nominal one, the factor on the prior, and the estimate with it.
+"""The fit of a robot to touches: the nominal robot, the factor on the prior, and the estimate with it.
 
 1. The independent parameters are estimated, the others held at nominal (`independence`).
-2. The nominal robot, its tip and places fitted, starts the estimate with the full prior (`robust_start`).
-3. The residuals of that estimate show outliers, and how many times sigma the noise is (data snooping: W. Baarda, A
-   testing procedure for use in geodetic networks, 1968); both robots are fitted again with that noise.
-   a. The linearised equations of robot and places stand side by side, the rows of the prior below them.
-   b. The rows kept are fitted anew by the linear model. Each residual is taken over the standard deviation that it has
-      after the fit: it is standard normal if its error is.
-   c. The search ends where the largest is no more than noise gives in one set of touches of a million, as wide as the
-      variance of the rest has it, or where a tenth of the touches is set aside.
-   d. Else its touch is set aside with all its rows, and the rest is looked at again.
-4. A factor on the prior is chosen by places left out (`shrinkage`). With one place there is nothing to choose by: the
-   full prior where that is asked for (unchecked), else the nominal robot.
+2. The nominal robot, with fitted tip and places, starts the estimate with the full prior (`robust_start`).
+3. The residuals of that estimate show outliers and the ratio of noise to sigma (data snooping: W. Baarda, A testing
+   procedure for use in geodetic networks, 1968); both robots are fitted again with that noise.
+   a. The design matrix has the columns of robot and places, and the rows of the touches and the prior.
+   b. The kept rows are fitted by the linear model. Each residual is divided by its standard deviation after the fit.
+   c. The search ends if the largest does not exceed what noise gives in one set of touches of a million, scaled by the
+      variance factor of the kept rows, or if a tenth of the touches was removed.
+   d. Else its touch is removed with all its rows, and the test is repeated.
+4. A factor on the prior is chosen by leaving out places (`shrinkage`). With one place there is no choice: the full
+   prior if unchecked, else the nominal robot.
 5. The robot is estimated with that factor.
 """
 
@@ -34,9 +33,9 @@ from tactfix.values import frozen_value
 class RobotFit:
     """A robot fitted to touches.
 
-    free (m,): which parameters are estimated, held: those that are not and why, prior (m,): sigmas. before, after: the
-    nominal robot and the estimate. noise: how many times sigma the residuals are, 1 at least. room: the factor at which
-    the prior alone would explain the nominal robot's residuals. suspicious: data rows.
+    free (m,): which parameters are estimated; held: the others, and why; prior (m,): sigmas. before, after: the nominal
+    robot and the estimate. noise: ratio of the residuals to sigma, at least 1. room: the factor at which the prior
+    alone would explain the nominal robot's residuals. suspicious: data rows of outliers.
     """
 
     cell: Cell
@@ -54,7 +53,7 @@ class RobotFit:
 
 
 def fitted(cell: Cell, touches: Touches, unchecked: bool) -> RobotFit:
-    """Nominal robot, full prior, factor, estimate."""
+    """Fit the robot of a cell; unchecked: with the full prior if there is only one place."""
     free, held = independent(cell, touches)  # step 1
     prior = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
     groups = groups_of(cell, touches)
@@ -81,7 +80,7 @@ def fitted(cell: Cell, touches: Touches, unchecked: bool) -> RobotFit:
 
 
 _MOST_SET_ASIDE: Final = 0.1
-"""Of the touches, that can be set aside: with more the rest says nothing of what is right."""
+"""Largest share of touches that are removed: beyond it the majority is not certain to be right."""
 
 
 def outliers(
@@ -109,7 +108,7 @@ def outliers(
 def _stacked(
     groups: tuple[Group, ...], parts: tuple[Eliminated, ...], values: Floats, prior: Floats, free: Bools
 ) -> tuple[Floats, Floats, Ints]:
-    """Rows, the design with robot and places side by side, and the data row that owns each (-1: none)."""
+    """Residuals (r,), design matrix (r, c) of robot and places, and the data row of each (r,), -1 for the prior."""
     robot = np.concatenate([part.block.robot[:, free] for part in parts])
     places = np.zeros((len(robot), sum(part.block.place.shape[1] for part in parts)))
     first = column = 0
@@ -128,7 +127,7 @@ def _stacked(
 
 
 def _normalised(rows: Floats, design: Floats, kept: Bools) -> tuple[Floats, float]:
-    """Residuals over their own standard deviation after a linear refit of the rows kept, and their variance factor."""
+    """Residuals over their standard deviations after a linear fit of the kept rows, and the variance factor."""
     basis, values, _ = np.linalg.svd(design[kept], full_matrices=False)
     basis = basis[:, values > 1e-9 * values[0]]
     left = rows[kept] - basis @ (basis.T @ rows[kept])

@@ -1,18 +1,14 @@
-"""The factor on the prior's sigmas, from 0 to 1, chosen by leaving out one place after the other.
+"""The factor on the prior's sigmas, from 0 to 1, chosen by cross-validation over places.
 
-The residuals of the touches to which a robot was fitted do not show whether it is better than the nominal one: surfaces
-are not flat, contacts press, and the parameters absorb that. Residuals at another place do.
+The residuals of the touches of a fit do not show whether the robot is better than the nominal one: surfaces are not
+flat, contacts deform, and the parameters absorb that. Residuals at another place do.
 
-1. No factor is tried that the nominal robot's residuals leave no room for (`room`).
-2. Without one place after the other, the robot is fitted with each factor, from large to small.
-3. The place left out is located with the robot as fitted; its mean squared residual over sigma is the score.
-4. The factor with the smallest mean score is taken, 0 where it is hardly better than the nominal robot.
+1. The largest factor is that at which the prior alone explains the nominal robot's residuals (`room`).
+2. With each place left out in turn, the robot is fitted with each factor, from large to small.
+3. The place left out is located with that robot; its mean squared residual over sigma is the score.
+4. The factor with the smallest mean score is taken, or 0 if it is hardly better than the nominal robot.
 
-Two limits keep a few places from having too much influence:
-- sigma: where the residuals of the best fit are larger than sigma says, they and not sigma are weighed against the
-prior;
-- the factor is no larger than the nominal robot's residuals leave room for: a prior that alone would make them larger
-  than they are is too wide, whatever the residuals at the places left out are.
+If the residuals of the best fit exceed sigma, they replace it as the noise that is weighed against the prior.
 """
 
 from typing import Final
@@ -49,13 +45,13 @@ FACTORS: Final = (
 )
 """Factors tried, each about 0.7 of the one before."""
 _WORTH_SHRINKING: Final = 0.002
-"""Share of the nominal robot's score (mean squared residual), by which the best factor's must be smaller: less is
-not worth a change of the robot. On samples/robot-calibration 0.001 and 0.004 choose the same factor."""
+"""Least reduction of the score (mean squared residual) by the best factor, as a share of the nominal robot's. On
+samples/robot-calibration 0.001 and 0.004 choose the same factor."""
 
 
 @frozen_value
 class Choice:
-    """The factor, the rms residual at each place left out, before and after (lengths), and the scores by factor."""
+    """The factor, the rms residuals (lengths) at each place left out, before and after, and the scores by factor."""
 
     factor: float
     left_out: dict[str, tuple[float, float]]
@@ -67,7 +63,7 @@ def chosen_factor(
 ) -> Choice:
     """The factor for touches at two places or more, none above most.
 
-    start: the estimate with the full prior. prior (m,): its sigmas. noise: how many times sigma the residuals are.
+    start: the estimate with the full prior. prior (m,): its sigmas. noise: ratio of the residuals to sigma.
     """
     factors = [factor for factor in FACTORS if factor <= most] or [0.0]  # step 1
     names = touches.touched
@@ -89,7 +85,7 @@ def chosen_factor(
 def shrunk(
     cell: Cell, groups: tuple[Group, ...], near: State, prior: Floats, free: Bools, noise: float, factor: float
 ) -> State:
-    """The estimate with factor times the prior; the tip keeps its own in full. Factor 0: the nominal robot."""
+    """The estimate with factor times the prior, except for the tip's. Factor 0: the nominal robot."""
     own = tips(cell, free)
     width = believed(cell, prior, free, factor)
     weights = np.divide(noise, width, out=np.zeros_like(width), where=width > 0)
@@ -100,7 +96,7 @@ def shrunk(
 
 
 def believed(cell: Cell, prior: Floats, free: Bools, factor: float) -> Floats:
-    """Sigmas (m,) with this factor on the prior (m,): the tip keeps its own in full."""
+    """The sigmas (m,) of the prior times the factor; the tip's are unchanged."""
     return np.where(tips(cell, free), prior, prior * factor)
 
 
@@ -124,8 +120,8 @@ def _best(scores: Floats) -> int:
 def room(cell: Cell, groups: tuple[Group, ...], start: State, prior: Floats, free: Bools) -> float:
     """The factor at which the prior alone explains all of the nominal robot's residuals.
 
-    start: the nominal robot, tip and places fitted. Its residuals hold noise besides, and count as one sigma each at
-    least, so this is an upper limit. Above 1 where the robot is off by more than its prior says, or noise is large.
+    start: the nominal robot, tip and places fitted. An upper limit, since the residuals contain noise and count as at
+    least one sigma each. Above 1 if the robot's errors exceed its prior, or noise is large.
     """
     parts = reduced(cell, groups, start)
     own = tips(cell, free)

@@ -1,15 +1,15 @@
-"""Whether a fitted robot may be written, and what has to be said of it.
+"""Whether a fitted robot may be written, and the warnings of a fit.
 
-1. A single touch that no robot explains, gross residuals, or a place that contradicts what is known of it: the touches
-   are inconsistent.
-2. Where no factor on the prior is better than the nominal robot at the places left out, nothing is written.
-3. That is not enough: a place left out sees what its features see. Tables see heights alone; two tables that lie alike
-   are bent, and bend the robot, alike. A robot with many parameters can follow that and be worse anywhere else. So the
-   touches must also determine the robot. Of errors as large as the nominal robot's residuals leave room for, they must
-   leave less than half over its joint ranges (`accuracy.undetermined`, `IDENTIFIED`): the limit by which a single
-   parameter counts as identified. Errors that the tip's offset or the base would compensate do not count. The width of
-   the prior has no influence on this, only the ratios between its kinds.
-4. Parameters that were asked for by name must be identified.
+1. The touches are inconsistent if one touch is explained by no robot, residuals are gross, or a place contradicts its
+   placement.
+2. No robot is written if no factor on the prior is better than the nominal robot at the places left out.
+3. That is not enough, because a place left out tests only what its features measure. Tables measure heights alone; two
+   parallel tables have similar form errors, and the robot deforms alike on both. A robot with many parameters can fit
+   that and be worse elsewhere. So the touches must also determine the robot: of errors that would explain the nominal
+   robot's residuals they must leave less than half over its joint ranges (`accuracy.undetermined`, `IDENTIFIED`), the
+   limit for a single parameter. Errors that the tip's offset or the base compensate are not counted. The result does
+   not depend on the width of the prior, only on the ratios between its kinds.
+4. Parameters that the file names must be identified.
 """
 
 from typing import Final
@@ -27,16 +27,16 @@ from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 GROSS_RESIDUAL: Final = 50.0
-"""Times sigma, above which residuals after calibration are neither noise nor form: something else was touched."""
+"""Ratio of the residuals to sigma above which they are neither noise nor form error: something else was touched."""
 
 _NOTHING_CHECKS: Final = "touches at one place cannot check a calibration: touch the fixture at another place too"
-"""A reason to write no robot, and the warning where the user lets one place do."""
+"""The reason not to write a robot calibrated at one place, or the warning if the user accepts that."""
 
 
 def status_of(
     fit: RobotFit, certainty: accuracy.Certainty, result: Calibration, unchecked: bool
 ) -> tuple[CalibrationStatus, tuple[str, ...]]:
-    """The status, and why it is not "calibrated". unchecked waives the check by another place, and nothing else."""
+    """The status, and why it is not "calibrated"; unchecked: accept touches at one place."""
     # Step 1.
     rows = sum(len(group.touches) for group in fit.groups)
     if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
@@ -73,7 +73,7 @@ def _is_one_place(fit: RobotFit) -> bool:
 
 @frozen_value
 class _Standing:
-    """A place as it was found; infinite variances where its touches leave motions free."""
+    """The pose of a place; infinite variances if its touches leave motions free."""
 
     base_from_fixture: Floats
     covariance: Floats
@@ -81,7 +81,7 @@ class _Standing:
 
 
 def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
-    """What is known of a place beforehand, where it contradicts where the place was found."""
+    """The contradiction between a place and its placement, in words, if there is one."""
     placement = cell.places[place.name].placement
     if placement is None:
         return None
@@ -96,7 +96,7 @@ def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
 
 
 def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
-    """What else there is to say of a fit."""
+    """The warnings of a fit."""
     found = [_NOTHING_CHECKS] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
         what = f"the residuals are {fit.noise:.2g} times what sigma allows for"

@@ -1,9 +1,9 @@
-"""Which of many touches to add to others: the best by a criterion (see touch_plan).
+"""The choice of touches from a pool, to add to planned ones: the best by a criterion (`touch_plan`).
 
-1. The rows of the touches planned and of the pool are taken in units of the priors.
-2. One touch after the other is added: at a place that has the fewest, the one with the best score beside those before.
+1. The rows of planned touches and of the pool are scaled by the sigmas of the priors.
+2. One touch after the other is added: at a place with the fewest, the one with the best score after those before.
 3. Each of them in turn is exchanged for the best one at its place, until none is better (V. V. Fedorov: Theory of
-   optimal experiments, 1972): the first ones were chosen when most was unknown.
+   optimal experiments, 1972).
 """
 
 from collections import Counter
@@ -20,22 +20,22 @@ from tactfix.values import frozen_value
 
 Criterion: TypeAlias = Literal["worst", "d"]
 _ANYWHERE: Final = 10.0
-"""Times the spread of its touches, by which a place of which nothing is known may stand elsewhere: next to no
-knowledge. With 24 touches of samples/robot-calibration planned, 5 and 20 change no sigma of 6 or 24 touches more
-by 2 per cent."""
+"""Prior sigma of the pose of a place without placement, in units of the spread of its touches: almost no knowledge.
+With 24 touches of samples/robot-calibration planned, 5 and 20 change no sigma of 6 or 24 touches more by 2 per cent."""
 _ROUNDS: Final = 3
-"""Rounds of exchanges at most. With 24 touches of samples/robot-calibration planned, 1 and 6 change no sigma of 6 or
-24 touches more by 2 per cent: most exchanges pay in the first round."""
+"""Most rounds of exchanges. With 24 touches of samples/robot-calibration planned, 1 and 6 change no sigma of 6 or 24
+touches more by 2 per cent: most exchanges pay in the first round."""
 _MOST_SCORES: Final = 300
-"""Times that all candidates are scored for exchanges, at most; it bounds the time of long plans, where each exchange
-gains least. 150 and 600 change no sigma of 6 or 24 touches more by 2 per cent, on the robot as for _ROUNDS."""
+"""Most evaluations of all candidates for exchanges, to bound the time of long plans, in which each exchange gains
+least. 150 and 600 change no sigma of 6 or 24 touches more by 2 per cent, on the robot as for _ROUNDS."""
 
 
 @frozen_value
 class _Candidates:
-    """The pool's rows in units of the priors: all that is unknown, and how the tip moves with the robot's part of it.
+    """The candidates, in units of the priors' sigmas.
 
-    rows (r, m); own: the rows of each touch; tip (3 n, robot); made (m, m): what is known before any is added.
+    rows (r, m): by all unknowns; own: the rows of each touch; tip (3 n, robot): derivatives of the tip's places by the
+    robot's parameters; made (m, m): information matrix before any touch is added.
     """
 
     rows: Floats
@@ -45,7 +45,7 @@ class _Candidates:
     criterion: Criterion
 
     def after(self, chosen: Sequence[int]) -> Floats:
-        """The score (c,) by the criterion, smaller is better, after each touch of the pool, chosen ones made before."""
+        """The score (c,), smaller is better, of the chosen touches with each touch of the pool."""
         rows = self.rows[np.concatenate([self.own[index] for index in chosen])] if chosen else self.rows[:0]
         spread = np.linalg.inv(self.made + rows.T @ rows)
         if self.criterion == "worst":
@@ -80,8 +80,8 @@ def chosen_touches(
 
 
 def _taken(candidates: _Candidates, start: Touches, pool: Touches, add: int) -> tuple[_Candidates, list[int]]:
-    """Each touch the best after those before it, at the place that has the fewest."""
-    # Evenly over the places: each is left out in turn, and the others must determine the robot then.
+    """The touches added one after the other (step 2)."""
+    # Evenly over the places: each is left out in turn, and the others must then determine the robot.
     counts = Counter({place: start.places.count(place) for place in pool.places})
     left = set(range(len(pool)))
     chosen: list[int] = []
@@ -96,7 +96,7 @@ def _taken(candidates: _Candidates, start: Touches, pool: Touches, add: int) -> 
 
 
 def _exchanged(taken: tuple[_Candidates, list[int]], pool: Touches) -> list[int]:
-    """Each touch in turn for the best one at its place, until none is better."""
+    """The touches after exchanges (step 3)."""
     candidates, chosen = taken
     for _ in range(max(1, min(_ROUNDS, _MOST_SCORES // len(chosen)))):
         changed = False
@@ -113,7 +113,7 @@ def _exchanged(taken: tuple[_Candidates, list[int]], pool: Touches) -> list[int]
 
 
 def _rows(cell: Cell, touches: Touches, poses: Mapping[str, Floats], free: Bools) -> tuple[Floats, Ints, Floats]:
-    """Rows by free parameters and places, the row of the touch of each (0: a measured place), widths of the places."""
+    """Rows (r, m) by free parameters and places, the data row of each (0: a measured pose), sigmas of the places."""
     groups = groups_of(cell, touches)
     blocks = [block(cell, group, poses[group.root], np.zeros(len(free))) for group in groups]
     total = sum(found.place.shape[1] for found in blocks)
@@ -130,7 +130,7 @@ def _rows(cell: Cell, touches: Touches, poses: Mapping[str, Floats], free: Bools
 
 
 def _worst_after(rows: Floats, spread: Floats, tip: Floats, own: Sequence[Ints]) -> Floats:
-    """The largest variance of the tip's place after each candidate; tip (3 n, robot): how it moves there."""
+    """The largest variance of the tip's place after each candidate; tip (3 n, robot): derivatives of its places."""
     robot = tip.shape[1]
     gains = rows @ spread
     now = np.einsum("ij,jk,ik->i", tip, spread[:robot, :robot], tip).reshape(-1, 3).sum(axis=1)

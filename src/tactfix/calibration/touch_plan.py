@@ -1,20 +1,20 @@
-"""Touches before they are made: how well they would determine the robot, and which others to add.
+"""Plans of touches: how well they would determine the robot, and which others to add.
 
-At the nominal robot the planned touches have rows J = [robot, places] over sigma. With the priors W (the robot's, and
-next to nothing for a place of which nothing is known) all that is unknown would have the covariance
+At the nominal robot the planned touches have rows J = [robot, places] over sigma. With the priors W (almost zero for a
+place without placement) the covariance of all unknowns would be
 
     C = (J^T J + W^2)^-1,
 
-and a touch more, with rows a (k, m), would take G S^-1 G^T away from it, where G = C a^T and S = 1 + a C a^T.
+and an additional touch with rows a (k, m) would reduce it by G S^-1 G^T, where G = C a^T and S = 1 + a C a^T.
 
-1. Parameters that no touch could tell apart are held at nominal (`independence`).
-2. Places are taken where they are known to be, else where the touches planned there say.
+1. Dependent parameters are held at nominal (`independence`).
+2. The pose of a place is that of its placement, else of the touches planned there.
 3. A random pool is made: touches of every feature of every such place, from random postures (`touch_pool`).
-4. Touches to add are taken from it one after the other, then exchanged for better ones (`touch_choice`, Fedorov 1972):
-   each is the one after which the worst place of the tip over the joint ranges is known best, or after which the
-   determinant of the covariance of the robot's parameters is smallest. Places take turns, for each will be left out.
-5. Sigmas by the prior, after the touches planned, and with those added say what they tell, and what they leave of the
-   robot's errors over the joint ranges foretells whether a calibration from them would be refused (`status`).
+4. Touches to add are chosen from it one after the other, then exchanged for better ones (`touch_choice`, Fedorov 1972):
+   each minimises the worst sigma of the tip over the joint ranges, or the determinant of the covariance of the robot's
+   parameters. Places take turns, since each will be left out.
+5. Sigmas are given by the prior, after the planned touches, and with those added; the share of the robot's errors that
+   they leave over the joint ranges predicts whether a calibration from them would be refused (`status`).
 
 V. V. Fedorov: Theory of optimal experiments, 1972.
 """
@@ -40,15 +40,15 @@ from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 EXPECTED_ERRORS: Final = 0.1
-"""Of the prior, an upper limit, as large as the robot's errors are taken to be before any touch shows how large.
+"""Assumed errors of the robot as a share of the prior's sigmas, which are upper limits.
 
-For the real robots it foretells what is left undetermined to 0.09: 0.56 to 0.62 where calibrate finds 0.57 to 0.62 and
-refuses, 0.03 to 0.30 where it finds 0.02 to 0.26 (`pytest -m slow tests/calibration -k foretells`)."""
+For the real robots it predicts the undetermined share to 0.09: 0.56 to 0.62 for 0.57 to 0.62 by calibrate, which
+refuses these, and 0.03 to 0.30 for 0.02 to 0.26 (`pytest -m slow tests/calibration -k foretells`)."""
 
 
 @frozen_value
 class PlannedParameter:
-    """Sigma of a parameter by the prior, after the touches planned, and with those added; deg, units."""
+    """Sigma (deg, units) of a parameter by the prior, after the planned touches, and with those added."""
 
     name: str
     unit: str
@@ -60,13 +60,13 @@ class PlannedParameter:
 
 @frozen_value
 class TouchPlan:
-    """What planned touches would tell, and which others would tell more.
+    """The accuracy of planned touches, and the touches to add.
 
     prediction, worst: the rms and the largest sigma of the tip's place over the joint ranges, by the prior, after the
-    touches planned, and with those added. undetermined: what the touches planned, and with those added, leave of errors
-    of the robot as large as `EXPECTED_ERRORS`, from 0 to 1. not_identified, observability: with those added. unplaced:
-    places to which none could be added, since nothing says where they are; out_of_reach: features, as "feature at
-    place", that no posture reached.
+    planned touches, and with those added. undetermined: the share, from 0 to 1, of errors as large as `EXPECTED_ERRORS`
+    that the planned touches, and with those added, leave. not_identified, observability: with those added. unplaced:
+    places of unknown pose, to which none could be added; out_of_reach: features, as "feature at place", that no posture
+    reached.
     """
 
     units: str
@@ -86,10 +86,10 @@ class TouchPlan:
 def plan_touches(
     cell: Cell, planned: Touches | None, add: int, sigma: float, criterion: Criterion = "worst", seed: int = 0
 ) -> TouchPlan:
-    """Judge planned touches, and add so many to them.
+    """Evaluate planned touches, and choose so many to add.
 
-    planned: touches at joints that reach their features roughly; None: none. sigma: of a touch that is added.
-    Raises UsageError where there is nothing to judge and no place to add touches at.
+    planned: touches at joints that reach their features roughly, if any. sigma: of an added touch.
+    Raises UsageError if there are no touches and no place to add them.
     """
     free, held = independent(cell, planned)  # step 1
     poses = _poses(cell, planned)  # step 2
@@ -138,7 +138,7 @@ def _three(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _poses(cell: Cell, planned: Touches | None) -> dict[str, Floats]:
-    """base_from_root (4, 4) of places: as known beforehand, else as the touches planned there say."""
+    """base_from_root (4, 4) of places: of their placements, else of the touches planned there."""
     roots = {cell.root(name)[0] for name in cell.places}
     poses = {root: item.near for root in roots if (item := cell.places[root].placement) is not None}
     if planned is not None:
@@ -157,7 +157,7 @@ def _matrix(cell: Cell, touches: Touches, poses: Mapping[str, Floats], free: Boo
 
 
 def _undetermined(cell: Cell, rows: Floats, moves: Floats, free: Bools, prior: Floats) -> float:
-    """What touches with these rows would leave of the robot's errors: 0 to 1."""
+    """The share (0 to 1) of the robot's expected errors that touches with these rows would leave."""
     expected = believed(cell, prior, free, EXPECTED_ERRORS)[free]
     return accuracy.undetermined(rows, expected, tips(cell, free)[free], moves[:, :, free], 1.0)
 

@@ -1,9 +1,9 @@
-"""Touches that a robot could make: of every feature at places roughly known, in random postures.
+"""Touches that a robot could make: of every feature at places of roughly known pose, in random postures.
 
-1. Points spread over what can be touched of a feature, the tip's radius off it, are targets of the tip in base.
+1. Points spread over the touchable part of a feature, offset by the tip's radius, are targets of the tip in base.
 2. From random joints, damped Newton steps bring the nominal tip to each of them, within the joint ranges.
-3. Postures that hold the flange behind a plane that the tip touches are left out.
-4. A feature for which no posture is left cannot be touched.
+3. Postures with the flange behind a touched plane are dropped.
+4. A feature without a posture cannot be touched.
 """
 
 from collections.abc import Mapping
@@ -20,24 +20,24 @@ from tactfix.geometry.rigid import inverse, transform_points
 from tactfix.geometry.surfaces import Plane, standoff
 
 _POSTURES: Final = 24
-"""Random postures from which each feature of each place is tried. With 24 touches of samples/robot-calibration
-planned and 24 added, the worst sigma of the tip is 22 per cent larger with half as many, and 2 per cent smaller
-with twice as many, which take 1.6 times as long."""
+"""Random postures for each feature of each place. With 24 touches of samples/robot-calibration planned and 24 added,
+the worst sigma of the tip is 22 per cent larger with half as many, and 2 per cent smaller with twice as many, which
+take 1.6 times as long."""
 _JOINT_STEPS: Final = 40
-"""Steps towards the joints of one touch."""
+"""Newton steps towards the joints of one touch."""
 _ON_TARGET: Final = 1e-6
 """Distance of the tip from its target, as a share of the workspace's size: a micrometre at a metre, less than any
 robot repeats."""
 
 
 def no_touches(cell: Cell) -> Touches:
-    """None."""
+    """The empty set of touches."""
     count = len(cell.chain.joints)
     return Touches((), (), np.zeros((0, count)), np.zeros((0, 3)), False, np.zeros(0), ())
 
 
 def joined(first: Touches, second: Touches) -> Touches:
-    """Both, one after the other; approaches take no part in planning."""
+    """The concatenation of both, without approaches, which planning does not use."""
     if not len(second):
         return first
     return Touches(
@@ -54,7 +54,7 @@ def joined(first: Touches, second: Touches) -> Touches:
 def touch_pool(
     cell: Cell, planned: Touches | None, poses: Mapping[str, Floats], sigma: float, seed: int
 ) -> tuple[Touches, tuple[str, ...]]:
-    """Touches that could be made: every feature of every place that is roughly known; and the features out of reach."""
+    """Touches of every feature of every place with a pose; and the features out of reach, as "feature at place"."""
     ranges = joint_ranges(cell, planned)
     rng = np.random.default_rng(seed)
     places, features, joints, missed = [], [], [], []
@@ -91,7 +91,7 @@ def touch_pool(
 
 
 def _outside(cell: Cell, joints: Floats, outwards: Floats) -> Bools:
-    """Which postures (n, k) hold the flange on the outer side of a plane that the tip touches; all without a tool."""
+    """Which postures (n, k) have the flange on the outer side of a touched plane; all if the tip is at the flange."""
     values = np.zeros(len(cell.chain.parameters))
     base_from_flange = cell.chain.base_from_tip(joints, values) @ inverse(np.asarray(cell.flange_from_tip))
     tool = base_from_flange[:, :3, 3] - cell.chain.points(joints, values)
@@ -101,7 +101,7 @@ def _outside(cell: Cell, joints: Floats, outwards: Floats) -> Bools:
 def _reached(cell: Cell, targets: Floats, ranges: Floats, rng: np.random.Generator) -> Floats:
     """Joints (m, k) within ranges that put the nominal tip on one of the targets (n, 3), m <= n: damped Newton steps.
 
-    The tip moves with a joint as it does with the joint's offset.
+    The derivative of the tip by a joint is that by the joint's offset.
     """
     if not len(targets):
         return np.zeros((0, len(ranges)))

@@ -1,1 +1,1 @@
-"""Serial chains of joints: where the tip is, and how it moves with every geometric parameter of the robot."""
+"""Serial chains of joints: the place of the tip and its derivatives by the geometric parameters of the robot."""

@@ -1,16 +1,16 @@
-"""The forward kinematics of a serial chain with errors in it, and the Jacobian of the tip's place.
+"""The forward kinematics of a serial chain with error parameters, and the Jacobian of the tip's place.
 
 A chain is a product of elementary motions, base_from_tip = M_1 M_2 ... M_k. Each is fixed, or a rotation about or a
 translation along an axis of its own frame by an amount that is a joint's coordinate or the value of a parameter. URDF
-and Denavit-Hartenberg rows differ in the order of these motions only, so nothing below knows which of them it has.
+and Denavit-Hartenberg rows differ only in the order of these motions.
 
 Geometric Jacobian: with z the axis and o the origin of the frame in which an elementary motion acts, both in base,
 the tip at x moves by  z x (x - o)  for each rad of a rotation and by  z  for each unit of a translation. It is exact
 at every value of the parameters, not only where all are zero.
 
-1. What stands still between the joints is multiplied out once for all touches; the joints' motions give the frame in
-   which each such segment begins.
-2. Axis and origin of each parameter's motion are brought to base.
+1. The motions between two joints are multiplied once for all touches (a segment); the joints' motions give the frame in
+   which each segment begins.
+2. Axis and origin of each parameter's motion are transformed to base.
 3. The last frame gives the tip.
 4. The columns of angles become z x (x - o); those of lengths are z.
 """
@@ -30,9 +30,9 @@ ParameterKind: TypeAlias = Literal["joint_offset", "length", "angle", "tip"]
 
 @frozen_value(eq=True)
 class Parameter:
-    """What the robot may be off by: value 0 is the nominal robot.
+    """An error parameter of the robot, 0 for the nominal one.
 
-    name: "joint_3.offset". kind: which of the four priors it has. is_angle: in rad, else a length. meaning: in words.
+    name: "joint_3.offset". kind: of its prior. is_angle: in rad, else a length. meaning: in words.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Parameter:
 
 @frozen_value(eq=True)
 class Joint:
-    """A joint that moves: its name in its file, and its limits (rad or length), infinite where it has none."""
+    """A moving joint: its name in the file, and its limits (rad or length), infinite if it has none."""
 
     name: str
     is_prismatic: bool = False
@@ -53,7 +53,7 @@ class Joint:
 
 @frozen_value
 class FixedMotion:
-    """A rigid motion (4, 4) that is always the same."""
+    """A constant rigid motion (4, 4)."""
 
     matrix: Frozen
 
@@ -118,7 +118,7 @@ class Chain:
         return TipMotion(tip, axes)
 
     def points(self, joints: Floats, values: Floats) -> Floats:
-        """The tip's places (n, 3) in base alone."""
+        """The tip's places (n, 3) in base, without their Jacobian."""
         frames, segments = self._frames(joints, values)
         return _after(*frames[-1], segments[-1].matrix)[1]
 
@@ -128,7 +128,7 @@ class Chain:
         return homogeneous(*_after(*frames[-1], segments[-1].matrix))
 
     def _frames(self, joints: Floats, values: Floats) -> tuple[list[Frame], tuple["_Segment", ...]]:
-        """The frame in which each segment begins, and the segments: what lies before, between and behind the joints."""
+        """The frame in which each segment begins, and the segments: before, between and after the joints."""
         segments = _segments(self, np.ascontiguousarray(values, dtype=np.float64).tobytes())
         frames = [(np.broadcast_to(np.eye(3), (len(joints), 3, 3)), np.zeros((len(joints), 3)))]
         turns = _turns(self, np.ascontiguousarray(joints, dtype=np.float64).tobytes())
@@ -151,7 +151,7 @@ class Chain:
 
 
 def _after(rotation: Floats, origin: Floats, matrix: Floats) -> Frame:
-    """Frames (n, 3, 3), (n, 3) after a motion (4, 4) that is the same for all of them."""
+    """Frames (n, 3, 3), (n, 3) after one motion (4, 4)."""
     return _times(rotation, matrix[:3, :3]), origin + _times(rotation, matrix[:3, 3:])[:, :, 0]
 
 
@@ -162,9 +162,9 @@ def _times(rotation: Floats, matrix: Floats) -> Floats:
 
 @frozen_value
 class _Segment:
-    """Motions that no joint is among: their product (4, 4), and where their parameters act in the first one's frame.
+    """Motions without a joint: their product (4, 4), and the indices (k,) of their parameters.
 
-    parameters: their indices (k,). axes, origins (3, k).
+    axes, origins (3, k): of the parameters' motions, in the frame of the first motion.
     """
 
     matrix: Floats
@@ -175,9 +175,9 @@ class _Segment:
 
 @lru_cache(maxsize=4)
 def _segments(chain: Chain, values: bytes) -> tuple[_Segment, ...]:
-    """What stands still between the joints, for parameter values (m,): the same at every touch and place.
+    """The segments for parameter values (m,), the same at every touch and place.
 
-    Kept for the values last asked for, which every place and both a cost and the step behind it ask for in turn.
+    Cached for the last values: each place, the cost and the next step need them.
     """
     found, start, motions = [], 0, chain.motions
     ends = [i for i, m in enumerate(motions) if isinstance(m, ElementaryMotion) and m.joint is not None]
@@ -195,7 +195,7 @@ def _segment(motions: Sequence[Motion], values: Floats) -> _Segment:
             origin = origin + rotation @ motion.matrix[:3, 3]
             rotation = rotation @ motion.matrix[:3, :3]
             continue
-        assert motion.parameter is not None  # no joint is among them
+        assert motion.parameter is not None  # there is no joint in a segment
         parameters.append(motion.parameter)
         axes.append(rotation @ motion.axis)
         origins.append(origin)
@@ -210,9 +210,9 @@ def _segment(motions: Sequence[Motion], values: Floats) -> _Segment:
 
 @lru_cache(maxsize=32)
 def _turns(chain: Chain, joints: bytes) -> tuple[Floats, ...]:
-    """The rotations (n, 3, 3) of the moving joints in order, (n, 0) for those that shift, at joints (n, k).
+    """The rotations (n, 3, 3) of the moving joints in order, (n, 0) for prismatic ones, at joints (n, k).
 
-    They depend on no parameter: kept for the touches of each place, which every step asks for again.
+    They depend on no parameter: cached for the touches of each place, since every step needs them.
     """
     values = np.frombuffer(joints).reshape(-1, len(chain.joints))
     none = np.zeros((len(values), 0))
@@ -220,5 +220,5 @@ def _turns(chain: Chain, joints: bytes) -> tuple[Floats, ...]:
 
 
 def motions_of(motions: Sequence[Motion], values: Floats) -> Floats:
-    """The product (4, 4) of motions that no joint is among, for parameter values (m,)."""
+    """The product (4, 4) of motions without a joint, for parameter values (m,)."""
     return _segment(motions, values).matrix

@@ -3,9 +3,9 @@
 standard: frame_before from frame_after = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta)
 modified (Craig): Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)
 
-beta is Hayati's parameter: two axes that are nominally parallel can only be said to be slightly askew by it, because
-their common perpendicular then jumps to anywhere. It is 0 in a row of four numbers, and an error parameter only where
-the axes are parallel (sin alpha = 0).
+beta is Hayati's parameter, for axes that are nominally parallel (sin alpha = 0): if one is tilted a little, the other
+numbers are discontinuous, because the common perpendicular may be anywhere. It is 0 in a row of four numbers, and an
+error parameter only for parallel axes.
 
 J. Denavit, R. S. Hartenberg: A kinematic notation for lower-pair mechanisms, 1955. J. J. Craig: Introduction to
 robotics, 1986. S. A. Hayati: Robot arm geometric link parameter estimation, 1983.
@@ -19,19 +19,19 @@ import numpy as np
 
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import homogeneous, rotation_from_vector
-from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter, ParameterKind
-from tactfix.kinematics.link import tip_errors
+from tactfix.kinematics.chain import Chain, ElementaryMotion, FixedMotion, Joint, Motion, Parameter
+from tactfix.kinematics.link import joint_error, joint_offset, tip_errors
 from tactfix.values import frozen_value
 
 Convention: TypeAlias = Literal["standard", "modified"]
 _X, _Y, _Z = np.eye(3)
 _PARALLEL_AXES: Final = 1e-6
-"""Sine of alpha below which neighbouring axes count as parallel: what digits of a right angle in rad leave."""
+"""Sine of alpha below which neighbouring axes count as parallel: the rounding of multiples of pi in files."""
 
 
 @frozen_value(eq=True)
 class Row:
-    """a and d (lengths), alpha, theta and beta (rad), and the joint, None for a row that does not move."""
+    """a and d (lengths), alpha, theta and beta (rad), and the joint, None for a fixed row."""
 
     a: float
     d: float
@@ -45,11 +45,11 @@ _ROW_MOTIONS: Final = {
     "standard": (("theta", True, _Z), ("d", False, _Z), ("a", False, _X), ("alpha", True, _X), ("beta", True, _Y)),
     "modified": (("alpha", True, _X), ("a", False, _X), ("beta", True, _Y), ("theta", True, _Z), ("d", False, _Z)),
 }
-"""The elementary motions of a row in order: which number, whether it rotates, and about or along what."""
+"""The elementary motions of a row in order: number, whether it rotates, and the axis."""
 
 
 def chain_of_rows(rows: Sequence[Row], convention: Convention, flange_from_tip: Floats) -> Chain:
-    """The chain of rows, and the tip at the origin of flange_from_tip (4, 4) behind the last of them."""
+    """The chain of rows, with the tip at the origin of flange_from_tip (4, 4) after the last row."""
     motions: list[Motion] = []
     parameters: list[Parameter] = []
     joints: list[Joint] = []
@@ -71,7 +71,8 @@ def _row_motions(row: Row, convention: Convention, joints: list[Joint], paramete
             continue
         if number != "beta" or abs(np.sin(row.alpha)) < _PARALLEL_AXES:
             motions.append(ElementaryMotion(rotates, axis, parameter=len(parameters)))
-            parameters.append(_parameter(name, number, rotates, number == moving))
+            other = joint_error(name, number, rotates, f"{number} of {name}")
+            parameters.append(joint_offset(name, rotates) if number == moving else other)
         if number == moving:
             motions.append(ElementaryMotion(rotates, axis, joint=len(joints)))
     if row.joint is not None:
@@ -85,17 +86,10 @@ def _fixed(rotates: bool, axis: Floats, amount: float) -> FixedMotion:
     return FixedMotion(homogeneous(np.eye(3), amount * axis))
 
 
-def _parameter(joint: str, number: str, rotates: bool, is_offset: bool) -> Parameter:
-    if is_offset:
-        kind: ParameterKind = "joint_offset" if rotates else "length"
-        return Parameter(f"{joint}.offset", kind, rotates, f"the zero of {joint}")
-    return Parameter(f"{joint}.{number}", "angle" if rotates else "length", rotates, f"{number} of {joint}")
-
-
 def corrected_rows(rows: Sequence[Row], convention: Convention, chain: Chain, values: Floats) -> tuple[Row, ...]:
     """The rows with the values (m,) of the chain's parameters added to their numbers.
 
-    Exact: every error parameter of a row stands beside the number that it adds to.
+    Exact, since the motion of an error parameter is next to that of the number to which it is added.
     """
     by_name = dict(zip(chain.names(), values.tolist(), strict=True))
     corrected: list[Row] = []

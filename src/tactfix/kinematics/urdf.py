@@ -1,7 +1,7 @@
-"""A robot from a URDF: the chain between its root, or a base link, and the tip link; and the corrected URDF.
+"""A robot from a URDF: the chain from its root, or a base link, to the tip link; and the corrected URDF.
 
-Frames and units are those of URDF: m and rad inside the file, rpy are rotations about fixed x, y and z, in this order.
-The chain's lengths are in the cell's units.
+URDF has m and rad, and rpy are rotations about fixed x, y and z, in this order. The chain's lengths are in the cell's
+units.
 """
 
 import re
@@ -36,12 +36,12 @@ class UrdfRobot:
 
     @property
     def has_place_for_tip(self) -> bool:
-        """Whether a fixed joint behind the last moving one can take up where the tip is."""
+        """Whether a fixed joint after the last moving one can hold the tip's offset."""
         return self.joints[-1].type == "fixed"
 
     @property
     def flange(self) -> tuple[str, Floats]:
-        """The link that carries the tip link by a fixed joint, and the tip link (4, 4) in it; itself if none does."""
+        """The parent of the tip link by a fixed joint, or else the tip link; and the tip link's pose (4, 4) in it."""
         last = self.joints[-1]
         if last.type != "fixed":
             return last.child, np.eye(4)
@@ -59,7 +59,7 @@ def urdf_robot(
     """The robot between base_link (None: the root) and tip_link of a URDF text.
 
     tip_offset (3,): the tip's centre in the frame of tip_link, in units; None: its origin.
-    Raises UrdfError for a link that is not there, a loop, a joint that cannot be calibrated, or no joint at all.
+    Raises UrdfError for an unknown link, a loop, a joint that cannot be calibrated, or a chain without moving joints.
     """
     tree = read_urdf(text)
     joints = _path(tree, tip_link, base_link)
@@ -132,7 +132,7 @@ def _rotation_of_rpy(rpy: Floats) -> Floats:
 
 
 def _rpy_of_rotation(rotation: Floats) -> Floats:
-    """Roll, pitch and yaw (3,) of a rotation (3, 3); yaw is 0 where pitch is a right angle: only their sum counts."""
+    """Roll, pitch and yaw (3,) of a rotation (3, 3); if pitch is a right angle, yaw is 0."""
     pitch = float(np.arctan2(-rotation[2, 0], np.hypot(rotation[0, 0], rotation[1, 0])))
     if np.hypot(rotation[0, 0], rotation[1, 0]) < 1e-12:
         turned = rotation @ rotation_from_vector(-pitch * np.eye(3)[1])
@@ -144,8 +144,8 @@ def _rpy_of_rotation(rotation: Floats) -> Floats:
 def corrected_urdf(robot: UrdfRobot, values: Floats, notes: Sequence[str]) -> str:
     """The text with the origins of the chain's joints moved by parameter values (m,), and notes as one comment.
 
-    Nothing but the origins changes. Raises UrdfError where the tip has moved and no fixed joint behind the last moving
-    one can take it up.
+    Nothing but the origins changes. Raises UrdfError if the tip has moved and there is no fixed joint after the last
+    moving one for it.
     """
     # No comment may hold two hyphens in a row.
     comment = "\n".join(["<!--", *(f"  {re.sub('-(?=-)', '- ', note)}" for note in notes), "-->\n"])
@@ -181,10 +181,10 @@ def _words(values: Floats) -> str:
 
 
 def _corrections(robot: UrdfRobot, values: Floats) -> dict[int, Floats]:
-    """What each joint's origin (by its index in robot.joints) is multiplied by: (4, 4), from the right.
+    """The factors (4, 4), from the right, of the joints' origins, by index in robot.joints.
 
-    The errors of a link stand between its nominal origin and its joint, so they move the origin of the moving joint;
-    those of the tip move the last fixed joint behind the last moving one.
+    The errors of a link are between its nominal origin and its joint, so they move the origin of the moving joint;
+    those of the tip move the last fixed joint after the last moving one.
     """
     found: dict[int, Floats] = {}
     pending: list[Motion] = []

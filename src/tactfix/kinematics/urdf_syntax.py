@@ -1,7 +1,7 @@
-"""The joints and links of a URDF text, each with its place in it; nothing else of the file is looked at.
+"""The joints and links of a URDF text with their positions in it; everything else of the file is ignored.
 
-expat tells the byte at which each tag begins, so that a corrected file can be the same file with other origins. A
-document type is refused: with it come entities, and with these other files and the network.
+expat gives the byte at which each tag begins, so that a corrected file is the same file with other origins. A document
+type is rejected: its entities could read other files and the network.
 """
 
 import re
@@ -19,7 +19,7 @@ JointType: TypeAlias = Literal["revolute", "continuous", "prismatic", "fixed", "
 
 
 class UrdfError(TactfixError):
-    """A text is no URDF that can be used; whoever knows the file's name makes a FileError of it."""
+    """An invalid URDF text; the reader of the file makes a FileError of it."""
 
     def __init__(self, what: str, remedy: str, line: int | None = None, column: int | None = None) -> None:
         self.problem = Problem(what, remedy, line=line, column=column)
@@ -30,7 +30,7 @@ class UrdfError(TactfixError):
 class UrdfJoint:
     """A <joint> of the robot: lengths in m, angles in rad.
 
-    start, end: the bytes of its own tag; origin_span: those of its <origin> tag, None where it has none.
+    start, end: the bytes of its own tag; origin_span: those of its <origin> tag, if it has one.
     """
 
     name: str
@@ -59,7 +59,7 @@ class UrdfTree:
 
 
 def read_urdf(text: str) -> UrdfTree:
-    """The joints and links of a URDF text. Raises UrdfError with line and column for what is none."""
+    """The joints and links of a URDF text. Raises UrdfError with line and column for an invalid text."""
     parser = expat.ParserCreate("utf-8")
     reader = _Reader(text.encode(), parser)
     parser.StartElementHandler = reader.start
@@ -79,7 +79,7 @@ _TAG_END: Final = re.compile(rb"""(?:[^>"']|"[^"]*"|'[^']*')*>""")
 
 
 class _Reader:
-    """Handlers of the parser, and what they have found so far."""
+    """Handlers of the parser, and the links and joints found so far."""
 
     def __init__(self, content: bytes, parser: Any) -> None:
         self.content, self.parser = content, parser
