@@ -6,14 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tactfix.geometry.arrays import basis_across, unit
+from tactfix.geometry.arrays import basis_across, cross_columns, dot_columns, farthest_first, unit
 from tactfix.geometry.rigid import (
     homogeneous,
     inverse,
+    inverse_left_jacobian,
+    moved_about,
     orthonormalized,
     rotation_angle,
     rotation_from_quaternion,
     rotation_from_vector,
+    rotation_vectors,
     skew,
     transform_points,
 )
@@ -111,3 +114,49 @@ def test_a_basis_across_is_exact_along_the_axes_and_noise_does_not_turn_it():
         assert np.abs(basis_across(off) - basis_across(direction)).max() < 1e-4
     for axis in (*np.eye(3), *-np.eye(3)):
         assert set(np.abs(basis_across(axis)).ravel()) == {0.0, 1.0}
+
+
+def test_rotation_vectors_agree_with_scipy_from_no_turn_to_half_a_turn():
+    rng = np.random.default_rng(5)
+    sizes = np.array([0.0, 1e-12, 1e-6, 0.1, 2.0, np.pi - 1e-6, np.pi])
+    vectors = unit(rng.normal(size=(len(sizes), 3))) * sizes[:, None]
+    found = rotation_vectors(Rotation.from_rotvec(vectors).as_matrix())
+    np.testing.assert_allclose(found[:-1], vectors[:-1], atol=1e-9)
+    # Half a turn has two vectors.
+    np.testing.assert_allclose(np.abs(found[-1] @ vectors[-1]), np.pi**2, rtol=1e-9)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-5, 2e-4, 0.3, 2.5])
+def test_inverse_left_jacobian_against_differences_of_the_logarithm(size):
+    direction, h = np.array([2.0, -1.0, 2.0]) / 3, 1e-6
+    turn = rotation_from_vector(size * direction)
+    ends = [rotation_vectors(rotation_from_vector(sign * h * np.eye(3)) @ turn) for sign in (1, -1)]
+    np.testing.assert_allclose(
+        inverse_left_jacobian(size * direction[None])[0], (ends[0] - ends[1]).T / (2 * h), atol=1e-8
+    )
+
+
+def test_a_pose_moves_about_a_centre():
+    rng = np.random.default_rng(6)
+    pose, centre, motion, scale = random_pose(rng), rng.normal(size=3), rng.normal(size=6), 7.0
+    moved = moved_about(pose, motion, centre, scale)
+    turn = Rotation.from_rotvec(motion[:3] / scale).as_matrix()
+    points = rng.normal(size=(5, 3))
+    there = (transform_points(pose, points) - centre) @ turn.T + centre + motion[3:]
+    np.testing.assert_allclose(transform_points(moved, points), there, atol=1e-12)
+
+
+def test_products_of_columns():
+    a, b = np.random.default_rng(7).normal(size=(2, 3, 8))
+    np.testing.assert_allclose(cross_columns(a, b), np.cross(a, b, axis=0), atol=1e-15)
+    np.testing.assert_allclose(dot_columns(a, b), (a * b).sum(axis=0))
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+def test_the_farthest_points_come_first_in_any_unit(length):
+    """Ties, here by symmetry, are broken by the order of the points and not by rounding."""
+    corners = np.array([[x, y, 0.1] for x in (0, 1) for y in (0, 1)]) * 0.7 + 0.3
+    points = np.vstack([corners, corners.mean(axis=0)]) * length
+    assert farthest_first(points, 5) == [0, 3, 1, 2, 4]
+    assert farthest_first(points, 9) == [0, 3, 1, 2, 4]
+    assert farthest_first(np.zeros((0, 3)), 2) == []

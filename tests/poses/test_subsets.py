@@ -1,12 +1,15 @@
-"""Parts chosen blindly: fair to the features, others each time, and free of a few wrong contacts."""
+"""Subsets without regard to place, and the poses of more contacts than are fitted at once."""
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from tactfix.localization.locate import locate
-from tactfix.poses.subsets import PART_CONTACTS, PARTS_SEARCHED, blind_part
-from tests.support.problems import PLATE, placed, touch_all
+from tactfix.poses.subsets import PART_CONTACTS, PARTS_SEARCHED, THINNED, blind_part
+from tests.support.problems import CORNER, PLATE, placed, touch_all
 
 
 def contacts_of(each, **patches):
@@ -32,7 +35,7 @@ def test_parts_are_others_each_time_also_where_there_are_more_features_than_cont
 
 
 def test_some_part_is_free_of_a_few_wrong_contacts():
-    """What `poses.consensus` promises of two among forty, wherever they are: but for once in a hundred times."""
+    """Of two wrong contacts among forty some subset is free in 99 of 100 cases, wherever they are."""
     _, contacts = contacts_of(14)
     rng = np.random.default_rng(9)
     free = 0
@@ -54,3 +57,44 @@ def test_the_nearest_miss_is_where_most_contacts_are():
     off = np.array([abs(contact.residual) for contact in result.contacts])
     assert set(np.argsort(off)[-3:].tolist()) == {0, 21, 45}
     assert np.abs(result.candidates[0].base_from_fixture[:3, :3] - truth.pose[:3, :3]).max() < 0.05
+
+
+def touched(patches, each, seed=3):
+    truth = touch_all(patches, dict.fromkeys(patches, each), np.random.default_rng(seed), sigma=0.02, tip=1.0)
+    return truth, truth.contacts(np.random.default_rng(seed + 1))
+
+
+def squares_of_planes(contacts, pose):
+    """Chi-square of the nearest least squares for the three planes of CORNER, which meet in the origin."""
+
+    def residuals(step):
+        turn = Rotation.from_rotvec(step[:3]).as_matrix() @ pose[:3, :3]
+        in_fixture = (contacts.points - pose[:3, 3] - step[3:]) @ turn
+        axis = {"right": 0, "back": 1, "top": 2}
+        own = in_fixture[np.arange(len(contacts)), [axis[name] for name in contacts.features]]
+        return (own - contacts.tip_radius) / contacts.sigmas
+
+    return 2 * least_squares(residuals, np.zeros(6), x_scale=[1e-4] * 3 + [1e-2] * 3, xtol=1e-15, ftol=1e-15).cost
+
+
+def test_all_mirror_images_of_many_contacts_are_found_and_each_is_the_optimum():
+    _, contacts = touched(CORNER, THINNED // 2)
+    contacts = replace(contacts, approaches=np.full_like(contacts.points, np.nan))
+    result = locate(placed(CORNER), contacts)
+    assert result.status == "ambiguous"
+    assert len(result.candidates) == 4
+    for candidate in result.candidates:
+        assert candidate.chi2 == pytest.approx(squares_of_planes(contacts, candidate.base_from_fixture), rel=1e-9)
+
+
+def test_one_bad_contact_among_thousands_is_seen_wherever_it_is():
+    """Also if it is not among the thousand that are fitted first."""
+    truth, contacts = touched(PLATE, THINNED)
+    assert locate(placed(PLATE), contacts).status == "located"
+    for row in (17, 1500, 2999):
+        points = contacts.points.copy()
+        points[row] += 3.0 * truth.normals[row]
+        result = locate(placed(PLATE), replace(contacts, points=points), explain=False)
+        assert result.status == "inconsistent"
+        result = locate(placed(PLATE), replace(contacts, points=points))
+        assert np.argmax(np.abs([contact.residual for contact in result.contacts])) == row
