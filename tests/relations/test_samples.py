@@ -22,7 +22,7 @@ def test_right_contacts_are_not_inconsistent_where_the_search_did_not_settle(see
     """Three contacts on each of three bars have many solutions; approaches reject the few that are fitted here."""
     comes_out = samples._comes_out
     monkeypatch.setattr(samples, "_comes_out", lambda *given: not comes_out(*given))
-    monkeypatch.setattr(samples, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(samples, "SAMPLE_ROUNDS", 1)
     monkeypatch.setattr(samples, "FITTED_ENDS", 4)
     fixture, contacts, _ = few_contacts_on("three bars by angles", seed, tmp_path, (30.0, 0.02), 3)
     result = tactfix.locate(fixture, contacts)
@@ -48,7 +48,7 @@ def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_pat
     """The worst ends come first, so that more than eight fits miss before one explains the contacts."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
     monkeypatch.setattr(samples, "END_LIMIT", 1e12)
-    monkeypatch.setattr(samples, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(samples, "SAMPLE_ROUNDS", 1)
     downwards = count(0, -1)
     monkeypatch.setattr(samples, "_comes_out", lambda *_: next(downwards))
     monkeypatch.setattr(samples, "FITTED_ENDS", fitted)

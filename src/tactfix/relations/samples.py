@@ -6,8 +6,8 @@
 2. Damped least squares follow SAMPLE_STARTS placements side by side (`placements`), on a part of the contacts if there
    are many; indistinct ends are merged.
 3. Joint fits start at the ends, those first that the approaches allow.
-4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most MOST_ROUNDS
-   times, and not if contacts and relations leave a motion free.
+4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most
+   SAMPLE_ROUNDS times, and not if contacts and relations leave a motion free.
 5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times, else partial:
    if all are rejected, another may be right.
 6. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
@@ -43,7 +43,7 @@ from tactfix.relations.unresolved import seen_difference
 SAMPLE_STARTS = 128
 """Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
 starts met two."""
-MOST_ROUNDS = 4
+SAMPLE_ROUNDS = 4
 """Times that so many placements are followed at most: they bound the time, a tenth of a second each with 15 contacts.
 In a hundredth of the placements a solution of five features with three contacts each is met."""
 PLACED_CONTACTS = 200
@@ -56,10 +56,11 @@ FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
 """Distinct ends of placements that are fitted in each round, those first that the approaches allow, then the best: half
-as many again as the eight solutions of a slab with few contacts on its hole. With MOST_FITTED_ENDS there are no more
-rounds. They are a bound on time, not on what there is: three contacts on each of three bars at angles leave up to 40
-ends. If ends are left over, the result is not complete."""
+as many again as the eight solutions of a slab with few contacts on its hole. They are a bound on time, not on what
+there is: three contacts on each of three bars at angles leave up to 40 ends. If ends are left over, the result is not
+complete."""
 MOST_FITTED_ENDS = 2 * FITTED_ENDS
+"""Number of fitted ends after which there are no more rounds."""
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
 least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
@@ -91,7 +92,7 @@ def sampled_solutions(
     """
     few, ends = _thinned(problem), list[End]()
     placements = _placements(fixture, problem, alone)  # step 1
-    for _ in range(MOST_ROUNDS):  # step 4
+    for _ in range(SAMPLE_ROUNDS):  # step 4
         ends = _with_ends(few, ends, *settled(fixture, few, list(islice(placements, SAMPLE_STARTS))))  # step 2
         _fit(problem, ends)  # step 3
         fits = [end.fit for end in ends if end.fit is not None]
