@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from tactfix.design.distance_errors import misplaced
 from tactfix.design.margins import margins
 from tactfix.design.nominal_contacts import Touched
+from tactfix.design.wrong_files import misplaced
 from tactfix.files.fixture_file import load_fixture
 from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.localization.locate import locate

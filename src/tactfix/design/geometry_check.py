@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from tactfix.design.contact_counts import ContactCounts, contact_counts
-from tactfix.design.distance_errors import separation
 from tactfix.design.findings import (
     Finding,
     count_findings,
@@ -20,7 +19,7 @@ from tactfix.design.symmetries import LAID_ON, Symmetry, symmetries
 from tactfix.design.touch_regions import reach_of
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.nearest import same_surface
+from tactfix.geometry.nearest import direction_between, same_surface
 from tactfix.geometry.rigid import rotation_angle
 from tactfix.geometry.scale import SPECIAL_POSITION, Tolerance, middle_of, tolerance_for
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
@@ -132,7 +131,7 @@ def _is_among(symmetry: Symmetry, found: tuple[Symmetry, ...], ratio: float) -> 
 def _distances(surfaces: Mapping[str, Surface]) -> set[frozenset[str]]:
     """The pairs between which a rigid fixture has a distance."""
     pairs = combinations(surfaces, 2)
-    return {frozenset(pair) for pair in pairs if separation(surfaces[pair[0]], surfaces[pair[1]]) is not None}
+    return {frozenset(pair) for pair in pairs if direction_between(surfaces[pair[0]], surfaces[pair[1]]) is not None}
 
 
 def _same(surfaces: Mapping[str, Surface], tolerance: Tolerance) -> Iterator[tuple[str, str]]:

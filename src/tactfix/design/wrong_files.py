@@ -6,24 +6,27 @@ for as in a diagnosis; the best that approaches and touch boxes do not reject co
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
-from tactfix.design.distance_errors import misplaced
 from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, shift_of
 from tactfix.diagnosis.fixture_mistakes import exchanged_coordinates, reflections, sides
 from tactfix.diagnosis.hypotheses import Explanation, Hypothesis, Problem
 from tactfix.diagnosis.trial_search import searched_anew
 from tactfix.fixture import TouchBox
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface
-from tactfix.localization.elimination import assess
+from tactfix.geometry.nearest import direction_between
+from tactfix.geometry.rigid import homogeneous
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere, Surface, moved
+from tactfix.localization.outcome import assess
 from tactfix.mistakes import BlindSpotCode
 from tactfix.placement import Placement
 from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.prior import contradiction
 from tactfix.poses.rigid import solution_at
+from tactfix.values import frozen_value
 from tactfix.wording import listed
 
 
@@ -31,6 +34,24 @@ def wrong_place(case: Case) -> Iterator[BlindSpot]:
     """One distance between two features is ERROR_SIGMAS sigma larger in the file than it is."""
     for wrong in misplaced(case.touched.surfaces, ERROR_SIGMAS * case.touched.rms_sigma):
         yield refitted("distance", replace(case.touched, surfaces=wrong.surfaces), case.touched.contacts, wrong.message)
+
+
+@frozen_value
+class Misplaced:
+    """The surfaces of the wrong file, and the mistake in words."""
+
+    surfaces: Mapping[str, Surface]
+    message: str
+
+
+def misplaced(surfaces: Mapping[str, Surface], off: float) -> Iterator[Misplaced]:
+    """Each feature moved by off (units) away from each other feature to which it has a distance."""
+    for name, other in permutations(surfaces, 2):
+        direction = direction_between(surfaces[other], surfaces[name])
+        if direction is not None:
+            motion = homogeneous(np.eye(3), off * direction)
+            message = f"{name} {off:.3g} farther from {other} in the file than it is"
+            yield Misplaced({**surfaces, name: moved(motion, surfaces[name])}, message)
 
 
 def wrong_radius(case: Case) -> Iterator[BlindSpot]:
@@ -151,8 +172,8 @@ def _best_left(case: Case, one: Explanation) -> Explanation | None:
     """The best of its poses that no test rejects; if directions are constrained, `_with_placement` tests the limits."""
     known = case.touched.placement
     limits = _limits(known) if known is not None and known.free is None else None
-    moved = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}
-    touch = {name: box for name, box in case.fixture.touch.items() if name not in moved}
+    displaced = one.hypothesis.surfaces if one.hypothesis.code == "axes" else {}
+    touch = {name: box for name, box in case.fixture.touch.items() if name not in displaced}
     fixture = replace(case.fixture, touch=touch, placement=limits)
     for way in one.ways:
         problem = way.hypothesis.corrected(case.problem, way.values)

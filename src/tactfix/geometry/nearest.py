@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats, cross, dot
+from tactfix.geometry.arrays import Floats, cross, dot, unit
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 
 PARALLEL = 1e-9
@@ -85,6 +85,44 @@ def distance_between(one: Surface, other: Surface, parallel: bool = False) -> fl
         case _:
             a, b = nearest_points(one, other, parallel)
             return float(np.linalg.norm(b - a))
+
+
+def direction_between(one: Surface, other: Surface, angle: float = 1e-6) -> Floats | None:
+    """The unit direction (3,) from one to other along which their distance is measured; None if there is none.
+
+    angle (rad): up to it directions are parallel. Two axes at distance zero have their common perpendicular; other
+    features at distance zero have no direction.
+    """
+    match one, other:
+        case (Plane() as plane, surface) | (surface, Plane() as plane):
+            return plane.normal if _has_distance(plane, surface, angle) else None
+        case Cylinder(), Cylinder():
+            square = np.cross(one.direction, other.direction)
+            if np.linalg.norm(square) > angle:
+                return unit(square)
+            return _unit_or_none(foot(other, one.point) - one.point)
+        case ((Sphere() | Point()), _):
+            return _unit_or_none(foot(other, reference_point(one)) - reference_point(one))
+        case _, (Sphere() | Point()):
+            return _unit_or_none(reference_point(other) - foot(one, reference_point(other)))
+        case _:  # pragma: no cover - all pairs of the four types stand above
+            return None
+
+
+def _has_distance(plane: Plane, other: Surface, angle: float) -> bool:
+    """Whether a surface has a distance from a plane: planes and axes have one only if parallel to it."""
+    match other:
+        case Plane():
+            return bool(np.linalg.norm(np.cross(plane.normal, other.normal)) <= angle)
+        case Cylinder():
+            return bool(abs(plane.normal @ other.direction) <= angle)
+        case _:
+            return True
+
+
+def _unit_or_none(vector: Floats) -> Floats | None:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0 else None
 
 
 def angle_between(one: Plane | Cylinder, other: Plane | Cylinder) -> float:

@@ -2,7 +2,7 @@
 
 1. Contacts that do not belong to this fixture are refused. If the tip is unknown, `unknown_tip` takes over.
 2. All solutions are found (`poses.rigid`: all contacts at once; `relations.assembly`: feature by feature). Each is
-   tested (`elimination`), and those that remain give the status (`outcome`).
+   tested, and those that remain give the status (`outcome`).
 3. The result gets what every status has: candidates, residuals, surfaces, warnings.
 4. If something is known beforehand, the result without it is added (`contacts_alone`).
 5. The status decides what follows: the pose, the next contact, the free motions, or a diagnosis.
@@ -18,10 +18,9 @@ from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.surfaces import offset_radius
 from tactfix.localization.common_result import candidate_of, common_result
-from tactfix.localization.elimination import Assessment
 from tactfix.localization.fit_test import residual_warnings
 from tactfix.localization.free_motions import free_motions, is_underdetermined
-from tactfix.localization.outcome import assessment_of, outcome_from, outcome_of, solve
+from tactfix.localization.outcome import Assessment, assessment_of, outcome_from, outcome_of, solve
 from tactfix.locate_result import LocatedResult, LocateResult, NotLocatedResult
 from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions

@@ -20,10 +20,10 @@ from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.localization.common_result import candidate_of, common_result
 from tactfix.localization.contacts_alone import decided_by_prior
-from tactfix.localization.elimination import assess
 from tactfix.localization.fit_test import too_large
 from tactfix.localization.motion_words import vector
 from tactfix.localization.next_contact import distinguishing_contact
+from tactfix.localization.outcome import assess
 from tactfix.localization.tip_advice import suspects, tip_motions, turned_contact
 from tactfix.locate_result import LocateResult
 from tactfix.noise import SURE

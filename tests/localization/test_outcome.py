@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactfix.localization.elimination import assess
+from tactfix.localization.outcome import assess
 from tactfix.poses.rigid import rigid_solutions
 from tests.support.problems import CYLINDER_SPHERE, PLATE, Patch, box, placed, touch_all
 
