@@ -88,11 +88,11 @@ class FileError(TactfixError):
 
 
 PROBLEMS_TOLD: Final = 20
-"""Lines that are told of one file: nobody reads more before mending the first."""
+"""Problems of one file that are listed."""
 _MANY_PROBLEMS: Final = 4
-"""From so many problems of one kind on only the first is told, and their number."""
+"""If so many problems are of one kind, only the first is listed, with their number."""
 _VALUE: Final = re.compile(r"^(\S+ is )('(?:[^'\\]|\\.)*'|[^\s,]+)")
-"""What a message says of a value: problems that differ only in the value are of one kind."""
+"""The value in a message: problems that differ only in it are of one kind."""
 
 
 def _lines(problems: Sequence[Problem]) -> list[str]:
@@ -136,7 +136,7 @@ class DegenerateContactsError(TactfixError):
 
 
 class NotQualifiedError(TactfixError):
-    """The touches are too few, or lie so, that nothing can be said of the probe that made them."""
+    """The touches are too few, or badly placed, to qualify the probe."""
 
 
 class TipDoesNotFitError(TactfixError):

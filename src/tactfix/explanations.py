@@ -1,4 +1,4 @@
-"""The explanations that stand behind codes: what `locate --explain CODE` and `design-check --explain CODE` print.
+"""Explanations of codes, as `locate --explain CODE` and `design-check --explain CODE` print them.
 
 Each room holds its own in explanations.txt beside its modules: a line [code], and then its text of about ten lines.
 """

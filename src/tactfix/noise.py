@@ -1,4 +1,4 @@
-"""The limits that separate noise from contradiction, in sigma and in probability: each is defined here, once.
+"""The limits between noise and contradiction, in sigma and in probability.
 
 Contacts are independent and normal with their sigma along the surface normal, so the sum of squared residuals over
 sigma is chi-square distributed with as many degrees of freedom as there are contacts beyond the minimum.

@@ -43,7 +43,7 @@ class Placement:
     Raises
     ------
     UsageError
-        What cannot be meant: no rigid motion, within and sigma together, no direction.
+        within and sigma together, negative limits, no free direction, or a singular covariance.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Tip and sigma: which hold for contacts that are still to be made, and the standard deviation of every residual."""
+"""Tip radius and sigma of contacts still to be made, and the standard deviations of residuals."""
 
 from collections.abc import Iterable
 
@@ -18,7 +18,7 @@ def probe_settings(
 ) -> tuple[float, float]:
     """Sigma and tip radius: as given, else those of the contacts, else those of the fixture's probe block.
 
-    Raises UsageError where nothing says them, or where they are no lengths: nothing is guessed.
+    Raises UsageError if they are not given, or not lengths: nothing is guessed.
     """
     if sigma is None:
         sigma = fixture.probe.sigma if contacts is None else float(contacts.sigmas.max())

@@ -80,7 +80,7 @@ FOR_LOGS: Final = (
     + " are for machine logs; name theirs with "
     + Setting.LOG_FORMAT.word
 )
-"""What is said where one of them is given for a contact file, which says these things itself."""
+"""The error if one of them is given for a contact file, which contains this information."""
 LOCATE_JSON: Final = Wording("what result.to_json() gives", "the output of locate --json")
 """A located pose in a file, by what writes it."""
 ONE_FEATURE: Final = Wording("take those on one with contacts.on(name)", "choose one with --feature")

@@ -1,7 +1,7 @@
 """YAML as this project reads it: plain values, and the place of each key and value.
 
-PyYAML's own constructors follow YAML 1.1: 1e-3 is text to them, yes is true, 1:30 is ninety, a date is an object, and
-the last of two equal keys wins in silence. None of that may reach a user, so only its parser is used. The scalars are
+PyYAML's own constructors follow YAML 1.1: 1e-3 is text, yes is true, 1:30 is ninety, a date is an object, and the last
+of two equal keys wins without a warning. So only its parser is used. The scalars are
 those of YAML 1.2: null, true, false, decimal numbers, and text for all else. Anchors, aliases, tags and several
 documents are refused: no fixture file and no pose needs them.
 """
@@ -174,7 +174,7 @@ class _OnOneLine(dict[str, Any]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """PyYAML's own, but that mappings of that kind take one line."""
+    """PyYAML's dumper, with such mappings on one line."""
 
 
 _Dumper.add_representer(

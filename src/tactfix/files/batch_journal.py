@@ -1,4 +1,4 @@
-"""The journal of a batch: rows in a file beside its output, as they come, until the output can be written whole."""
+"""The journal of a batch: finished rows in a file beside the output, until the output can be written whole."""
 
 import json
 import re
@@ -23,13 +23,13 @@ def journal_path(output: Path) -> Path:
 class BatchJournal:
     """An append-only file with a line for each row, under the key of its set.
 
-    Rows with status "error" are kept for this run alone: when a batch goes on, what caused them may be gone. A last
-    line that was cut off when its writer was killed is dropped, and a line that does not keep its checksum is passed
-    over, so that its set is located anew. In memory is only where each row stands.
+    Rows with status "error" are not taken over by the next run, since their cause may be gone. An incomplete last line
+    (its writer was killed) is dropped, and a line with a wrong checksum is ignored, so that its set is located again.
+    Only the position of each row is kept in memory.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the journal, with the rows of earlier runs; FileError where the file is something else, or in use."""
+        """Open the journal with the rows of earlier runs; FileError if the file is not a journal, or is in use."""
         self._path = path
         self._places: dict[str, int] = {}
         try:
@@ -61,7 +61,7 @@ class BatchJournal:
         return len(self._places)
 
     def add(self, key: str, row: BatchRow) -> None:
-        """Keep the row; it is in the file, though perhaps not yet on the disk, when this returns."""
+        """Append the row to the file; the system may write it to the disk later."""
         done = json.dumps({"key": key, "row": row_json(row)}, allow_nan=False).encode()
         line = b'{"sha256": "%s", "done": %s}\n' % (_checksum(done), done)
         place = self._file.seek(0, 2)
@@ -108,7 +108,7 @@ class BatchJournal:
 
 
 def _done(line: bytes) -> dict[str, Any] | None:
-    """The key and the row that a line says, None where it is not as it was written."""
+    """The key and the row of a line, None if the line was changed."""
     match = _JOURNAL_LINE.fullmatch(line)
     if match is None or match[1] != _checksum(match[2]):
         return None

@@ -1,4 +1,4 @@
-"""The history of checks: a file of JSON lines, one for each check, each appended whole or not at all."""
+"""The history of checks: a file of JSON lines, one for each check."""
 
 import json
 import os
@@ -18,7 +18,7 @@ _SHAPES: Final = {"reference": (4, 4), "motion": (6,), "covariance": (6, 6), "re
 def read_history(path: Path) -> tuple[CheckRecord, ...]:
     """The checks in the file, oldest first; none where there is no file yet.
 
-    Raises FileError that names the line that is no check.
+    Raises FileError with the line that is not a check.
     """
     if not path.exists():
         return ()

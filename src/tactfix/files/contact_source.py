@@ -1,4 +1,4 @@
-"""Contacts from whatever holds them: a contact file or the log of a machine, whole or still being written."""
+"""Contacts from a contact file or the log of a machine, complete or still being written."""
 
 import sys
 import time
@@ -86,7 +86,7 @@ def load_contacts(
 
 
 PAUSE: Final = 0.2
-"""Seconds between two looks at a file: nobody who touches by hand notices it."""
+"""Seconds between two reads of a file that is followed."""
 
 
 def growing_text(path: str, *, follow: bool) -> Iterator[bytes]:

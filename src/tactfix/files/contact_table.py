@@ -42,8 +42,8 @@ class Table:
 def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
     """The cells below the header; None, with a problem, where there are none.
 
-    A row that cannot be cut into the columns of the header is a problem and left out: the others are judged all the
-    same, under the numbers that they have in the file.
+    A row that cannot be cut into the columns of the header is a problem and is left out; the others are checked too,
+    and keep their numbers in the file.
     """
     body, places = _content(lines, header, problems)
     if not body:
@@ -82,7 +82,7 @@ def _without_apostrophe(cell: str) -> str:
 
 
 def _unprintable(text: str, body: Sequence[str], places: Sequence[int]) -> Iterator[Problem]:
-    """A problem for each row with a character that a terminal or a comment would obey."""
+    """A problem for each row with an unprintable character."""
     if not UNPRINTABLE.search(text):
         return
     for index, line in enumerate(body):

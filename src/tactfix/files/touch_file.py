@@ -109,7 +109,7 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
 
 
 def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
-    """What is wrong with a line that sets nothing but nearly would, by its key where it has one."""
+    """The problem of a line that is nearly a setting; key: its key, "" if it has none."""
     if key in _OF_THE_CELL:
         what = f"{key} is said by the cell file, not by its touches"
         return [Problem(what, "remove the line, and write it under probe: in the cell file", line=number)]

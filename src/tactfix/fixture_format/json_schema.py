@@ -1,7 +1,7 @@
-"""Whether plain values keep to the JSON Schema of fixture files, for the part of JSON Schema that pydantic makes.
+"""Checks plain values against the JSON Schema of fixture files, for the keywords that pydantic generates.
 
-pydantic could tell as well, and does where something is wrong; but importing it and building its validators takes
-longer than all else that locating a fixture does.
+pydantic does this too, and is used to explain errors; but importing it and building its validators takes longer than
+the rest of locating a fixture.
 """
 
 import json
@@ -54,9 +54,9 @@ def is_entry(section: str, value: Any) -> bool:
 def conforms(value: Any, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:
     """Whether value keeps to schema; a number must be finite too, which JSON takes for granted.
 
-    Raises KeyError for a word of JSON Schema that is not known here: no restriction is passed over in silence.
+    Raises KeyError for a keyword of JSON Schema that is not known here, so that no restriction is ignored.
     """
-    # The type first: the other words take it for granted.
+    # The type first: the other keywords depend on it.
     if "type" in schema and not _TYPE_CHECKS[schema["type"]](value):
         return False
     return all(_keeps(value, word, schema, definitions) for word in schema if word not in _NOTES)

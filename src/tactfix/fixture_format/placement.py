@@ -20,7 +20,7 @@ PoseFiles: TypeAlias = Callable[[str], Pose]
 
 
 class _PoseError(Exception):
-    """A pose that cannot be had, with the findings that say why."""
+    """A pose that cannot be read, with the findings."""
 
     def __init__(self, findings: list[Finding]) -> None:
         self.findings = findings
@@ -28,7 +28,7 @@ class _PoseError(Exception):
 
 
 def check_placement(entry: Entry) -> Iterator[Finding]:
-    """Findings about the placement as such; whether its poses can be read is told by read_placement."""
+    """Findings about the placement; read_placement then reads its poses."""
     (name,) = entry["near"]
     if name not in ("file", *DIALECTS):
         remedy = did_you_mean(name, ("file", *DIALECTS))

@@ -2,8 +2,8 @@
 
 1. Form: the whole file is held to the JSON Schema; where it does not keep to it, pydantic says where and how.
 2. Rules: the entries that are well formed are held to what makes sense among them. Each rule lives with the section
-   that it is about. It takes nothing for granted of what an entry names: a feature may be missing or malformed, which
-   is told elsewhere.
+   that it is about. A rule must work if a feature that an entry names is missing or malformed, which is reported
+   elsewhere.
 3. Geometry: a file that passed both is built, and its relations, frame and boxes are held to the places it gives.
 """
 

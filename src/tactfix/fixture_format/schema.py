@@ -156,11 +156,6 @@ class PlacementModel(Strict):
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 
-def generated_schema() -> str:
-    """The JSON Schema of these models: what fixtures/tactfix.schema.json must hold, with a newline at its end."""
-    return schema_text(FixtureDocument, "tactfix fixture")
-
-
 def schema_text(model: type[Strict], title: str) -> str:
     """The JSON Schema (draft 2020-12) of a model as text, with a newline at its end."""
     schema = model.model_json_schema(by_alias=True)

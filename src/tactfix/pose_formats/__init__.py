@@ -1,4 +1,4 @@
-"""Poses in the words of those who use them: matrices, robot controllers, machine tools, ROS."""
+"""Poses in the formats of other programs: matrices, robot controllers, machine tools, ROS."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -12,6 +12,5 @@ from tactfix.pose_formats.plain import PLAIN_DIALECTS, ROS_MESSAGE
 _DIALECTS_MADE: Final = {
     dialect.name: dialect for dialect in (*PLAIN_DIALECTS, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)
 }
-"""In the order in which they are made."""
 DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType({name: _DIALECTS_MADE[name] for name in POSE_FORMATS})
 """The dialect of each name, in the order in which they are listed."""

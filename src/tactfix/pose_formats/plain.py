@@ -25,10 +25,9 @@ from tactfix.yaml_tree import read_tree
 
 POSE_SCHEMA: Final = "tactfix/pose/1"
 _MOST_BYTES: Final = 1 << 16
-"""Of a file that may hold a pose: a larger one is something else."""
-# Glued to a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damage.
+"""Of a file that may hold a pose: far more than the header and the 16 numbers of one."""
+# Directly behind a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damaged.
 _REMARK: Final = re.compile(r"(?<![\w.+-])#")
-"""Far more than the header and the 16 numbers of a pose."""
 _ROS: Final = Numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), "m", Quaternion(scalar_first=False), "")
 
 

@@ -24,7 +24,7 @@ _FLAGS: Final = (
 )
 """Nothing is asked of the network; the scene is drawn without a graphics card, and the page may take its time."""
 _SECONDS: Final = 120
-"""After which a browser that does not end is given up."""
+"""Time limit of the browser."""
 _WIDTH: Final = 1200
 """Pixels of a picture: the page is at most 72 rem wide, 1152 pixels, and has a margin."""
 _HEIGHT: Final = 2200

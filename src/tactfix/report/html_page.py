@@ -141,7 +141,7 @@ def render(
     conventions: Sequence[str] = POSE_CONVENTIONS,
     **context: Any,
 ) -> str:
-    """A page from a template of this package, with plotly's script in it; MissingExtraError without the extra."""
+    """A page from a template of this package, with the script of plotly; MissingExtraError without the extra."""
     environment, plotly_script = templates_and_plotly()
     return environment.get_template(template).render(
         figure=finite(figure),

@@ -21,12 +21,12 @@ from tactfix.results import Candidate, ContactResidual
 Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]
 
-# Okabe and Ito's palette: told apart by colour-blind eyes too.
+# The palette of Okabe and Ito, which colour-blind people can distinguish.
 _SURFACE_COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 _AXIS_COLORS: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
 _CANDIDATES_DRAWN: Final = 12
 """Candidates that are drawn."""
-# Poses that are left, told apart from each other and from the features.
+# Colours of the poses that are left, distinct from each other and from the features.
 _POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
 _ACCUSED: Final = "#d50000"
 ELLIPSOID_SIGMAS: Final = 2.7955

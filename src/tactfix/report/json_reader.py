@@ -1,4 +1,4 @@
-"""The JSON of locate, fit and qualify read back into results: what the JSON of the others holds is not all of them."""
+"""Reads results back from the JSON of locate, fit and qualify; the JSON of other commands is not complete."""
 
 import json
 from collections.abc import Callable

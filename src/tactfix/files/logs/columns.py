@@ -38,7 +38,7 @@ NAMING: Final = frozenset({"NAME", "ID", "POINT", "POINT ID", "POINT NAME", "LAB
 COUNTING: Final = frozenset(
     {"NO", "NO.", "NR", "NR.", "N", "#", "INDEX", "COUNT", "TIME", "TIMESTAMP", "DATE", "GROUP"}
 )
-"""Columns beside the coordinates: what a contact is called, and what says nothing of where it is."""
+"""Columns beside the coordinates: names of contacts, and numbers or times without a meaning here."""
 
 
 def is_header(text: str) -> bool:

@@ -1,6 +1,6 @@
-"""Lines of consoles: what a sender or terminal writes around what the machine said, and the commands it repeats.
+"""Lines of consoles: what a sender or terminal adds to a report of the machine, and the commands that it repeats.
 
-Before the machine's own words stand, in any order and number: time stamps, with brackets or without; prompts such as
+Before a report there may be, in any order and number: time stamps, with brackets or without; prompts such as
 >>> and <-; labels of letters; a repeated command, in brackets or with < or a tab behind it; colours; and what noise on
 a serial line leaves. Servers and scripts put the whole line into quotes, or as a string into JSON.
 """
@@ -33,14 +33,14 @@ _CARRIERS: Final = ("D", "Data", "data", "line", "message", "msg", "text")
 
 @frozen_value(eq=True)
 class Opening:
-    """What stood before the machine's words: the command repeated in brackets, and whether there was noise."""
+    """What stood before a report: the command repeated in brackets, and whether there was noise."""
 
     command: Block | None = None
     noise: bool = False
 
 
 def read_opening(lexer: Lexer) -> Opening:
-    """Pass all that a console may write before the machine's words."""
+    """Skip all that a console may write before a report."""
     command: Block | None = None
     noise = False
     while True:
@@ -62,7 +62,7 @@ def read_opening(lexer: Lexer) -> Opening:
 
 
 def read_closing(lexer: Lexer, remedy: str) -> None:
-    """Nothing but an ok, the end of a colour and noise may follow the machine's words."""
+    """Skip an ok, the end of a colour and noise after a report; anything else is an error."""
     lexer.blanks().match(_COLOUR)
     lexer.take(";")
     lexer.take("ok")

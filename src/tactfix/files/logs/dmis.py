@@ -1,7 +1,7 @@
 """DMIS: PTMEAS/CART,x,y,z,i,j,k in the unit of UNITS/; i, j, k is the normal out of the material.
 
-A statement goes on in the next line after a $ at its end; $$ begins a comment. All other statements say nothing of
-contacts, but unit, part coordinate system, sensor, tip compensation and rotary table must not change between them.
+A statement goes on in the next line after a $ at its end; $$ begins a comment. Other statements hold no
+contacts, but unit, part coordinate system, sensor, tip compensation and rotary table must not change between contacts.
 """
 
 import re

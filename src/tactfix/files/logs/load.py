@@ -1,4 +1,4 @@
-"""Contacts from a machine log: what the format cannot say, options must; nothing is guessed."""
+"""Contacts from a machine log, with options for what the format does not contain; nothing is guessed."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _MOST_TIP_MM = 3000.0
-"""No probe reaches farther from its flange; what is longer is in another unit."""
+"""No probe reaches farther from its flange: a longer offset is in another unit."""
 
 
 @frozen_value

@@ -1,6 +1,6 @@
-"""The content of any machine log, what the readers of logs share, and the touches with the options applied.
+"""The contacts of any machine log, functions that the readers share, and the options that change contacts.
 
-Options leave out repetitions, give approaches, and undo the work offset.
+Options leave out repetitions, give approaches, and apply the work offset.
 """
 
 import math
@@ -71,12 +71,12 @@ class LogFormat:
 
 @dataclass(slots=True)
 class Standing:
-    """What must not change between the contacts of one log: rotary axes, tool, frame, unit; by name."""
+    """States that must not change between the contacts of one log, by name: rotary axes, tool, frame, unit."""
 
     said: dict[str, tuple[object, int]] = field(default_factory=dict)
 
     def keep(self, what: str, value: object, lexer: Lexer, remedy: str = ONE_STATE_REMEDY) -> None:
-        """Refuse value where what was another one before; a change is told once."""
+        """Record the value of a state; a value that differs from the one before is an error, once for each change."""
         before, line = self.said.setdefault(what, (value, lexer.line))
         if before != value:
             self.said[what] = (value, lexer.line)
@@ -99,14 +99,14 @@ def _shown(value: object) -> str:
 
 
 def read_lines(text: str, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
-    """Read each line that holds something; what read refuses is a problem, and the next line is read all the same."""
+    """Read each line that is not empty; a TextError becomes a problem, and reading goes on with the next line."""
     for number, line in enumerate(text_lines(text), 1):
         if line.strip():
             try_reading(Lexer(line, number), problems, read)
 
 
 def try_reading(lexer: Lexer, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
-    """Read a text; what read refuses is a problem."""
+    """Read a text; a TextError becomes a problem."""
     try:
         read(lexer)
     except TextError as error:
@@ -128,14 +128,14 @@ def against(normal: Sequence[float]) -> Vector | None:
 
 
 def check_normal(lexer: Lexer, normal: Sequence[float], remedy: str) -> None:
-    """A normal has the length 1, or is none: numbers of another kind, or decimal commas, have not."""
+    """Refuse a normal whose length is neither 1 nor 0: its numbers mean something else, or have decimal commas."""
     length = math.hypot(*normal)
     if length and abs(length - 1) > _NORMAL_OFF_UNIT:
         lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", remedy)
 
 
 def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:
-    """A note on lines that say nothing of contacts; none when there are none."""
+    """A note on lines without contacts, if there are any."""
     found = tuple(lines)
     if not found:
         return ()
