@@ -18,7 +18,17 @@ from tactfix.errors import DegenerateContactsError, TipDoesNotFitError, UsageErr
 from tactfix.fitting.result import FitCandidate, FitResult
 from tactfix.fitting.trial import judged, surface_below_tip
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.surfaces import Cylinder, Plane, Side, SidedSurface, SidedType, Sphere, offset_radius, residuals
+from tactfix.geometry.surfaces import (
+    Cylinder,
+    Plane,
+    Side,
+    SidedSurface,
+    SidedType,
+    Sphere,
+    offset_radius,
+    radius_of,
+    residuals,
+)
 from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.cylinder import localize_cylinder
 from tactfix.localizers.plane import localize_plane
@@ -85,8 +95,8 @@ def fit(kind: SidedType, contacts: Contacts, radius: float | None = None, side: 
     """
     if kind == "plane" and radius is not None:
         raise UsageError("a plane has no radius")
-    answer = _answer(kind, contacts, radius, side)
-    if answer.status == "inconsistent" and kind != "plane":
+    answer = _answer(kind, contacts, radius, side)  # steps 1 to 3
+    if answer.status == "inconsistent" and kind != "plane":  # step 4
         answer = replace(answer, warnings=(*answer.warnings, *_of_other_side(kind, contacts, radius, side)))
     return replace(answer, units=contacts.units, contacts=contacts)
 
@@ -97,14 +107,14 @@ def _answer(kind: SidedType, contacts: Contacts, radius: float | None, side: Sid
     if dof < 0:
         return _underdetermined(kind, dof, f"{len(contacts)} contacts on a {kind}: {-dof} more needed to locate it")
     try:
-        found = _localize(kind, contacts, offset)
+        found = _localize(kind, contacts, offset)  # step 1
     except DegenerateContactsError as error:
         return _underdetermined(kind, dof, str(error))
-    candidates = [judged(candidate, contacts, side, dof, radius) for candidate in found]
+    candidates = [judged(candidate, contacts, side, dof, radius) for candidate in found]  # step 2
     candidates = _without_twins(candidates, contacts, dof)
     if radius is not None and dof == 1:
         candidates += _of_other_radius(kind, contacts, side, radius)
-    return _of_candidates(kind, contacts, candidates, dof, radius is not None)
+    return _of_candidates(kind, contacts, candidates, dof, radius is not None)  # step 3
 
 
 def _of_other_side(kind: SidedType, contacts: Contacts, radius: float | None, side: Side) -> tuple[str, ...]:
@@ -143,16 +153,12 @@ def _of_other_radius(kind: SidedType, contacts: Contacts, side: Side, radius: fl
     for candidate in found:
         surface = surface_below_tip(candidate.surface, contacts.tip_radius, side, None)
         known = surface_covariance(candidate.surface, contacts.points, contacts.sigmas, radius_known=False)
-        off = _radius(surface) - radius
+        off = radius_of(surface) - radius
         # Within noise it is one of those found with the given radius.
         if abs(off) > SURE * np.sqrt(known.covariance[-1, -1]):
-            reason = Reason("fit", None, None, f"its radius would be {_radius(surface):.7g}, not {radius:g}")
+            reason = Reason("fit", None, None, f"its radius would be {radius_of(surface):.7g}, not {radius:g}")
             others.append(FitCandidate(surface, candidate.chi2, candidate.rms, candidate.poorly_determined, (reason,)))
     return others
-
-
-def _radius(surface: SidedSurface) -> float:
-    return 0.0 if isinstance(surface, Plane) else surface.radius
 
 
 def _without_twins(candidates: Sequence[FitCandidate], contacts: Contacts, dof: int) -> list[FitCandidate]:

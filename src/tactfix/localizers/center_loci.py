@@ -160,7 +160,8 @@ def _on_two_cylinders(sphere: SphereLocus, first: CylinderLocus, second: Cylinde
         raise DegenerateContactsError(
             "sphere", "both axes are one", float(gap_of_axes), _NEVER_MEETING, _TOUCH_ELSEWHERE
         )
-    quadrics = [_sphere_matrix(sphere), _cylinder_matrix(first), _cylinder_matrix(second)]
+    ball = _quadric_matrix(np.eye(3), sphere.center, sphere.distance)
+    quadrics = [ball, _cylinder_matrix(first), _cylinder_matrix(second)]
     found, gap = _quadric_zeros(np.array(quadrics))
     if gap < _MULTIPLE_GAP:  # step 3
         nudge = np.random.default_rng(5).normal(scale=_QUADRIC_NUDGE, size=(3, 4, 4))
@@ -176,11 +177,6 @@ def _quadric_zeros(matrices: Floats) -> tuple[Floats, float]:
     return found.real, float(gap)
 
 
-def _sphere_matrix(sphere: SphereLocus) -> Floats:
-    """The quadric |c - center|^2 = distance^2 as symmetric matrix (4, 4)."""
-    return _quadric_matrix(np.eye(3), sphere.center, sphere.distance)
-
-
 def _cylinder_matrix(cylinder: CylinderLocus) -> Floats:
     """The quadric |(c - point) x direction|^2 = distance^2 as symmetric matrix (4, 4)."""
     direction = unit(cylinder.direction)
@@ -188,6 +184,7 @@ def _cylinder_matrix(cylinder: CylinderLocus) -> Floats:
 
 
 def _quadric_matrix(metric: Floats, place: Floats, distance: float) -> Floats:
+    """The quadric (c - place)^T metric (c - place) = distance^2 as symmetric matrix (4, 4)."""
     matrix = np.empty((4, 4))
     matrix[:3, :3] = metric
     matrix[:3, 3] = matrix[3, :3] = -metric @ place

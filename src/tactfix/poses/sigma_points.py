@@ -79,22 +79,22 @@ def curved_spread(
     """
     both = SIGMA_POINT_DISTANCE * np.concatenate([steps, -steps], axis=1)
     nothing_free = np.zeros((6, 0))
-    if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:
+    if np.linalg.svd(linear[:3], compute_uv=False)[0] > MOST_ROTATION_SIGMA:  # step 1
         return Spread(linear, nothing_free, trusted=False)
     arm = centre - base_from_fixture[:3, 3]
     # A rotation moves an origin that is far from the contacts along an arc.
     sag = float(np.linalg.norm(arm)) * (SIGMA_POINT_DISTANCE * np.linalg.norm(linear[:3])) ** 2 / 2
     is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
-    if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:
+    if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:  # step 2
         return Spread(linear, nothing_free, trusted=True)
-    distance, (poses, missing) = SIGMA_POINT_DISTANCE, solve(both)
+    distance, (poses, missing) = SIGMA_POINT_DISTANCE, solve(both)  # step 3
     if missing.max() > MOST_MISSING and nearer < distance:
         distance, (poses, missing) = nearer, solve(nearer / distance * both)
     if not np.isfinite(missing).all():
         return Spread(linear, nothing_free, trusted=False)
     share = 1 / np.sqrt(2 * distance**2)
-    factor = share * motions_between(base_from_fixture, poses)
-    # The test for a fold is made at the contacts, so that the distance of the origin does not matter.
+    factor = share * motions_between(base_from_fixture, poses)  # step 4
+    # Step 5: at the contacts, so that the distance of the origin does not matter.
     middle = base_from_fixture[:3, :3].T @ arm
     here = share * motions_between(_at(base_from_fixture[None], middle)[0], _at(poses, middle))
     linear_here = np.concatenate([linear[:3], linear[3:] + np.cross(linear[:3].T, arm).T])
