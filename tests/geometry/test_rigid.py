@@ -120,10 +120,12 @@ def test_rotation_vectors_agree_with_scipy_from_no_turn_to_half_a_turn():
     rng = np.random.default_rng(5)
     sizes = np.array([0.0, 1e-12, 1e-6, 0.1, 2.0, np.pi - 1e-6, np.pi])
     vectors = unit(rng.normal(size=(len(sizes), 3))) * sizes[:, None]
-    found = rotation_vectors(Rotation.from_rotvec(vectors).as_matrix())
-    np.testing.assert_allclose(found[:-1], vectors[:-1], atol=1e-9)
-    # Half a turn has two vectors.
-    np.testing.assert_allclose(np.abs(found[-1] @ vectors[-1]), np.pi**2, rtol=1e-9)
+    matrices = Rotation.from_rotvec(vectors).as_matrix()
+    one_by_one = np.concatenate([rotation_vectors(matrix[None]) for matrix in matrices])
+    for found in (rotation_vectors(matrices), one_by_one):
+        np.testing.assert_allclose(found[:-1], vectors[:-1], atol=1e-9)
+        # Half a turn has two vectors.
+        np.testing.assert_allclose(np.abs(found[-1] @ vectors[-1]), np.pi**2, rtol=1e-9)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-5, 2e-4, 0.3, 2.5])
