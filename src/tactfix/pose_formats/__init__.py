@@ -1,16 +1,40 @@
 """Poses in the formats of other programs: matrices, robot controllers, machine tools, ROS."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final
 
 from tactfix.formats import POSE_FORMATS
-from tactfix.pose_formats.controllers import MACHINES, ROBOTS, ROS_LINES
-from tactfix.pose_formats.dialect import Dialect
-from tactfix.pose_formats.plain import PLAIN_DIALECTS, ROS_MESSAGE
 
-_DIALECTS_MADE: Final = {
-    dialect.name: dialect for dialect in (*PLAIN_DIALECTS, ROS_MESSAGE, *ROS_LINES, *ROBOTS, *MACHINES)
-}
-DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType({name: _DIALECTS_MADE[name] for name in POSE_FORMATS})
+if TYPE_CHECKING:
+    from tactfix.pose_formats.dialect import Dialect
+
+
+class _Dialects(Mapping[str, "Dialect"]):
+    """Each dialect by its name, made when it is first asked for: the pose of a JSON does not wait for controllers."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, Dialect] = {}
+
+    def __getitem__(self, name: str) -> "Dialect":
+        if name in POSE_FORMATS and name not in self._made:
+            from tactfix.pose_formats.plain import PLAIN_DIALECTS
+
+            self._made |= {dialect.name: dialect for dialect in PLAIN_DIALECTS}
+            if name not in self._made:
+                from tactfix.pose_formats.controllers import MACHINES, ROBOTS, ROS_LINES
+
+                self._made |= {dialect.name: dialect for dialect in (*ROS_LINES, *ROBOTS, *MACHINES)}
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in POSE_FORMATS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(POSE_FORMATS)
+
+    def __len__(self) -> int:
+        return len(POSE_FORMATS)
+
+
+DIALECTS: Final[Mapping[str, "Dialect"]] = _Dialects()
 """The dialect of each name, in the order in which they are listed."""

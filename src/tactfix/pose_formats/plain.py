@@ -261,8 +261,7 @@ PLAIN_DIALECTS: Final = (
     Dialect("yaml", "YAML with units and covariance", _write_yaml, _read_yaml, comments=True),
     Dialect("csv", "4 x 4 matrix with commas, '# units' before it", _write_rows(","), _read_rows, comments=True),
     Dialect("npy", "4 x 4 numpy array", _write_npy, _read_npy, has_units=False),
-)
-
-ROS_MESSAGE: Final = Dialect(
-    "ros", "ROS TransformStamped as YAML: quaternion x, y, z, w", _write_ros, _read_yaml, "m", _ROS, comments=True
+    Dialect(
+        "ros", "ROS TransformStamped as YAML: quaternion x, y, z, w", _write_ros, _read_yaml, "m", _ROS, comments=True
+    ),
 )
