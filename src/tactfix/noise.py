@@ -42,6 +42,7 @@ def normal_limit(count: int, probability: float = REJECTED_IN_ERROR, equations: 
     return math.sqrt(chi_square_limit(equations, probability / count))
 
 
+@lru_cache(maxsize=256)
 def least_chi_square(dof: int, probability: float = SUSPICIOUS) -> float:
     """The chi-square that dof degrees of freedom fall below with this probability; 0 for none."""
     if dof < 1:

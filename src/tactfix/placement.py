@@ -1,5 +1,7 @@
 """What is known of where a fixture stands before it is touched: limits, a measured pose, directions held."""
 
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Annotated, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -78,28 +80,39 @@ class Placement:
         """Whether it says anything of poses; near alone does not."""
         return self.within is not None or self.is_in_fit
 
-    @property
+    @cached_property
     def covariance(self) -> Floats | None:
         """The covariance (6, 6) of near where it is a measurement: rx ry rz (rad), tx ty tz (length)."""
         if self.sigma is None or isinstance(self.sigma, np.ndarray):
             return self.sigma
         translation, rotation = self.sigma
-        return np.diag([rotation**2] * 3 + [translation**2] * 3)
+        return frozen(np.diag([rotation**2] * 3 + [translation**2] * 3))
+
+    @cached_property
+    def whitening(self) -> Floats | None:
+        """W (6, 6) with W^T W the inverse of the covariance: of a measured pose, residuals over sigma."""
+        return None if self.covariance is None else frozen(np.linalg.inv(np.linalg.cholesky(self.covariance)))
 
     @property
     def dof(self) -> int:
         """How many equations a measurement gives, less the unknowns of the pose."""
         return (6 if self.sigma is not None else 0) - int(self.turns.sum() + self.shifts.sum())
 
-    @property
+    @cached_property
     def turns(self) -> Bools:
         """The base axes (3,) about which the fixture may be turned from near."""
-        return np.array([self.free is None or f"r{axis}" in self.free for axis in "xyz"])
+        return _are_free(self.free, ("rx", "ry", "rz"))
 
-    @property
+    @cached_property
     def shifts(self) -> Bools:
         """The base axes (3,) along which the fixture may be shifted from near."""
-        return np.array([self.free is None or axis in self.free for axis in "xyz"])
+        return _are_free(self.free, ("x", "y", "z"))
+
+
+def _are_free(free: frozenset[Direction] | None, names: Sequence[Direction]) -> Bools:
+    found = np.array([free is None or name in free for name in names])
+    found.flags.writeable = False
+    return found
 
 
 def _is_positive_definite(covariance: Floats) -> bool:

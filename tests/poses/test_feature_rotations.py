@@ -24,7 +24,8 @@ def rotations_for(patches, counts, seed, sigma=0.01):
     truth = touch_all(patches, counts, rng, sigma=sigma, tip=1.0)
     contacts = truth.contacts(rng)
     surfaces = {name: patch.surface() for name, patch in patches.items()}
-    return feature_rotations(surfaces, contacts, contacts.sigmas), truth.pose[:3, :3].T
+    found = feature_rotations(surfaces, contacts, contacts.sigmas)
+    return found and found.matrices, truth.pose[:3, :3].T
 
 
 def nearest(rotations, true):
@@ -84,8 +85,27 @@ def test_a_pin_touched_on_a_short_arc_is_not_relied_on():
     points = contacts.points.copy()
     points[contacts.by_feature["pin"]] = pin @ truth.pose[:3, :3].T + truth.pose[:3, 3]
     surfaces = {name: patch.surface() for name, patch in PLATE.items()}
-    rotations = feature_rotations(surfaces, replace(contacts, points=points), np.full(len(points), 0.01))
-    assert rotations.shape[2] == 2 * TURNS
+    found = feature_rotations(surfaces, replace(contacts, points=points), np.full(len(points), 0.01))
+    assert len(found) == 2 * TURNS
+    assert found.are_samples
+
+
+@pytest.mark.parametrize(
+    ("patches", "counts", "fixed"),
+    [
+        (CORNER, {"right": 3, "back": 3, "top": 3}, True),
+        (PLATE, {"plate": 4, "pin": 4, "ball": 5}, True),
+        (BALLS, dict.fromkeys(BALLS, 4), True),
+        # A ball touched three times has two places, and may have them at one rotation.
+        (BALLS, dict.fromkeys(BALLS, 3), False),
+        (CORNER, {"right": 4, "back": 4, "top": 1}, False),
+    ],
+)
+def test_the_place_is_fixed_where_the_features_leave_one_translation(patches, counts, fixed):
+    rng = np.random.default_rng(6)
+    contacts = touch_all(patches, counts, rng, sigma=0.01).contacts(rng)
+    surfaces = {name: patch.surface() for name, patch in patches.items()}
+    assert feature_rotations(surfaces, contacts, contacts.sigmas).fix_place is fixed
 
 
 def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tactfix.localization.locate import locate
 from tactfix.placement import Placement
+from tactfix.poses import search
 from tactfix.poses.equations import evaluate
 from tactfix.poses.pose_domain import MeasuredPose, PoseDomain
 from tactfix.poses.search_frame import SearchFrame
@@ -261,6 +262,41 @@ def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patc
     against = [candidate for candidate in measured.candidates if not candidate.accepted]
     left = [candidate for candidate in against if {reason.code for reason in candidate.reasons} == {"prior"}]
     assert len(left) == measured.without_prior.poses - (0 if offset else 1)
+
+
+@pytest.mark.parametrize("told", [("top",), ("top", "right"), ("right", "back", "top")])
+def test_what_contacts_alone_leave_is_counted_by_their_approaches_too(told):
+    """Of four poses of three faces those remain whose approaches are possible; others are not searched."""
+    rng = np.random.default_rng(22)
+    truth = touch_all(CORNER, dict.fromkeys(CORNER, 4), rng, sigma=0.02)
+    contacts = truth.contacts(rng)
+    is_told = np.array([name in told for name in contacts.features])
+    contacts = replace(contacts, approaches=np.where(is_told[:, None], contacts.approaches, np.nan))
+    bare = locate(placed(CORNER), contacts)
+    for how in ({"sigma": (0.5, 0.01)}, {"within": (1.0, 0.01)}):
+        known = locate(replace(placed(CORNER), placement=Placement(truth.pose, **how)), contacts)
+        assert known.status == "located"
+        assert known.without_prior.status == bare.status
+        assert known.without_prior.poses == sum(candidate.accepted for candidate in bare.candidates)
+    assert len(known.candidates) == len(bare.candidates)
+
+
+@pytest.mark.parametrize("how", [{"within": (5.0, 0.1)}, {"sigma": (0.5, 0.01)}])
+def test_the_place_that_is_known_spares_descents_where_features_fix_the_place(monkeypatch, how):
+    rng = np.random.default_rng(23)
+    truth = touch_all(PLATE, {"plate": 4, "pin": 4, "ball": 5}, rng, sigma=0.02)
+    contacts, begun = truth.contacts(rng), []
+    original = search.descend
+
+    def counted(equations, rotations, *more, **how):
+        begun[-1] += rotations.shape[2]
+        return original(equations, rotations, *more, **how)
+
+    monkeypatch.setattr(search, "descend", counted)
+    for placement in (None, Placement(truth.pose, **how)):
+        begun.append(0)
+        assert locate(replace(placed(PLATE), placement=placement), contacts).status == "located"
+    assert begun[1] < begun[0] / 2
 
 
 def test_a_direction_that_cannot_be_held_is_named():

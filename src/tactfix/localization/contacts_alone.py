@@ -87,7 +87,8 @@ def _counted(contacts: Contacts, outcome: Outcome, beside: Sequence[Solution] = 
     """The result if rejections by the prior are not counted; beside: further solutions."""
     pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
     left = [*(s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}), *beside]
-    return _without(status_of(contacts, outcome.solutions, left), left)
+    is_same = len(left) == len(outcome.left)
+    return _without(outcome.status if is_same else status_of(contacts, outcome.solutions, left), left)
 
 
 Left: TypeAlias = tuple[WithoutPrior, Sequence[Solution]]

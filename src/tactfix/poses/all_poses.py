@@ -26,7 +26,7 @@ from tactfix.geometry.surfaces import Cylinder, Plane, SidedSurface, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.placement import Placement
 from tactfix.poses.equations import PoseEquations
-from tactfix.poses.feature_rotations import TURNS, rotations_in
+from tactfix.poses.feature_rotations import not_out_of_material, rotations_in
 from tactfix.poses.pose_fit import PoseFit, fit_at
 from tactfix.poses.search import find_zeros, find_zeros_near, nearest_misses
 from tactfix.poses.search_frame import SearchFrame
@@ -129,8 +129,11 @@ def _beside_measured(
     rotations = rotations_in(bare.domain, surfaces, contacts, sigmas) if len(bare) >= RELY_ON_FEATURES else None
     if rotations is None:
         return None
-    turns, many = frame.half_turns(surfaces, contacts), rotations.shape[2] >= TURNS
-    zeros = find_zeros_near(bare, zero_limit(bare.dof, unit), rotations, turns, around_all=many)
+    # Poses far from the measured one are only counted, and those that the approach eliminates are not.
+    is_near = bare.domain.may_lead_into(rotations.matrices)
+    rotations = rotations.of(is_near | not_out_of_material(surfaces, contacts, rotations.matrices))
+    turns = frame.half_turns(surfaces, contacts)
+    zeros = find_zeros_near(bare, zero_limit(bare.dof, unit), rotations, turns)
     near = bare.domain.has(zeros.rotations, zeros.offsets)
     if zeros.continuum or not near.any():
         return None
@@ -180,9 +183,7 @@ def _zeros(
     if len(searched) >= RELY_ON_FEATURES:
         rotations = rotations_in(searched.domain, surfaces, contacts, sigmas)
         if rotations is not None:
-            # TURNS rotations or more are samples of those about a single direction.
-            many = rotations.shape[2] >= TURNS
-            zeros = find_zeros_near(searched, cost_limit, rotations, turns, around_all=many, thorough=thorough)
+            zeros = find_zeros_near(searched, cost_limit, rotations, turns, thorough)
             if len(zeros):
                 return zeros
     starts = _starts(surfaces, contacts, searched.dof)
@@ -192,8 +193,7 @@ def _zeros(
     zeros = find_zeros(searched, cost_limit, starts, turns)
     if len(zeros):
         return zeros
-    rotations = domain_rotations(searched.domain, start_count(searched.domain, starts))
-    misses = nearest_misses(searched, rotations, turns)
+    misses = nearest_misses(searched, domain_rotations(searched.domain, start_count(searched.domain, starts)), turns)
     if misses.costs.min(initial=np.inf) <= cost_limit:
         return misses
     # Before contacts are called inconsistent, further coverings are searched.

@@ -13,7 +13,7 @@ A pose that explains all contacts explains those of each feature. So it is as ne
 features are determined.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -35,13 +35,11 @@ from tactfix.localizers.candidate import SurfaceCandidate
 from tactfix.localizers.plane import localize_plane
 from tactfix.localizers.sphere import localize_sphere
 from tactfix.poses.pose_domain import ANGLES_AGREE, PoseDomain
+from tactfix.poses.starts import TURNS, FeatureRotations
 
 WELL_LOCATED = 0.02
 """Largest sigma of a feature that is used, as a share of the extent of its contacts. 0.01 and 0.04 give the same poses
 of the 336 problems of `all_poses.SEARCHED`."""
-TURNS = 12
-"""Rotations about a single direction: one every 30 degrees. Of 11,400 problems three kept a pose that these starts
-led to, and starts around those found no further ones."""
 ONE_DIRECTION = 0.2
 """Sine of the angle between two directions below which the second one is not used: its rotation about the first is then
 uncertain by five times as much."""
@@ -50,6 +48,9 @@ MOST_ROTATION_COMBINATIONS = 64
 fast."""
 CIRCLE_CONTACTS = 3
 """Contacts that determine a circle."""
+CLEARLY_OUT = 0.7
+"""Cosine of the angle between the outward normal of a plane and the approach above which no pose near a rotation passes
+the test of the approach: 45 deg, and rotations are known to ANGLES_AGREE, 14 deg."""
 UPRIGHT = 1e-3
 """Sine of the angle between a cylinder's axis and a plane's normal up to which it stands on the plane: files are
 typed to a millimetre in a metre or better, and the start is refined anyway."""
@@ -57,7 +58,7 @@ typed to a millimetre in a metre or better, and the start is refined anyway."""
 
 def rotations_in(
     domain: PoseDomain, surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats
-) -> Floats | None:
+) -> FeatureRotations | None:
     """The rotations of `feature_rotations` that may lead into the domain; None if there are none.
 
     None too for constrained directions: a domain with fewer unknowns needs no such starts.
@@ -65,12 +66,25 @@ def rotations_in(
     rotations = feature_rotations(surfaces, contacts, sigmas) if domain.is_free else None
     if rotations is None or domain.looks_beyond:
         return rotations
-    near = rotations[..., domain.may_lead_into(rotations)]
-    return near if near.shape[2] else None
+    near = rotations.of(domain.may_lead_into(rotations.matrices))
+    return near if len(near) else None
 
 
-def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> Floats | None:
-    """Rotations (3, 3, N) of fixture_from_base near that of every pose; None if features give no direction.
+def not_out_of_material(surfaces: Mapping[str, SidedSurface], contacts: Contacts, rotations: Floats) -> Bools:
+    """Which rotations (3, 3, N) of fixture_from_base let the probe travel into every touched plane, not clearly out."""
+    normals = np.zeros((len(contacts), 3))
+    for name, index in contacts.by_feature.items():
+        if isinstance(surface := surfaces[name], Plane):
+            normals[index] = surface.normal
+    approaches = np.where(contacts.has_approach[:, None], contacts.approaches, 0.0)
+    cosines = np.einsum("na,abN,nb->nN", normals, rotations, approaches, optimize=False)
+    return np.asarray((cosines < CLEARLY_OUT).all(axis=0))
+
+
+def feature_rotations(
+    surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats
+) -> FeatureRotations | None:
+    """Rotations of fixture_from_base near that of every pose; None if features give no direction.
 
     surfaces in the fixture frame; sigmas (n,) of the residuals.
     """
@@ -86,7 +100,23 @@ def feature_rotations(surfaces: Mapping[str, SidedSurface], contacts: Contacts, 
         return None
     base = np.array([_directions(choice, pairs) for choice in choices])
     found = _rotations(fixture, base[_agree(fixture, base)])  # steps 3 and 4
-    return np.moveaxis(found, 0, -1) if len(found) else None
+    return FeatureRotations(np.moveaxis(found, 0, -1), _fix_place(located.values())) if len(found) else None
+
+
+def _fix_place(located: Iterable[Sequence[SidedSurface]]) -> bool:
+    """Whether these places leave a single translation at each rotation.
+
+    The two sides of a plane belong to two rotations. The two places of a ball may belong to one: it does not count.
+    """
+    resisted = np.zeros((3, 3))
+    for place, *others in located:
+        if isinstance(place, Plane):
+            resisted += np.outer(place.normal, place.normal)
+        elif not others:
+            resisted += np.eye(3)
+            if isinstance(place, Cylinder):
+                resisted -= np.outer(place.direction, place.direction)
+    return bool(np.linalg.eigvalsh(resisted)[0] > ONE_DIRECTION)
 
 
 def _located(surfaces: Mapping[str, SidedSurface], contacts: Contacts, sigmas: Floats) -> dict[str, list[SidedSurface]]:

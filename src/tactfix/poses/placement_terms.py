@@ -96,8 +96,7 @@ def _terms(
     pivot = frame_from_fixture[:3, 3] / length
     place = (placement.near[:3, 3] - base_origin) / length
     domain = PoseDomain(near, placement.turns, placement.shifts, pivot, place)
-    if (covariance := placement.covariance) is None:
+    if placement.whitening is None:
         return domain, None
-    units = np.array([1.0] * 3 + [length] * 3)
-    whitening = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(units, units)))
+    whitening = placement.whitening * np.array([1.0] * 3 + [length] * 3)
     return domain, MeasuredPose(near, pivot, place, whitening * (sigma / length))

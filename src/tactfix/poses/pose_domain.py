@@ -22,6 +22,8 @@ translation of its origin, both in base axes.
 The poses are the last axis of all arrays, as in `equations`.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from tactfix.geometry.arrays import Bools, Floats, Frozen, circle_axes, cross, cross_columns
@@ -57,17 +59,22 @@ class PoseDomain:
     distance: float = np.inf
     looks_beyond: bool = False
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """The number of unknowns of a pose."""
         return int(self.turns.sum() + self.shifts.sum())
 
-    @property
+    @cached_property
     def is_free(self) -> bool:
         """Whether no direction is constrained."""
         return self.dimension == 6
 
     @property
+    def is_limited(self) -> bool:
+        """Whether poses are looked for up to a distance from near only."""
+        return bool(np.isfinite(self.distance))
+
+    @cached_property
     def search_angle(self) -> float:
         """The angle (rad) from near up to which rotations are searched."""
         return float(min(self.angle + ROTATION_MARGIN, np.pi))
@@ -100,11 +107,15 @@ class PoseDomain:
 
     def has(self, rotations: Floats, offsets: Floats) -> Bools:
         """Which poses (N,) lie within the limits and their margins."""
-        if self.search_angle >= np.pi and np.isinf(self.distance):
+        if not rotations.shape[2] or (self.search_angle >= np.pi and not self.is_limited):
             return np.ones(rotations.shape[2], dtype=bool)
         places = -np.einsum("abN,aN->bN", rotations, offsets - self.pivot[:, None])
         gaps = np.sqrt(((places - self.place[:, None]) ** 2).sum(axis=0))
         return np.asarray((self.angles(rotations) <= self.search_angle) & (gaps <= self.distance + TRANSLATION_MARGIN))
+
+    def offsets_at_place(self, rotations: Floats) -> Floats:
+        """The offsets (3, N) at rotations (3, 3, N) with which the fixture's origin is where it is at near."""
+        return np.asarray(self.pivot[:, None] - np.einsum("abN,b->aN", rotations, self.place))
 
     def may_lead_into(self, rotations: Floats) -> Bools:
         """Which rotations (3, 3, N), with errors up to ANGLES_AGREE, may be those of a pose within the limits."""
@@ -170,13 +181,13 @@ class MeasuredPose:
 
     def evaluate(self, rotations: Floats, offsets: Floats) -> tuple[Floats, Floats]:
         """Residuals (6, N) and Jacobian (6, 6, N), unknowns first, at rotations (3, 3, N), offsets (3, N)."""
-        base_from_frame = np.moveaxis(rotations, -1, 0).swapaxes(1, 2)
-        arms = (offsets - self.pivot[:, None]).T
+        base_from_frame = rotations.transpose(2, 1, 0)
+        arms = offsets.T - self.pivot
         turns = rotation_vectors(base_from_frame @ self.near)
         shifts = -(base_from_frame @ arms[:, :, None])[..., 0] - self.place
         rows = np.zeros((len(arms), 6, 6))
-        rows[:, :3, :3] = -inverse_left_jacobian(turns) @ base_from_frame
-        rows[:, 3:, :3] = -base_from_frame @ skew(arms)
-        rows[:, 3:, 3:] = -base_from_frame
+        rows[:, :3, :3] = inverse_left_jacobian(turns) @ base_from_frame
+        rows[:, 3:, :3] = base_from_frame @ skew(arms)
+        rows[:, 3:, 3:] = base_from_frame
         residual = self.whitening @ np.concatenate([turns, shifts], axis=1).T
-        return residual, np.moveaxis(self.whitening @ rows, (0, 1, 2), (2, 1, 0))
+        return residual, -(self.whitening @ rows).transpose(2, 1, 0)

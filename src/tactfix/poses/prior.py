@@ -7,11 +7,12 @@
     d' (C + C_near)^-1 d > the limit of chi-square,   C_near = 0 in constrained directions.
 """
 
+import math
 from typing import Protocol
 
 import numpy as np
 
-from tactfix.geometry.arrays import TINY, Floats, Ints
+from tactfix.geometry.arrays import Floats, Ints
 from tactfix.geometry.rigid import rotation_vectors
 from tactfix.noise import SURE, chi_square_limit
 from tactfix.placement import Placement
@@ -66,28 +67,27 @@ def contradiction(placement: Placement, solution: LocatedPose, units: str, fitte
 
 def _beyond_limits(within: tuple[float, float], off: Floats, covariance: Floats, units: str) -> Contradiction | None:
     """The contradiction by the worse of rotation and translation, if it is beyond its limit."""
-    shift_limit, turn_limit = within
-    turn = _beyond_limit(off[:3], covariance[:3, :3], turn_limit)
-    shift = _beyond_limit(off[3:], covariance[3:, 3:], shift_limit)
-    if max(turn, shift) <= 1:
-        return None
-    first, part, limit = (0, off[:3], turn_limit) if turn > shift else (3, off[3:], shift_limit)
-    worst = int(np.argmax(np.abs(part)))
-    size = amount(first, float(np.linalg.norm(part)), units)
-    words = f"it would be {size} from near, limit {amount(first, limit, units)}"
-    return Contradiction(f"{words}: {component(first + worst, part[worst], units)}", max(turn, shift))
+    beyond = None
+    for first, limit in ((3, within[0]), (0, within[1])):
+        which = slice(first, first + 3)
+        part = off[which].tolist()
+        size = math.hypot(*part)
+        ratio = _beyond_limit(size, limit, off[which], covariance[which, which]) if size > limit else 0.0
+        if ratio > (1.0 if beyond is None else beyond.ratio):
+            worst = int(np.argmax(np.abs(part)))
+            words = f"it would be {amount(first, size, units)} from near, limit {amount(first, limit, units)}"
+            beyond = Contradiction(f"{words}: {component(first + worst, part[worst], units)}", ratio)
+    return beyond
 
 
-def _beyond_limit(part: Floats, covariance: Floats, limit: float) -> float:
-    """The ratio of a rotation or translation (3,) of covariance (3, 3) to what a limit allows."""
-    return float(np.linalg.norm(part)) / max(limit + SURE * _sigma_along(covariance, part), TINY)
+def _beyond_limit(size: float, limit: float, part: Floats, covariance: Floats) -> float:
+    """The ratio of the size of a rotation or translation (3,) of covariance (3, 3) to what a limit allows.
 
-
-def _sigma_along(covariance: Floats, vector: Floats) -> float:
-    """The standard deviation of covariance (3, 3) along a vector (3,); infinite if an entry is."""
+    Zero where a motion is free.
+    """
     if not np.isfinite(covariance).all():
-        return float("inf")
-    return float(np.sqrt(max(float(vector @ covariance @ vector), 0.0) / max(float(vector @ vector), TINY)))
+        return 0.0
+    return size / (limit + SURE * math.sqrt(max(float(part @ covariance @ part), 0.0)) / size)
 
 
 def _known_covariance(placement: Placement) -> Floats | None:
@@ -121,4 +121,4 @@ def component(number: int, value: float, units: str) -> str:
 
 def amount(number: int, value: float, units: str) -> str:
     """The value of one of the six components of a motion with its unit, angles in degrees."""
-    return f"{np.degrees(value):.4g} deg" if number < 3 else f"{value:.4g} {units}"
+    return f"{math.degrees(value):.4g} deg" if number < 3 else f"{value:.4g} {units}"

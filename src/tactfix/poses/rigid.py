@@ -81,7 +81,8 @@ def _solution(
     fit: PoseFit, surfaces: Mapping[str, Surface], contacts: Contacts, single: Equations, placement: Placement | None
 ) -> Solution:
     """The fit with its uncertainty, for the given contacts and surfaces; single: the same with one equation each."""
-    spread = rigid_spread(fit, single.contacts, single.sigmas, placement)
+    in_fit = placement if placement is not None and placement.is_in_fit else None
+    spread = rigid_spread(fit, single.contacts, single.sigmas, in_fit)
     in_base = {name: moved(fit.base_from_fixture, surface) for name, surface in surfaces.items()}
     values, normals = contact_residuals(in_base, contacts)
     return solution_from(fit.base_from_fixture, in_base, contacts, values, normals, fit.chi2, spread)

@@ -27,7 +27,7 @@ import numpy as np
 from tactfix.geometry.arrays import Bools, Floats
 from tactfix.poses.descent import FIRST_LOOK, MOST_DESCENT_STEPS, descend
 from tactfix.poses.equations import PoseEquations, centred_offsets
-from tactfix.poses.starts import SIDES, around, covering
+from tactfix.poses.starts import SIDES, FeatureRotations, around, covering
 from tactfix.poses.zeros import Zeros, are_balanced, together
 from tactfix.values import frozen_value
 
@@ -73,31 +73,31 @@ def find_zeros(
 def find_zeros_near(
     equations: PoseEquations,
     cost_limit: float,
-    rotations: Floats,
+    rotations: FeatureRotations,
     turns: Sequence[Floats] = (),
-    around_all: bool = False,
     thorough: bool = True,
 ) -> Zeros:
-    """The same with known rotations (3, 3, N) near that of every zero; new starts only around zeros that were met once.
+    """The same with known rotations near that of every zero; new starts only around zeros that were met once.
 
-    around_all: new starts around all zeros, for rotations that are samples of a set. Without thorough: no new starts;
-    for samples the result is then never complete. A zero counts as found if it was met twice, not OFTEN: the rotations
-    are those of all zeros, not chosen at random.
+    Rotations that are samples of a set have new starts around all zeros. Without thorough: no new starts; for samples
+    the result is then never complete. A zero counts as found if it was met twice, not OFTEN: the rotations are those of
+    all zeros, not chosen at random.
 
     Each rotation starts with its best translation, and from START_OFFSET to all sides of it: if the other features
-    leave the centre of a ball or bar on a line, both of its places on the line are found. Beyond the limits of a
-    placement only the best translation starts, unless nothing is found within.
+    leave the centre of a ball or bar on a line, both of its places on the line are found. If the features fix the
+    place, and a placement tells it, that is the only other start. Beyond the limits of a placement only the best
+    translation starts, unless nothing is found within.
     """
     search = _Search(equations, cost_limit, turns)
-    is_near = equations.domain.may_lead_into(rotations)
+    is_near = equations.domain.may_lead_into(rotations.matrices)
     zeros = search.met_near(rotations, is_near)
     if not is_near.all() and not search.wanted(zeros).any():
         zeros = search.met_near(rotations, np.ones_like(is_near))
     if thorough:
-        return search.with_neighbours(zeros, around_all)
+        return search.with_neighbours(zeros, rotations.are_samples)
     zeros = zeros.merged(equations)
-    met_once = search.wanted(zeros) & (zeros.counts < 2)
-    return replace(zeros, complete=not (around_all or zeros.continuum or met_once.any()))
+    is_open = rotations.are_samples or zeros.continuum or search.met_once(zeros).any()
+    return replace(zeros, complete=not is_open)
 
 
 def nearest_misses(equations: PoseEquations, rotations: Floats, turns: Sequence[Floats] = ()) -> Zeros:
@@ -135,13 +135,17 @@ class _Search:
         found = descend(self.equations, rotations, offsets, self.cost_limit, first_look=first_look)
         return found.with_twins(self.turns)
 
-    def met_near(self, rotations: Floats, to_all_sides: Bools) -> Zeros:
-        """The ends of descents from rotations (3, 3, N) with their best translations, and from all SIDES of some."""
-        offsets = centred_offsets(self.equations, rotations)
-        around = offsets[:, None, to_all_sides] + SIDES[:, 1:, None]
-        aside = np.repeat(rotations[:, :, None, to_all_sides], SIDES.shape[1] - 1, axis=2)
-        starts = np.concatenate([rotations, aside.reshape(3, 3, -1)], axis=2)
-        offsets = np.concatenate([offsets, around.reshape(3, -1)], axis=1)
+    def met_near(self, rotations: FeatureRotations, is_near: Bools) -> Zeros:
+        """The ends of descents from rotations with their best translations, and from others for those that are near."""
+        domain, near = self.equations.domain, rotations.matrices[..., is_near]
+        offsets = centred_offsets(self.equations, rotations.matrices)
+        if domain.is_limited and rotations.fix_place and not rotations.are_samples:
+            again, around = near, domain.offsets_at_place(near)
+        else:
+            again = np.repeat(near[:, :, None], SIDES.shape[1] - 1, axis=2).reshape(3, 3, -1)
+            around = (offsets[:, None, is_near] + SIDES[:, 1:, None]).reshape(3, -1)
+        starts = np.concatenate([rotations.matrices, again], axis=2)
+        offsets = np.concatenate([offsets, around], axis=1)
         return Zeros.none().joined(self.met_from(starts, offsets, NEAR_LOOK))
 
     def of_coverings(self, starts: int, least: int) -> Zeros:
@@ -164,15 +168,14 @@ class _Search:
         zeros = zeros.merged(self.equations)
         fresh = zeros if around_all else zeros.best(0)
         for number in range(MOST_ROUNDS):
-            fresh = fresh.subset(self.wanted(fresh))
-            centres = together([fresh, zeros.subset((zeros.counts < 2) & self.wanted(zeros))])
+            centres = together([fresh.subset(self.wanted(fresh)), zeros.subset(self.met_once(zeros))])
             if not len(centres) or zeros.continuum:
                 break
             before = len(zeros)
             found = self.met_from(*around(self.equations.domain, centres, number))
             zeros = zeros.joined(found).merged(self.equations)
             fresh = zeros.since(before)
-        are_settled = not len(fresh) and bool((zeros.counts >= 2)[self.wanted(zeros)].all())
+        are_settled = not self.wanted(fresh).any() and not self.met_once(zeros).any()
         return replace(zeros, complete=are_settled and not zeros.continuum)
 
     def balanced(self, zeros: Zeros, starts: int) -> Zeros:
@@ -185,6 +188,11 @@ class _Search:
             if len(more) > len(zeros):
                 zeros = self.with_neighbours(more)
         return zeros
+
+    def met_once(self, zeros: Zeros) -> Bools:
+        """Which were met only once, of those that are searched for."""
+        once = zeros.counts < 2
+        return once & self.wanted(zeros) if once.any() else once
 
     def wanted(self, zeros: Zeros) -> Bools:
         """Which zeros are in the domain; descents may find others, which are kept."""

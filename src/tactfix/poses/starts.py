@@ -5,17 +5,19 @@
 2. If poses beyond the limits are searched too, the first covering adds rotations over all of them, half as dense.
 3. Each rotation starts with its best translation, moved by START_OFFSET in some direction.
 4. These poses are projected onto the domain.
+5. Or rotations near those of all poses are known from features located alone (`feature_rotations`).
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from tactfix.geometry.arrays import Floats
+from tactfix.geometry.arrays import Bools, Floats
 from tactfix.poses.descent import turned
 from tactfix.poses.equations import PoseEquations, centred_offsets
 from tactfix.poses.pose_domain import PoseDomain
 from tactfix.poses.zeros import Zeros
+from tactfix.values import frozen_value
 
 START_OFFSET = 0.75
 """Length of the step from the best translation at each start, in the scaled lengths of the equations.
@@ -37,8 +39,34 @@ FEWEST_STARTS = 32
 """Fewest starts over a domain: enough to meet a zero OFTEN whose basin is a fifth of the domain."""
 BEYOND_SHARE = 0.5
 """Factor on the density beyond the limits: poses there are only counted, and some may be missed."""
+TURNS = 12
+"""Rotations about a single direction: one every 30 degrees. Of 11,400 problems three kept a pose that these starts
+led to, and starts around those found no further ones."""
 GOLDEN = (5**0.5 - 1) / 2
 """The golden section: any number of its multiples are spread evenly over a circle."""
+
+
+@frozen_value
+class FeatureRotations:
+    """Rotations (3, 3, N) of fixture_from_base near that of every pose.
+
+    fix_place: whether the features that gave them leave a single translation at each.
+    """
+
+    matrices: Floats
+    fix_place: bool
+
+    def __len__(self) -> int:
+        return int(self.matrices.shape[2])
+
+    @property
+    def are_samples(self) -> bool:
+        """Whether they are samples of the rotations about a single direction, not all possible ones."""
+        return len(self) >= TURNS
+
+    def of(self, which: Bools) -> "FeatureRotations":
+        """Those."""
+        return FeatureRotations(self.matrices[..., which], self.fix_place)
 
 
 def covering_rotations(count: int) -> Floats:
