@@ -163,11 +163,9 @@ def _dialect(name: str) -> str:
 def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_json: bool, is_written: bool) -> None:
     """What goes to standard output: the JSON, the tip, or the robot where it is not written to a file."""
     from tactfix.files.robot_file import robot_text
-    from tactfix.report.calibration_report import calibration_json
-    from tactfix.report.json_report import text_of
 
     if as_json:
-        emit(text_of(calibration_json(result)))
+        emit(result.to_json())
     elif dialect is not None and result.is_written:
         emit(_tip_text(result, dialect))
     elif dialect is None and result.is_written and not is_written:
@@ -177,11 +175,9 @@ def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_j
 def _write(file: "CellFile", result: "Calibration", output: Path) -> None:
     """The JSON or the robot to a file; no robot that is not calibrated."""
     from tactfix.files.robot_file import robot_text
-    from tactfix.report.calibration_report import calibration_json
-    from tactfix.report.json_report import text_of
 
     if output.suffix.lower() == ".json":
-        emit(text_of(calibration_json(result)), output)
+        emit(result.to_json(), output)
     elif result.is_written:
         emit(robot_text(file, result), output)
     else:

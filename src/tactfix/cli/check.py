@@ -83,12 +83,11 @@ def command(
 
 def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     """Write the JSON or the verdict; if the fixture is not located, the reason goes to standard error."""
-    from tactfix.report.json_report import text_of
-    from tactfix.report.movement_report import check_json, check_lines
+    from tactfix.report.movement_report import check_lines
 
     is_json = wants_json(output, as_json=as_json)
     if is_json:
-        emit(text_of(check_json(found)), output)
+        emit(found.to_json(), output)
     if found.has_moved is None:
         tell(check_lines(found))
     elif not is_json:

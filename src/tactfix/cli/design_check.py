@@ -172,12 +172,10 @@ def _page(report: "DesignReport", output: Path, inputs: Mapping[str, str], said:
 
 def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:
     """JSON where it is asked for by option or suffix, else tables, in colour on a terminal that wants it."""
-    from tactfix.report.design_json import design_json
     from tactfix.report.design_table import design_text
-    from tactfix.report.json_report import text_of
 
     if wants_json(output, as_json=as_json):
-        return text_of(design_json(report))
+        return report.to_json()
     is_terminal = output is None and sys.stdout.isatty()
     width = os.get_terminal_size().columns if is_terminal else 100
     return design_text(report, max(width, 60), color=is_terminal and "NO_COLOR" not in os.environ)

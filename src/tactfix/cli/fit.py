@@ -61,7 +61,6 @@ def command(
     """
     from tactfix.files.contact_file import read_contact_file
     from tactfix.files.contact_options import ContactOptions
-    from tactfix.report.json_report import fit_json, text_of
     from tactfix.report.text_report import fit_status_lines, surface_text
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
@@ -77,7 +76,7 @@ def command(
 
         print_fit_sentence(result, standard_error())
     if wants_json(output, as_json=as_json):
-        emit(text_of(fit_json(result)), output)
+        emit(result.to_json(), output)
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
     size = "" if radius is None else f" of radius {radius:g} {read.units}"

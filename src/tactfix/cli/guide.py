@@ -43,7 +43,7 @@ def command(
     """
     from tactfix.files.fixture_file import load_fixture
     from tactfix.monitoring.guide import guide
-    from tactfix.report.movement_report import guide_json_line, guide_line
+    from tactfix.report.movement_report import guide_line
 
     if follow and contacts == "-":
         raise UsageError("standard input is followed to its end in any case; leave --follow out")
@@ -53,7 +53,7 @@ def command(
     for so_far in _touches(fixture, contacts, touches, follow=follow):
         step = guide(fixture, so_far, point_fixture=point, max_sigma=gates.max_sigma, max_rms=gates.max_rms)
         if as_json:
-            emit(guide_json_line(step))
+            emit(step.to_json())
         else:
             emit_lines([guide_line(step)])
         if step.is_done:

@@ -80,8 +80,7 @@ def command(
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
     from tactfix.planning.plan import plan
-    from tactfix.report.json_report import text_of
-    from tactfix.report.plan_report import plan_csv, plan_json, plan_lines
+    from tactfix.report.plan_report import plan_csv, plan_lines
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
@@ -103,7 +102,7 @@ def command(
             orientations,
         )
     if as_json:
-        emit(text_of(plan_json(found)), output)
+        emit(found.to_json(), output)
     else:
         emit_program(plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):

@@ -46,8 +46,7 @@ def command(
     from tactfix.files.fixture_file import load_fixture
     from tactfix.qualification.ball import touches_of_ball
     from tactfix.qualification.qualify import qualify
-    from tactfix.report.json_report import text_of
-    from tactfix.report.qualify_report import qualify_json, qualify_lines
+    from tactfix.report.qualify_report import qualify_lines
 
     if radius is not None and not LEAST_LENGTH <= radius <= MOST_LENGTH:
         raise UsageError(f"--radius {radius:g} is no radius of a ball")
@@ -63,7 +62,7 @@ def command(
         read = read_contact_file(contacts, None, options)
         found = qualify(read.contacts, targets=read.targets, radius=radius, side=side.value, units=read.units)
     if wants_json(output, as_json=as_json):
-        emit(text_of(qualify_json(found)), output)
+        emit(found.to_json(), output)
     else:
         emit_lines(qualify_lines(found), output)
     tell(found.warnings, quiet=quiet)

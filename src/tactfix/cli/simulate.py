@@ -75,8 +75,7 @@ def command(
     from tactfix.files.contact_options import ContactOptions
     from tactfix.files.contact_source import load_contacts
     from tactfix.files.fixture_file import load_fixture
-    from tactfix.report.json_report import text_of
-    from tactfix.report.plan_report import simulation_csv, simulation_json
+    from tactfix.report.plan_report import simulation_csv
     from tactfix.simulation.faults import parse_fault
     from tactfix.simulation.simulate import simulate
     from tactfix.simulation.touches import NoPlanError
@@ -92,7 +91,7 @@ def command(
     except NoPlanError as error:
         raise FileError("standard input" if plan == "-" else str(plan), [error.problem]) from None
     if as_json:
-        emit(text_of(simulation_json(simulation)), output)
+        emit(simulation.to_json(), output)
     else:
         emit_program(simulation_csv(simulation), output)
     return 0
