@@ -1,4 +1,4 @@
-"""Where a surface can be touched, how far a fixture reaches, and points spread over it."""
+"""The touchable parts of surfaces, the extent of a fixture, and points spread over it."""
 
 import numpy as np
 import pytest

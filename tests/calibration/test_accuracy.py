@@ -1,4 +1,4 @@
-"""What is said of how sure a calibrated robot is, against draws of the linear model that it is said of."""
+"""The accuracy of a calibrated robot against draws of the linear model."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -
 
 
 def test_an_error_that_the_tip_takes_up_counts_as_none() -> None:
-    """The first error moves the tip as its own offset does, and is not told; the second one is, to a thousandth."""
+    """The first error moves the tip as the tip's offset does and is not identified; the second is, to a thousandth."""
     turns = Rotation.from_euler("z", [[0.0], [90.0], [180.0]], degrees=True).as_matrix()
     height = np.array([[0, 0, 0.0], [0, 0, 1], [0, 0, 3]])
     moves = np.concatenate([turns[:, :, :1], height[:, :, None], turns], axis=2)

@@ -1,4 +1,4 @@
-"""Simulated robots with known errors: found within their sigmas, refused where nothing can check them."""
+"""Simulated robots with known errors: found within their sigmas, refused if nothing can check them."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> Calibration:
 
 @pytest.fixture(scope="module")
 def offsets(session: tuple[Cell, Touches, dict[str, float]]) -> tuple[Cell, Touches]:
-    """The same cell with a robot that is off by its joints' zeros and its tip alone."""
+    """The same cell with a robot that has errors of its joint offsets and its tip only."""
     rng = np.random.default_rng(12)
     cell = replace(session[0], unknown=("joint_offsets", "tip"))
     errors = {name: e for name, e in session[2].items() if "offset" in name or "tip" in name}
@@ -68,7 +68,7 @@ def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touche
 
 
 def test_how_wide_the_prior_is_does_not_decide_what_is_determined(offsets: tuple[Cell, Touches]) -> None:
-    """The scale of the errors is taken from the nominal robot's residuals; but for the tip's, which is small here."""
+    """The scale of the errors follows from the nominal robot's residuals, except for the tip's, which is small here."""
     cell, touches = offsets
     few = touches.subset(np.flatnonzero(np.arange(len(touches)) % 4 < 2))
     p = cell.prior

@@ -61,7 +61,7 @@ def reached(rows: Floats, tip: Floats, target: Floats, rng: np.random.Generator)
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Floats, Floats]:
-    """A folder with a cell and touches of a robot that is off, its true rows, and its true tip."""
+    """A folder with a cell and touches of a robot with errors, its true rows, and its true tip."""
     folder, rng = tmp_path_factory.mktemp("modified"), np.random.default_rng(4)
     sizes = np.array([0.4, 0.4, 0.15, 0.2, 0.15]) * np.ones((6, 1))
     sizes[np.abs(np.sin(np.deg2rad(ROWS[:, 2]))) > 0.1, 4] = 0.0

@@ -1,4 +1,4 @@
-"""Places of which something is known beforehand: limits, measurements and directions held are used and checked."""
+"""Places with a placement: limits, measurements and constrained directions are used and checked."""
 
 from collections.abc import Mapping
 from dataclasses import replace

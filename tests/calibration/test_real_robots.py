@@ -91,7 +91,7 @@ def test_one_plane_is_refused() -> None:
 
 
 def test_all_parameters_from_two_tables_are_refused() -> None:
-    """The place left out speaks for them, 0.62 to 0.46 mm, and the tracker against them: 0.24 to 0.73 mm."""
+    """At the place left out residuals fall from 0.62 to 0.46 mm, but by the tracker they grow from 0.24 to 0.73 mm."""
     _, result = motoman(("all",), ("higher", "lower"))
     assert all(left.rms_after < left.rms_before for left in result.left_out)
     assert result.undetermined > 0.5
@@ -200,7 +200,7 @@ def test_a_kuka_with_offsets_alone_is_said_to_be_off_in_more() -> None:
 
 @pytest.mark.slow
 def test_a_panda_is_better_at_a_third_place() -> None:
-    """10 mm become less than one; the mean in training is 0.53 mm: no rigid arm explains these touches better."""
+    """10 mm become less than one; the mean in training is 0.53 mm, the least of any rigid arm for these touches."""
     trained, before, _, mean = sockets("panda_1", "panda.urdf", ("back-high", "right"), "front")
     assert before > 10
     assert mean <= 0.9

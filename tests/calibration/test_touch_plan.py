@@ -1,4 +1,4 @@
-"""Touches planned: they reach what they are to touch, what they would tell is true, and they tell more than others."""
+"""Planned touches: they reach their features, their predicted sigmas are right, and they are better than others."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,7 +19,7 @@ SIGMA = 0.05
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    """Two places that are roughly known, and joints that stay where the arm can go."""
+    """Two places of roughly known pose, and joints within the limits of the arm."""
     seats = fixture(dict(SEATS))
     bare = arm_cell(("joint_offsets", "tip"), dict.fromkeys(("front", "left"), seats))
     places = {name: Place(name, seats, Placement(pose(name))) for name in bare.places}
@@ -41,7 +41,7 @@ def covariance(
     names: tuple[str, ...],
     widths: Mapping[str, float] | None = None,
 ) -> Floats:
-    """Of the parameters, from touches of seats at places that may stand anywhere: by differences of `tips`."""
+    """Covariance of the parameters from touches of seats at places of unknown pose, by differences of `tips`."""
     step = 1e-6
     columns = [(tips({name: step}, joints) - tips({name: -step}, joints)).ravel() / (2 * step) for name in names]
     x = tips({}, joints)
@@ -59,7 +59,7 @@ def covariance(
 
 
 def left_undetermined(cell: Cell, plan: TouchPlan) -> float:
-    """Of errors a tenth of the prior, rms over postures drawn anew: motions of base and tip make good what they can."""
+    """The undetermined share of errors of a tenth of the prior, rms over new postures, after the best base and tip."""
     names = tuple(item.name for item in plan.parameters)
     widths = {p.name: cell.prior.sigma(p) * (1.0 if p.name.startswith("tip") else 0.1) for p in cell.parameters}
     expected = np.array([widths[name] for name in names])

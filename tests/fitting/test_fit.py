@@ -1,4 +1,4 @@
-"""Fitting one feature alone: status, reasons, sides and tips, and how sure the numbers are."""
+"""The fit of one feature alone: status, reasons, sides and tips, and sigmas."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def _contacts(points, approaches=None, sigma=1e-4, tip=0.0):
 
 
 def _bar(rng, n, radius, tip=0.0, side="outer", noise=0.0):
-    """Tip centres on a bar or bore along z through the origin, touched square to the surface."""
+    """Tip centres on a bar or bore along z through the origin, touched along the normal."""
     surface = on_cylinder(rng, n, radius, 4 * radius)
     outward = surface * [1, 1, 0] / radius * (1 if side == "outer" else -1)
     return surface + (tip + noise * rng.normal(size=(n, 1))) * outward, -outward
@@ -209,7 +209,7 @@ KINDS = ["plane", "sphere", "cylinder"]
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_sigma_is_what_a_sigma_of_each_contact_does(kind):
-    """Contacts off by a sigma one at a time, to either side: their effects add in quadrature."""
+    """One contact at a time off by a sigma, to either side: the effects add in quadrature."""
     rotation, exact, normals = _touched(kind, np.random.default_rng(7))
     effects = []
     for step in 0.01 * np.eye(len(exact))[:, :, None]:

@@ -48,7 +48,7 @@ def test_a_displacement_of_zero_changes_nothing_and_size_stays(kind, side):
 
 @pytest.mark.parametrize(("kind", "side"), KINDS)
 def test_displacements_of_a_rigid_motion(kind, side):
-    """Turning about a centre and shifting a surface moves its residuals as the chart says it does."""
+    """The chart gives the derivative of the residuals by a rotation about a centre and a translation."""
     rng = np.random.default_rng(3)
     surface, centre = any_surface(kind, rng, side), rng.normal(size=3) * 10
     points = rng.normal(size=(8, 3)) * 20
@@ -67,7 +67,7 @@ def test_displacements_of_a_rigid_motion(kind, side):
 
 @pytest.mark.parametrize("kind", ["plane", "sphere", "cylinder"])
 def test_a_point_carried_by_the_surface(kind):
-    """A point of the axis or centre goes with it; one of a plane along the normal as far as the plane does there."""
+    """A point of the axis or centre moves with it; one of a plane along the normal as the plane moves there."""
     rng = np.random.default_rng(4)
     surface = any_surface(kind, rng)
     if isinstance(surface, Sphere):

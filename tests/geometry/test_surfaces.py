@@ -154,7 +154,7 @@ def test_angles_of_normals_run_to_180_and_of_axes_to_90():
 
 
 def ordinary_directions():
-    """Along every five degrees of longitude and latitude, and of whole numbers up to five."""
+    """Axes every five degrees of longitude and latitude, and of whole numbers up to five."""
     longitude, latitude = np.radians(np.meshgrid(np.arange(0, 360, 5), np.arange(-90, 91, 5))).reshape(2, -1)
     angles = [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)]
     whole = np.array([v for v in product(range(-5, 6), repeat=3) if any(v)], dtype=float)
@@ -177,7 +177,7 @@ def test_no_rounding_turns_an_ordinary_axis_round():
 
 
 def test_a_copy_of_a_surface_is_the_same_to_the_last_digit():
-    """Scaling once more what is scaled already would change a normal in its last digit, here in one of five."""
+    """Normalising a unit vector again would change the last digit, here of one normal in five."""
     normals = np.random.default_rng(0).normal(size=(1000, 3))
     for plane in (Plane(np.zeros(3), normal) for normal in normals):
         assert abs(np.linalg.norm(plane.normal) - 1) < 1e-15

@@ -1,4 +1,4 @@
-"""Chains against closed forms and against a forward kinematics written anew with scipy."""
+"""Chains against closed forms and against an independent forward kinematics by scipy."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""URDF in and out: the same chain as written anew, nothing but origins changed, and what is refused with its line."""
+"""URDF in and out: the chain against an independent one, only origins changed, and refusals with their lines."""
 
 import re
 import xml.etree.ElementTree as ET

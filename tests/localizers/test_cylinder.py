@@ -47,7 +47,7 @@ def test_reference_sets(case):
 @pytest.mark.parametrize("axis", AXES, ids=str)
 @pytest.mark.parametrize("n", [6, 40])
 def test_the_direction_of_an_axis_does_not_depend_on_rounding(axis, n):
-    """From other contacts of the same cylinder, in any order: no two searches round alike."""
+    """From other contacts of the same cylinder, in any order, so that rounding differs."""
     rng = np.random.default_rng(n)
     best = []
     for _ in range(4):
@@ -130,7 +130,7 @@ def test_order_of_contacts_does_not_matter():
 @pytest.mark.parametrize("radius", [1.0, None])
 @pytest.mark.parametrize("apart", [0.0, 2e-6])
 def test_several_touches_of_one_place_do_not_matter(radius, apart):
-    """Four of them, on a line to the last digit, may be all that a search for starts looks at."""
+    """Four of them, on a line to the last digit, may be the minimal subset of the search."""
     points = on_cylinder(np.random.default_rng(3), 8, 1.0)
     again = points[:1] + apart * np.outer([0.3, -0.4, 1.0, 0.7], [0.0, 0.0, 1.0])
     for order in range(12):
@@ -160,7 +160,7 @@ def test_contacts_in_one_place_and_a_few_others_are_answered():
 @pytest.mark.parametrize("seed", [*range(9), *range(10, 30), 33, 57, 129, 155])
 @pytest.mark.parametrize("radius", [1.0, None])
 def test_a_glance_that_calls_its_cylinders_all_is_right(seed, radius, monkeypatch):
-    """Contacts that one minimal subset explains are answered without the rest of the search: with it nothing is new."""
+    """For contacts that one minimal subset explains, the rest of the search finds nothing new."""
     rng = np.random.default_rng(seed)
     sigma = 10 ** rng.uniform(-5, -2.5)
     points = on_cylinder(rng, 6 + seed % 4, length=10 ** rng.uniform(-0.3, 0.6))
@@ -204,7 +204,7 @@ def test_contacts_that_no_cylinder_explains_still_give_the_least_squares_optimum
 @pytest.mark.parametrize("radius", [None, 1.0])
 @pytest.mark.parametrize("seed", [13, 17, 19, 33, 45, 54])
 def test_every_answer_to_a_short_arc_with_much_noise_is_a_minimum(radius, seed):
-    """Residuals bend the sum of squares as much as the Jacobian does: no steps may creep, or wait on a saddle."""
+    """Residuals contribute as much to the Hessian as the Jacobian: steps must not be short, or end at a saddle."""
     rng = np.random.default_rng(seed)
     n = 7 + seed % 6
     angle, height = rng.uniform(0, 2 * np.pi / 3, n), rng.uniform(-0.5, 0.5, n)

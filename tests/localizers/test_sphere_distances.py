@@ -56,7 +56,7 @@ KINDS = {
 
 
 def _miss(distance, c):
-    """The distance of a centre, written anew, less the known one."""
+    """The distance of a centre, computed independently, minus the known one."""
     if isinstance(distance, AxisDistance):
         return np.linalg.norm(np.cross(distance.direction, c - distance.point)) - distance.distance
     if isinstance(distance, PlaneDistance):

@@ -1,4 +1,4 @@
-"""Has it moved: verdict and bound against simulated days, refusals, the history, and the power to see a drift."""
+"""The daily check: verdict and bound against simulated days, refusals, the history, and the power of the drift test."""
 
 import json
 from dataclasses import replace
@@ -182,7 +182,7 @@ def test_a_fixture_that_stands_still_drifts_by_chance_as_often_as_said(days: int
 
 
 def test_a_drift_that_no_single_day_shows_is_told() -> None:
-    """A fifth of a sigma a day in one coordinate, twenty days: the slope tells it where single days mostly do not."""
+    """A fifth of a sigma a day in one coordinate for twenty days: significant as a slope, mostly not on single days."""
     slope = np.array([0.0, 0.0, 0.0, 0.0, 0.2 * SIGMAS[4], 0.0])
     drifting = runs(np.random.default_rng(8), 20, 300, slope)
     told = np.mean([drift_of(run).detected for run in drifting])

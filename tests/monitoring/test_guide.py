@@ -60,7 +60,7 @@ def test_touches_that_end_too_early_leave_with_the_status_of_what_is_left(touche
 
 
 def test_a_step_is_one_touch_to_make() -> None:
-    """In words only the next one: after it the others may be better made elsewhere. The JSON has them all."""
+    """In words only the next one, because the others may then change. The JSON has them all."""
     first = of_the_sample()[1][0]
     assert len(first["next_contact"]["further"]) == 4
     assert first["advice"].count("moving along") == 1

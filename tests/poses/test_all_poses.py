@@ -71,7 +71,7 @@ def test_moving_everything_moves_every_pose(name):
 
 
 def test_a_double_root_that_noise_has_made_complex_is_still_found():
-    """Three contacts on a great circle of a ball: two places of the centre in one, or none at all."""
+    """Three contacts on a great circle of a ball: a double place of the centre, or none."""
     surfaces = surfaces_of(BALLS)
     angles = np.radians([10, 130, 250])
     circle = 12.7 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(3)])

@@ -1,4 +1,4 @@
-"""Descents: the step against normal equations solved by numpy, the ends against what they are asked for."""
+"""Descents: the step against normal equations solved by numpy, the ends against the conditions for ends."""
 
 import numpy as np
 import pytest
@@ -118,7 +118,7 @@ ALONG_THE_AXES = np.array(
         [-520.0, 799.9689909809194, 880.0],
     ]
 )
-"""Contacts of 0.017 mm of noise, four on a bar, one on a ball and one on a plane, where several poses all but meet."""
+"""Contacts with noise of 0.017 mm, four on a bar, one on a ball and one on a plane, with several nearly equal poses."""
 
 
 def test_descents_along_curved_valleys_end():
@@ -140,7 +140,7 @@ OPPOSITE = [[0.2435, -1.0234, 0.6755], [-0.2457, 1.0198, -0.683], [0.2512, -1.02
 
 
 def test_descents_end_where_noise_makes_the_sum_of_squares_a_saddle():
-    """The ball may turn about the line through both places, but for noise: of Gauss-Newton's descents a third ended."""
+    """Without noise the ball could turn about the line through both places: a third of Gauss-Newton descents ended."""
     equations = pose_equations([Sphere([-7.5, -10.0, 2.5], 1.25)], [0, 0, 0, 0], np.array(OPPOSITE), np.ones(4), 0.0)
     ends = descend(equations, *covering(equations, 300, 0), 0.001, most_steps=80)
     residual, jacobian = evaluate(equations, ends.rotations, ends.offsets, geometric=False)

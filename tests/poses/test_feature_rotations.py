@@ -1,4 +1,4 @@
-"""Rotations from features located alone: the true one is always near, and nothing is said where nothing is known."""
+"""Rotations from features located alone: one is near the true one, and there are none without a known direction."""
 
 from dataclasses import replace
 
@@ -69,7 +69,7 @@ def test_nothing_where_no_feature_gives_a_direction(patches, counts):
 
 
 def test_features_known_badly_are_not_relied_on():
-    """A plane touched within a hair's breadth of noise has no direction."""
+    """A plane touched within an extent of the size of noise has no direction."""
     tight = {**CORNER, "right": Patch("plane", (0, -50, -50), (1, 0, 0), length=0.05)}
     rotations, true = rotations_for(tight, {"right": 4, "back": 4, "top": 1}, 3, sigma=0.01)
     assert rotations.shape[2] == 2 * TURNS
@@ -109,7 +109,7 @@ def test_the_place_is_fixed_where_the_features_leave_one_translation(patches, co
 
 
 def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():
-    """Touched within a square centimetre the plate may lean by 10 mrad, and a pin of 400 mm with it."""
+    """Touched within a square centimetre the normal of the plate has errors of 10 mrad, and so has a pin of 400 mm."""
     tall = {
         "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=5.0),
         "pin": Patch("cylinder", (100, 0, 0), (0, 0, 1), 8.0, length=200.0, middle=210.0),

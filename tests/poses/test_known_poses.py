@@ -1,4 +1,4 @@
-"""Poses searched with what is known beforehand: limits, a measured pose, directions that are held."""
+"""Poses searched with a placement: limits, a measured pose, constrained directions."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def away(near, free, rng, turn=2.0, shift=40.0):
 
 
 def held(pose, near, free):
-    """How far a pose is from near in the directions that are held."""
+    """The deviation of a pose from near in the constrained directions."""
     off = pose_error(near, pose)
     names = ["rx", "ry", "rz", "x", "y", "z"]
     return np.abs([value for name, value in zip(names, off, strict=True) if name not in free]).max(initial=0.0)
@@ -111,7 +111,7 @@ def test_reduced_jacobians_are_those_of_differences_along_the_domain(patches, co
 
 
 FAR_TOO = ("x y rz", "rx ry rz")
-"""Rotations about one axis and about all, of which the fast tests look at fixtures far from their origin too."""
+"""Rotations about one axis and about all; for these the fast tests also use fixtures far from their origin."""
 
 
 @pytest.mark.parametrize(
@@ -227,7 +227,7 @@ def test_a_measured_pose_is_six_observations():
 
 @pytest.mark.parametrize("turn", [1e-4, 0.05, 0.3])
 def test_a_ball_and_a_badly_measured_pose_leave_the_nearest_pose(turn):
-    """Noise is small beside what contacts leave free: the way along that is long, and curved about all but the ball."""
+    """Noise is small against the free motion of the contacts, which is long, and curved except about the ball."""
     rng = np.random.default_rng(20)
     truth = touch_all(BALLS, {"b": 6}, rng, sigma=2e-5)
     off = rng.standard_normal(6) * ([turn] * 3 + [20.0] * 3)
@@ -368,7 +368,7 @@ def test_limits_change_no_pose_but_only_what_is_left(scale):
     ],
 )
 def test_covariances_cover_the_truth(counts, free, sigma):
-    """The 95 per cent ellipsoid of 2,000 draws, in the directions that are free."""
+    """The 95 per cent ellipsoid of 2,000 draws, in the unconstrained directions."""
     from scipy.stats import chi2
 
     rng = np.random.default_rng(16)

@@ -1,4 +1,4 @@
-"""Geometric least squares on SE(3): Jacobian by differences, optimum against scipy, covariance by both and chance."""
+"""Geometric least squares on SE(3): Jacobian by differences, optimum against scipy, covariance by both and by draws."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_refined_is_the_optimum_that_scipy_finds(name):
 
 @pytest.mark.parametrize("name", ["minimal", "bush", "bar"])
 def test_covariance_is_what_a_sigma_of_each_contact_does(name):
-    """Contacts off by a thousandth of a sigma one at a time, to either side: the refined poses scatter as is said."""
+    """One contact at a time off by a thousandth of a sigma, to either side: the scatter is that of the covariance."""
     surfaces, truth, _ = problem(name)
     exact = truth.contacts()
     covariance = fit_at(surfaces, exact, exact.sigmas, truth.pose).sensitivity.covariance(truth.pose[:3, 3])

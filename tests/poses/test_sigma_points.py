@@ -1,4 +1,4 @@
-"""How far the pose may be off: sigma points against samples drawn anew, and the linear covariance where that holds."""
+"""Covariance by sigma points against independent samples, and against the linear covariance if that is valid."""
 
 import numpy as np
 import pytest
@@ -32,13 +32,13 @@ CASES = {
 
 
 def nearest(patches, contacts, pose):
-    """Of all solutions the one next to a pose."""
+    """The solution nearest to a pose."""
     found = solve(placed(patches), contacts, contacts.sigmas).found
     return min(found, key=lambda s: np.linalg.norm(pose_error(s.base_from_fixture, pose)))
 
 
 def samples(patches, contacts, best, count, rng):
-    """Errors (count, 6) of poses whose residuals differ from the best pose's by noise: what the true pose may be."""
+    """Errors (count, 6) of poses whose residuals differ from those of the best pose by noise."""
     search_angle = float(np.abs(contacts.points - contacts.points.mean(axis=0)).max())
     centre, out_of_material = contacts.points.mean(axis=0), depths(patches, contacts.features)
 
@@ -60,7 +60,7 @@ def samples(patches, contacts, best, count, rng):
 
 
 def depths(patches, names):
-    """How far points are out of the material of their features, all touched from outside, as a function of them."""
+    """The distances of points from their features, all outer, as a function of the points."""
     touched = [patches[name] for name in names]
     at, along = (np.array([getattr(patch, what) for patch in touched], float) for what in ("at", "along"))
     radii, kinds = np.array([patch.radius for patch in touched]), np.array([patch.kind for patch in touched])
@@ -168,7 +168,7 @@ def test_the_second_moment_holds_the_square_of_a_quadratic_drift():
 
 
 def test_an_origin_far_from_the_contacts_runs_along_an_arc():
-    """Nothing bends at the contacts, but the origin is 1000 away: its covariance is not linear; there is no fold."""
+    """Residuals are linear at the contacts; the origin is 1000 away, and its covariance is not; there is no fold."""
     centre = (1000.0, 0.0, 0.0)
     asked, spread = toy(0.0, centre=centre)
     found = spread(0.0)

@@ -58,7 +58,7 @@ def test_sides_are_none_and_all_six():
 
 
 def test_more_zeros_than_any_problem_has_are_samples_of_a_motion():
-    """As many different ones as are enough to tell are kept of a thousand, and those tell."""
+    """Of a thousand distinct zeros MOST_ZEROS + 1 are kept, which are enough to recognize a continuum."""
     there = equations()
     rotations, offsets = covering(there, 1000, 0)
     found = Zeros(rotations, offsets, np.zeros(1000), np.ones(1000, dtype=np.intp))
@@ -125,7 +125,7 @@ def test_all_poses_balance_and_all_but_one_do_not(kind, layout):
 
 
 def test_what_may_have_either_sign_may_stand_for_what_is_missing():
-    """A minimum that is no zero, as noise makes of two poses that are nearly one."""
+    """A minimum that is no zero, like that of two nearly equal poses with noise."""
     equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
     zeros = exact(rotations, offsets)
     zeros.costs[1] = 1e-8

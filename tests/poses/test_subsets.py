@@ -48,7 +48,7 @@ def test_some_part_is_free_of_a_few_wrong_contacts():
 
 
 def test_the_nearest_miss_is_where_most_contacts_are():
-    """Three contacts of sixty, off by a centimetre: without the parts the search would look at just these."""
+    """Three contacts of sixty are off by a centimetre, and are among those that the search uses without subsets."""
     truth, contacts = contacts_of(20)
     points = contacts.points.copy()
     points[[0, 21, 45]] += 10.0 * truth.normals[[0, 21, 45]]

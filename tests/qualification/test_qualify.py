@@ -17,7 +17,7 @@ from tests.support.nist import SETS
 
 
 def readings(values: object, features: object = "place", direction: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Contacts:
-    """Touches that read values along the outward normal, which is against direction."""
+    """Touches with these readings along the outward normal, which is opposite to direction."""
     values = np.asarray(values, float)
     points = -np.asarray(direction) * values[:, None]
     return contacts_from_arrays(features, points, np.tile(direction, (len(values), 1)), sigma=1.0, tip_radius=0.0)
@@ -72,7 +72,7 @@ def test_outliers_are_told_by_row_also_where_two_hide_each_other() -> None:
 
 
 def sigma_without_outliers(warnings: tuple[str, ...]) -> float:
-    """The figure of the warning, which bears three digits, and its unit."""
+    """The number in the warning, of three digits, and its unit."""
     (told,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: see", text))]
     return told
 
