@@ -41,7 +41,7 @@ from tactfix.geometry.rigid import inverse
 from tactfix.geometry.scale import size_of
 from tactfix.geometry.surfaces import Cylinder, Sphere, Surface
 from tactfix.localization.free_motions import UNDERDETERMINED_ANGLE
-from tactfix.localization.nominal import locate_nominal, standing
+from tactfix.localization.nominal import expected_pose, locate_nominal
 from tactfix.probe import residual_sigmas
 from tactfix.units import factor
 from tactfix.values import frozen_value
@@ -99,7 +99,7 @@ def check_contacts(
         return ContactCheck(None, None, (), False, unreachable, ())
     spread_touched = None if unreachable else _touched(fixture, geometry.surfaces, spread, access)
     contacts, source, findings = _in_fixture_frame(fixture, geometry.surfaces, given, spread, locator)  # step 2
-    nominal_locator: Locator = partial(locate_nominal, fixture, base_from_fixture=standing(fixture))
+    nominal_locator: Locator = partial(locate_nominal, fixture, base_from_fixture=expected_pose(fixture))
     touched = _touched(fixture, geometry.surfaces, nominal(contacts, geometry.surfaces), access)
     free = free_of(touched, geometry.tolerance)  # step 3
     layouts = cylinder_layouts(touched.contacts, touched.surfaces, touched.sigmas)

@@ -18,7 +18,7 @@ from tactfix.localization.locate import locate
 from tactfix.locate_result import LocateResult
 
 
-def standing(fixture: Fixture) -> Floats | None:
+def expected_pose(fixture: Fixture) -> Floats | None:
     """The expected pose base_from_fixture (4, 4); None if nothing is known."""
     return None if fixture.placement is None else fixture.placement.near
 

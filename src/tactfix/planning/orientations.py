@@ -51,8 +51,8 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
             "the contacts already made do not say how the flange stood, and the tip is found from all contacts; "
             "give columns such as qw,qx,qy,qz, or plan without those contacts"
         )
-    stands = plan.base_from_fixture if plan.frame == "base" else None
-    new = plan.contacts if stands is None else plan.contacts.moved(inverse(stands))
+    base_from_fixture = plan.base_from_fixture if plan.frame == "base" else None
+    new = plan.contacts if base_from_fixture is None else plan.contacts.moved(inverse(base_from_fixture))
     rotations = tool_orientations(count, new.approaches)
     chosen = in_turn(new.features, count)  # step 1
     # Step 2.
@@ -75,7 +75,7 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
         if best == before:  # step 4
             break
     offset = np.array(fixture.probe.tip_offset or (0.0, 0.0, 0.0))
-    turned = rotations[chosen] if stands is None else stands[:3, :3] @ rotations[chosen]
+    turned = rotations[chosen] if base_from_fixture is None else base_from_fixture[:3, :3] @ rotations[chosen]
     contacts = replace(plan.contacts, flange_rotations=turned, tip_offset=offset)
     return replace(plan, contacts=contacts, tip_sigma=float(best))
 

@@ -19,7 +19,7 @@ from tactfix.contacts import Contacts
 from tactfix.errors import UsageError
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
-from tactfix.localization.nominal import standing
+from tactfix.localization.nominal import expected_pose
 from tactfix.planning.contacts_made import Made, contacts_made
 from tactfix.planning.exchange import Choice, Search, exchanged, extended, polished, started
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
@@ -96,8 +96,7 @@ class Task:
         sigmas = {name: float(np.hypot(probe[0], feature.sigma)) for name, feature in fixture.features.items()}
         pool = pool_of(access, sigmas)
         made = None if existing is None else contacts_made(fixture, existing, tip_unknown)
-        stands = standing(fixture) if made is None or made.base_from_fixture is None else made.base_from_fixture
-        known = known_of(fixture.placement, stands, access.centre, access.radius)
+        known = known_of(fixture.placement, _pose(fixture, made), access.centre, access.radius)
         _refuse_free_motion(fixture, pool.touches, known)
         corners = (access.corners - access.centre) / access.radius
         objective = Objective(criterion, corners, min(sigmas.values()), known)
@@ -118,12 +117,6 @@ class Task:
             if _rank(more) > _rank(constrained):
                 count, constrained = count + 1, more
         return max(count + known.unknowns - _rank(constrained), 0 if self.made is None else 1)
-
-    @property
-    def stands(self) -> Floats | None:
-        """The pose base_from_fixture (4, 4): by contacts already made, else by the placement."""
-        by_contacts = None if self.made is None else self.made.base_from_fixture
-        return standing(self.fixture) if by_contacts is None else by_contacts
 
     def single(self, count: int) -> Plan:
         """The plan of count contacts."""
@@ -201,12 +194,12 @@ class Task:
         names = [pool.names[i] for i in touches.which]
         nominal = pool.access.nominal_contacts(names, touches.points, touches.normals, self.probe[0])
         fixed = None if self.made is None else self.made.contacts
-        stands = self.stands
+        base_from_fixture = _pose(self.fixture, self.made)
         by_contacts = None if self.made is None else self.made.base_from_fixture
-        found = uniqueness_of(self.fixture, joined_contacts(fixed, nominal), stands)
+        found = uniqueness_of(self.fixture, joined_contacts(fixed, nominal), base_from_fixture)
         if found.rivals:
             turned = telling_approaches(pool.access, nominal, touches.normals, found.rivals)
-            second = uniqueness_of(self.fixture, joined_contacts(fixed, turned), stands)
+            second = uniqueness_of(self.fixture, joined_contacts(fixed, turned), base_from_fixture)
             if second.located and len(second.rivals) < len(found.rivals):
                 nominal, found = turned, second
         # The covariance of locate includes the sigmas of relations, which the search took as exact.
@@ -219,7 +212,7 @@ class Task:
             units=self.fixture.units,
             contacts=nominal if by_contacts is None else nominal.moved(by_contacts),
             frame="fixture" if by_contacts is None else "base",
-            base_from_fixture=stands,
+            base_from_fixture=base_from_fixture,
             criterion=self.search.objective.criterion,
             worst_sigma=float(sigmas.max()),
             worst_point=corners[np.argmax(sigmas)],
@@ -236,6 +229,11 @@ class Task:
         scale = np.array([1 / access.radius] * 3 + [1.0] * 3)
         covariance = self.search.objective.known.covariance(self.search.information(touches))
         return covariance_at(scale[:, None] * covariance * scale, -access.centre)
+
+
+def _pose(fixture: Fixture, made: Made | None) -> Floats | None:
+    """The pose base_from_fixture (4, 4): by contacts already made, else by the placement; None if neither gives it."""
+    return expected_pose(fixture) if made is None or made.base_from_fixture is None else made.base_from_fixture
 
 
 def _rank(rows: Floats) -> int:
