@@ -23,7 +23,7 @@ from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import Floats
 from tactfix.poses.solution import Solutions
-from tactfix.relations.realization import FEW_BODIES, bodies
+from tactfix.relations.realization import FEW_BODIES, searchable_bodies
 from tactfix.relations.rigid_bodies import body_solutions
 
 
@@ -33,7 +33,7 @@ def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, wi
     If none does, the best one alone, its chi2 above the limit. If contacts and relations leave a motion free, samples,
     marked as a continuum. Neither of these without with_misses.
     """
-    shapes = bodies(fixture)
+    shapes = searchable_bodies(fixture)
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
     if is_exact and len(shapes) <= FEW_BODIES:  # step 1
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)

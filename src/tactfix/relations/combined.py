@@ -23,8 +23,8 @@ from tactfix.relations.combinations import Combinations, combinations, located_a
 from tactfix.relations.equations import Equation
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
-from tactfix.relations.realization import bodies, body_number, fixture_scale, shape_sigma
-from tactfix.relations.rigid_bodies import Body, body_solutions
+from tactfix.relations.realization import Body, body_number, fixture_scale, searchable_bodies, shape_sigma
+from tactfix.relations.rigid_bodies import body_solutions
 from tactfix.relations.samples import sampled_solutions
 from tactfix.results import Candidate, Reason
 
@@ -116,7 +116,7 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
     If no pose explains even these, the nearest miss as it stands; samples if they leave a motion free.
     """
     widened = np.hypot(problem.sigmas, SLACK_FACTOR * shape_sigma(fixture))
-    rigid = body_solutions(fixture, bodies(fixture), problem.contacts, widened, with_misses)
+    rigid = body_solutions(fixture, searchable_bodies(fixture), problem.contacts, widened, with_misses)
     if not rigid.continuum and all(solution.chi2 > rigid.limit for solution in rigid.found):
         misses = (replace(s, chi2=float(((s.residuals / problem.sigmas) ** 2).sum())) for s in rigid.found)
         return replace(rigid, found=tuple(misses))

@@ -57,8 +57,11 @@ JOINT_PATIENCE = 12
 """Steps after which a fit above JOINT_GIVEN_UP times its limit is given up, and one below it whose rate of gain cannot
 reach the limit: starts near a solution have converged quadratically by then."""
 NEARLY_KEPT = 1e-5
-"""Constraint violation (rad, fixture sizes) above which no fit is given up: chi-square still changes while the
-constraints are restored."""
+"""Constraint violation (rad, fixture sizes) above which no fit is given up for its chi-square: that still changes
+while the constraints are restored."""
+SLOWLY_KEPT = 0.99
+"""Ratio of successive violations above which a late fit is given up: the constraints of a branch may contradict each
+other. 200 steps at this ratio would lower the violation to 0.13, and Newton's method lowers it quadratically."""
 
 
 @frozen_value
@@ -101,14 +104,15 @@ def joint_fit(
 
 
 def _has_stalled(fit: JointFit, new: JointFit, predicted: float, late: bool) -> bool:
-    """Whether a fit above its limit has stalled.
+    """Whether a fit has stalled, above its limit or off the constraints.
 
-    Far above the limit: the last step gained less than 1 per cent, or it is late. Else: it is late, the linear model
-    stays above the limit, and so do MOST_JOINT_STEPS more steps with the gain of this one.
+    Off the constraints: it is late and hardly comes nearer to them. Far above the limit: the last step gained less than
+    1 per cent, or it is late. Else: it is late, the linear model stays above the limit, and so do MOST_JOINT_STEPS more
+    steps with the gain of this one.
     """
     limit, gain = chi_square_limit(new.dof), fit.chi2 - new.chi2
     if new.missing >= NEARLY_KEPT:
-        return False
+        return late and new.missing > SLOWLY_KEPT * fit.missing
     if new.chi2 > JOINT_GIVEN_UP * limit:
         return late or abs(gain) < 0.01 * new.chi2
     return late and predicted > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit

@@ -13,7 +13,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -30,11 +29,8 @@ from tactfix.poses.robust_poses import robust_poses
 from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions
-from tactfix.relations.realization import FEW_BODIES, fixture_scale, realize
+from tactfix.relations.realization import FEW_BODIES, Body, fixture_scale, realize
 from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
-
-Body: TypeAlias = tuple[Mapping[str, Surface], ...]
-"""A rigid geometry of the fixture, in each frame that its recipe allows."""
 
 MOST_THOROUGH = 4
 """Bodies that are searched thoroughly at most, of those in which a covering of the rotations has met a pose: a thorough
