@@ -8,7 +8,9 @@ from tactfix.geometry.surfaces import Cylinder
 from tactfix.relations import joint
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.joint_problem import JointProblem
+from tests.relations.touched_parts import as_read, few_touches
 from tests.support.problems import angle
+from tests.validation.relation_geometry import Part, bar, leaning, plane
 
 
 def leaning_bar(degrees, rng):
@@ -39,3 +41,28 @@ def test_constraints_that_contradict_each_other_end_the_fit(seed, monkeypatch):
     fit = joint.joint_fit(problem, bars, nearest_branch(relations, bars))
     assert fit.missing > 1e-5
     assert len(steps) < 40
+
+
+def crossing_bars():
+    """Two bars 0.1 deg apart and a third one that crosses both: all distances are next to 0."""
+    one, other = leaning(0.0), leaning(57.8)
+    turned = leaning(0.1, 167.0)
+    at, normal = np.zeros(3), np.cross(turned, other)
+    bars = {"a": bar(at + 0.02 * normal / np.linalg.norm(normal), turned, 8.0, "inner"), "b": bar(at, one, 6.0)}
+    things = {**bars, "c": plane([30, 0, -20], one), "d": bar(at, other, 10.0, "inner")}
+    to_d = float(np.degrees(np.arccos(turned @ other)))
+    degrees = {"ab": 0.1, "ac": 0.1, "ad": to_d, "bc": 0.0, "bd": 57.8, "cd": 57.8}
+    relations = [("angle", *pair, value, 0.0) for pair, value in degrees.items()]
+    relations += [("distance", "a", "d", 0.02, 0.0), ("distance", "b", "d", 0.0, 0.0)]
+    frame = {"origin": {"foot_of": "b", "on": "d"}, "x": {"along": "b"}, "y": {"along": "d"}}
+    return Part(things, relations, frame)
+
+
+def test_the_size_of_a_fixture_is_not_that_of_axes_that_nearly_cross(tmp_path):
+    """In units of 0.02 mm its constraints differ by so much that dependent ones were not recognized as such."""
+    part, rng = crossing_bars(), np.random.default_rng(4)
+    touched = few_touches(part, rng, most=5)
+    result = tactfix.locate(*as_read(part, touched, rng, tmp_path))
+    off = [np.abs(c.base_from_fixture - touched.base_from_fixture).max() for c in result.candidates if c.accepted]
+    assert result.status in ("located", "ambiguous")  # bars have no sense, and both signs may be left
+    assert min(off) < 0.1

@@ -174,10 +174,10 @@ def _distinct(shapes: Sequence[Mapping[str, Surface]], scale: float) -> list[Map
 
 
 def fixture_scale(fixture: Fixture) -> float:
-    """A length of the fixture: its largest distance, or else radius."""
-    lengths = [abs(r.value) for r in fixture.relations if r.kind == "distance"]
-    radii = [f.radius for f in fixture.features.values() if f.radius is not None]
-    return max(lengths, default=0.0) or max(radii, default=1.0)
+    """A length of the fixture: its largest distance or radius; of crossing axes the distances may all be next to 0."""
+    distances = [abs(relation.value) for relation in fixture.relations if relation.kind == "distance"]
+    radii = [feature.radius for feature in fixture.features.values() if feature.radius is not None]
+    return max([*distances, *radii], default=0.0) or 1.0
 
 
 def shape_sigma(fixture: Fixture) -> float:
