@@ -102,8 +102,8 @@ def test_three_contacts_are_enough_where_three_directions_are_free(cell, capsys)
         (("--near", "NEAR"), "alone decides nothing"),
         (("--near", "NEAR", "--within", "1,1", "--near-sigma", "1,1"), "do not go together"),
         (("--near", "NEAR", "--within", "1"), "such as 20,5"),
-        (("--near", "NEAR", "--within=-1,5"), "such as 20,5"),
-        (("--near", "NEAR", "--within", "1,181"), "such as 20,5"),
+        (("--near", "NEAR", "--within=-1,5"), "is negative"),
+        (("--near", "NEAR", "--within", "1,181"), "turned by more than 180"),
         (("--near", "NEAR", "--within", "1_0,5"), "such as 20,5"),
         (("--near", "NEAR", "--free", "x,q"), "is no direction"),
         (("--near", "NEAR", "--near-sigma", "0,1"), "above zero"),
@@ -113,6 +113,17 @@ def test_what_does_not_go_together(words, says, cell, capsys):
     words = [str(cell / "near.txt") if word == "NEAR" else word for word in words]
     assert run(["locate", str(FIXTURE), str(cell / "c.csv"), *words]) == 2
     assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("name", "times"), [(None, 0), ("another", 1), ("three-planes", 0)])
+def test_the_pose_of_another_fixture_is_told(name, times, cell, tmp_path, capsys):
+    pose = {"schema": "tactfix/pose/1", "fixture": name, "units": "mm", "transform": TRUTH.tolist()}
+    (tmp_path / "near.json").write_text(json.dumps(pose), encoding="utf-8")
+    words = ["locate", str(FIXTURE), str(cell / "c.csv"), "--near", str(tmp_path / "near.json"), "--within", "20,10"]
+    assert run(words) == 0
+    assert capsys.readouterr().err.count("where another stands, and this is") == times
+    assert run([*words, "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_a_pose_that_cannot_be_read_is_named(cell, capsys):

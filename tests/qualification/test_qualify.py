@@ -165,8 +165,11 @@ def test_touches_of_different_places_are_noticed() -> None:
 def test_touches_of_different_places_show_neither_drift_nor_step() -> None:
     values = noise(5) + 20.0 * np.arange(30) + 300.0 * (np.arange(30) >= 18)
     contacts = replace(readings(values), units="mm")
-    (warning,) = qualify(contacts, units="mm").warnings
+    result = qualify(contacts, units="mm")
+    (warning,) = result.warnings
     assert "not all of one place" in warning
+    assert result.drift is None
+    assert result.steps == ()
 
 
 @pytest.mark.parametrize("with_approaches", [True, False])

@@ -84,7 +84,7 @@ def command(
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
     task = BatchTask(
-        fixture=placement.placed(load_fixture(fixture_path)),
+        fixture=placement.placed(load_fixture(fixture_path), quiet=quiet),
         read=SetReader(touches.contacts_format, touches.options(), touches.log_options()),
         describe=_in_one_line,
         scale_sigma=scale_sigma,

@@ -118,7 +118,7 @@ def command(
     if scheduler is not None and not study:
         raise UsageError("--scheduler is for a study; say how many layouts with --study N")
     points = tuple(vector(text, "--at") for text in at or ())
-    fixture = placement.placed(load_fixture(fixture_path))
+    fixture = placement.placed(load_fixture(fixture_path), quiet=quiet)
     options = ContactOptions(units, tip_radius, sigma)
     given = _contacts(contacts, fixture, options, contacts_format, features, tip_offset, quiet=quiet)
     own_sigma, own_tip = (sigma, tip_radius) if given is None else (None, None)

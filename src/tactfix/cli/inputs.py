@@ -15,7 +15,7 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.options import ContactsFormat, Features, Sigma, TipOffset, TipRadius, Units, vector
-from tactfix.cli.output import tell
+from tactfix.cli.output import note, tell
 from tactfix.decimal_text import numbers_of
 from tactfix.errors import UsageError
 from tactfix.settings import FOR_LOGS
@@ -192,11 +192,11 @@ class PlacementInput:
         ),
     ] = None
 
-    def placed(self, fixture: "Fixture", *, alone: bool = False) -> "Fixture":
+    def placed(self, fixture: "Fixture", *, alone: bool = False, quiet: bool) -> "Fixture":
         """The fixture with this placement.
 
-        alone: near is of use without the others. Raises UsageError where they do not go together, FileError where the
-        pose cannot be read.
+        alone: near is of use without the others. A pose of another fixture is told, unless quiet. Raises UsageError
+        where they do not go together, FileError where the pose cannot be read.
         """
         if self.near is self.within is self.near_sigma is self.free is None:
             return fixture
@@ -204,7 +204,7 @@ class PlacementInput:
             raise UsageError("--within and --near-sigma do not go together: limits, or a measurement; leave one out")
         if self.near is None and fixture.placement is None:
             raise UsageError("--within, --near-sigma and --free say how far from a pose; give the pose with --near")
-        known = fixture.placement if self.near is None else _near(self.near, fixture)
+        known = fixture.placement if self.near is None else _near(self.near, fixture, quiet=quiet)
         assert known is not None
         if self.within is not None:
             known = replace(known, within=_translation_and_rotation(self.within, "--within"), sigma=None)
@@ -238,21 +238,28 @@ def input_files(**paths: str) -> "list[InputFile]":
     return [InputFile(role, path, read_bytes(path)) for role, path in paths.items()]
 
 
-def _near(path: str, fixture: "Fixture") -> "Placement":
+def _near(path: str, fixture: "Fixture", *, quiet: bool) -> "Placement":
     """The placement with the pose of a file, all else as the fixture file has it."""
     from tactfix.files.pose_file import load_pose
     from tactfix.placement import Placement
 
-    pose = load_pose(path, default_units=fixture.units).in_units(fixture.units).base_from_fixture
-    return Placement(pose) if fixture.placement is None else replace(fixture.placement, near=pose)
+    pose = load_pose(path, default_units=fixture.units).in_units(fixture.units)
+    if pose.fixture not in (None, "", fixture.name):
+        note(f"{path} is where {pose.fixture} stands, and this is {fixture.name}: is it the right pose?", quiet=quiet)
+    near = pose.base_from_fixture
+    return Placement(near) if fixture.placement is None else replace(fixture.placement, near=near)
 
 
 def _translation_and_rotation(text: str, option: str) -> tuple[float, float]:
     """'T,R' as a length and an angle (rad)."""
     numbers = numbers_of(text)
     translation, rotation = numbers if len(numbers) == 2 else (None, None)
-    if translation is None or rotation is None or translation < 0 or not 0 <= rotation <= 180:
+    if translation is None or rotation is None:
         raise UsageError(f"{option} {text!r}: write a length in the fixture's units and degrees, such as 20,5")
+    if min(translation, rotation) < 0:
+        raise UsageError(f"{option} {text!r}: neither the length nor the angle is negative")
+    if rotation > 180:
+        raise UsageError(f"{option} {text!r}: no pose is turned by more than 180 degrees; 180 leaves the turn open")
     return translation, math.radians(rotation)
 
 

@@ -94,7 +94,7 @@ def command(
 
     point = gates.point
     style = chosen_format(format, as_json, output)
-    fixture = placement.placed(load_fixture(fixture_path))
+    fixture = placement.placed(load_fixture(fixture_path), quiet=quiet)
     sought = _unknowns(unknown)
     read = touches.read(contacts, fixture, sought, quiet=quiet)
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)

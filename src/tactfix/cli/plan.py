@@ -84,7 +84,7 @@ def command(
 
     if scheduler is not None and starts is None:
         raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
-    fixture = placement.placed(load_fixture(fixture_path), alone=True)
+    fixture = placement.placed(load_fixture(fixture_path), alone=True, quiet=quiet)
     existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress, mapping_over(scheduler) as over:
         found = plan(

@@ -67,7 +67,7 @@ def command(
     said_notes = _notes(notes or [])
     point = gates.point
     dialect = None if format_name is None else find_dialect(format_name).name
-    fixture = placement.placed(load_fixture(fixture_path))
+    fixture = placement.placed(load_fixture(fixture_path), quiet=quiet)
     settings = given_options(replace(touches, contacts_format="csv"), placement)
     if scale_sigma:
         settings["--scale-sigma"] = "yes"

@@ -81,7 +81,7 @@ def command(
     from tactfix.simulation.touches import NoPlanError
 
     asked = None if fault is None else parse_fault(fault)
-    fixture = placement.placed(load_fixture(fixture_path))
+    fixture = placement.placed(load_fixture(fixture_path), quiet=False)
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
     base_from_fixture = None if pose is None else _pose(pose, fixture)
     try:

@@ -137,16 +137,18 @@ def _result(
     """The result of readings, of repeated touches or of a ball; foreign: warnings that they are no such touches."""
     sigma = float(np.sqrt((readings**2).sum() / dof))
     far = _with_partners(outliers(about_rest, len(readings), dof), places)
-    sloped, stepped = drift(readings, places, dof), step(readings, contacts.rows, dof)
+    # Of touches that are spread over a feature, the sequence is that of where they were made.
+    sloped = None if foreign else drift(readings, places, dof)
+    stepped = None if foreign else step(readings, contacts.rows, dof)
     warnings = list(foreign)
     if far:
         rest = _length(_sigma_without(far, about_rest, places, dof, len(readings)), units)
         rows = ", ".join(contacts.label(i) for i in far)
         warnings.append(f"outliers: {rows}; without them sigma is about {rest}: see what happened there")
-    if not foreign and sloped is not None and is_significant(sloped, dof, readings.shape[1]):
+    if sloped is not None and is_significant(sloped, dof, readings.shape[1]):
         slope = _length(sloped.per_touch, units)
         warnings.append(f"the readings drift by {slope} a touch: wait until the machine is warm")
-    if not foreign and stepped is not None:
+    if stepped is not None:
         size = _length(stepped.size, units)
         warnings.append(f"from row {stepped.row} on the readings are {size} more: did the stylus slip?")
     if dof < 10:
