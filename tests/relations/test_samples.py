@@ -1,5 +1,6 @@
 """Many solutions of few contacts: those that were not met are not denied."""
 
+from dataclasses import replace
 from itertools import count
 from random import Random
 
@@ -9,7 +10,7 @@ import pytest
 import tactfix
 from tactfix.noise import chi_square_limit
 from tactfix.probe import residual_sigmas
-from tactfix.relations import samples
+from tactfix.relations import combined, samples
 from tactfix.relations.branch_fits import nearest_start
 from tactfix.relations.joint_problem import JointProblem, linearized
 from tactfix.relations.realization import fixture_scale
@@ -53,6 +54,16 @@ def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_pat
     monkeypatch.setattr(samples, "_comes_out", lambda *_: next(downwards))
     monkeypatch.setattr(samples, "FITTED_ENDS", fitted)
     assert tactfix.locate(fixture, contacts).status in statuses
+
+
+@pytest.mark.parametrize("thinned", [False, True])
+def test_candidates_that_were_left_out_are_told(thinned, tmp_path, monkeypatch):
+    """Of a feature touched within noise of a plane only a few candidates are kept."""
+    fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
+    located_alone = combined.located_alone
+    monkeypatch.setattr(combined, "located_alone", lambda *given: replace(located_alone(*given), thinned=thinned))
+    warnings = tactfix.locate(fixture, contacts).warnings
+    assert any("did not settle" in warning for warning in warnings) == thinned
 
 
 def five_features():

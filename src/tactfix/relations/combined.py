@@ -58,7 +58,8 @@ def combined_solutions(
     alone = located_alone(fixture, contacts, sigmas)  # step 2
     located = combinations(fixture, contacts, alone, SHAPE_COMBINATIONS + 1)
     if located is None and not shapes:
-        return sampled_solutions(fixture, problem, alone.candidates)
+        sampled = sampled_solutions(fixture, problem, alone.candidates)
+        return replace(sampled, complete=sampled.complete and not alone.thinned)
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
         if is_exact:  # step 3
             return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
