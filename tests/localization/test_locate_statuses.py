@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import tactfix
 from tactfix.errors import TipDoesNotFitError
+from tactfix.localization.free_motions import free_motions, is_underdetermined
 from tactfix.localization.locate import locate
+from tactfix.localization.outcome import outcome_of
+from tactfix.probe import residual_sigmas
 from tests.support.problems import (
     BALLS,
     CORNER,
@@ -28,6 +32,7 @@ from tests.support.problems import (
     related,
     touch_all,
 )
+from tests.support.project import PLATE_FILE, ROOT
 
 MAHALANOBIS_LIMIT = 38.3
 """Chi-square of six degrees of freedom, exceeded once in a million (tables)."""
@@ -291,6 +296,18 @@ def test_known_so_weakly_that_it_is_worthless(gap):
     result = locate(placed(CORNER), truth.contacts(points=points.astype(float), approaches=-normals.astype(float)))
     assert result.status == "underdetermined"
     assert "known only to" in result.free_motions[0].message
+    assert "if the equations were linear" not in result.free_motions[0].message
+
+
+def test_a_pose_next_to_a_fold_is_not_refused_for_its_small_sigma():
+    """Its linear sigma is within the limits: why there is no pose must be told."""
+    fixture = tactfix.load_fixture(PLATE_FILE)
+    contacts = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
+    solution = outcome_of(fixture, contacts, residual_sigmas(fixture, contacts)).solutions.found[0]
+    folded = replace(solution, trusted=False)
+    assert is_underdetermined(folded, contacts)
+    (motion,) = free_motions(fixture, contacts, folded)
+    assert "if the equations were linear; within the noise they are not" in motion.message
 
 
 # Ambiguous. -------------------------------------------------------------------------------------------------------

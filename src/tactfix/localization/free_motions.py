@@ -32,8 +32,10 @@ noise alone resists it, and the linear sigma is meaningless."""
 def is_underdetermined(solution: Solution, contacts: Contacts) -> bool:
     """Whether a motion is free, or determined worse than the limits, or without a covariance that can be trusted."""
     # Step 1.
-    if len(solution.free_twists) or not solution.trusted:
-        return True
+    return bool(len(solution.free_twists)) or not solution.trusted or _exceeds_limits(solution, contacts)
+
+
+def _exceeds_limits(solution: Solution, contacts: Contacts) -> bool:
     turn, shift = solution.sigmas_at(contacts.centre)
     return turn > UNDERDETERMINED_ANGLE or shift > UNDERDETERMINED_SHIFT * contacts.spread
 
@@ -44,6 +46,9 @@ def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tu
         return tuple(in_words(fixture, solution, twist, "", contacts.spread) for twist in tidied(solution.free_twists))
     worst, shift = solution.sigmas_at(contacts.centre)
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
+    if not _exceeds_limits(solution, contacts):
+        # Near a fold the small sigma of the linear model does not say why there is no pose.
+        note += " if the equations were linear; within the noise they are not, and the true pose may be farther off"
     if worst > np.pi or shift > UNBOUNDED_SHIFT * contacts.spread:
         note = ", which these contacts hardly resist"
     return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)  # steps 3 and 4
