@@ -7,8 +7,9 @@ import pytest
 
 from tactfix import locate
 from tactfix.contact_arrays import contacts_from_arrays
+from tactfix.localization import tip_advice
 from tests.support.flange_touches import PLATE, RADIUS, SIGMA, fixture_of, orientations, plate_touches, touched
-from tests.unknowns.test_unknown_tip import plate_problem
+from tests.unknowns.test_unknown_tip import SIDEWAYS, plate_problem
 
 
 @pytest.mark.parametrize("row", [2, 9, 17])
@@ -25,6 +26,21 @@ def test_the_contact_that_is_wrong_is_named(row):
     # Without it the rest is located.
     again = locate(fixture_of(PLATE), problem.contacts.subset([i for i in range(18) if i != row - 1]), unknown=["tip"])
     assert again.status == "located"
+
+
+@pytest.mark.parametrize("row", [3, 50, 88])
+def test_of_many_contacts_the_most_suspicious_are_deleted(monkeypatch, row):
+    rng, deletions = np.random.default_rng(row), []
+    problem = touched(plate_touches(rng, 30), rng, orientations(6, 30.0), SIDEWAYS)
+    points = problem.contacts.points.copy()
+    points[row - 1] += 1.5 * problem.contacts.approaches[row - 1]
+    original = tip_advice.descend
+    monkeypatch.setattr(tip_advice, "descend", lambda *given: deletions.append(given) or original(*given))
+    result = locate(fixture_of(PLATE), replace(problem.contacts, points=points), unknown=["tip"])
+    assert result.status == "inconsistent"
+    assert result.diagnosis[0].code == "outlier"
+    assert result.diagnosis[0].rows == (row,)
+    assert len(deletions) < len(points) / 3
 
 
 def test_a_tip_beyond_its_bound_blames_no_contact():

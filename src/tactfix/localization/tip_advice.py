@@ -23,13 +23,16 @@ from tactfix.localization.free_motions import in_words, tidied
 from tactfix.localization.motion_words import vector
 from tactfix.localization.next_contact import missing_contact, touch_in_words
 from tactfix.noise import chi_square_limit
-from tactfix.poses.pose_fit import contact_residuals
+from tactfix.poses.pose_fit import SMALLEST_RATIO, contact_residuals
 from tactfix.poses.solution import at_base_origin
 from tactfix.results import Diagnosis, FreeMotion, NextContact
 from tactfix.unknowns.descent import descend
 from tactfix.unknowns.equations import TipEquations
 from tactfix.unknowns.solution import TipSolution
 
+MOST_DELETED = 24
+"""Contacts that are deleted one after the other: of more than these, those that the linear model names first. Each
+deletion is a fit, which takes up to 80 steps."""
 SUSPECTS_LISTED = 8
 """Suspect contacts that are listed at most: what a person reads, as `diagnosis.hypothesis_tests.MOST_ENTRIES`."""
 NO_PART = 1e-3
@@ -111,7 +114,7 @@ def suspects(
     found = []
     pose, radius = nearest.solution.base_from_fixture, nearest.contacts.tip_radius
     surfaces = {name: moved(inverse(pose), surface) for name, surface in nearest.solution.surfaces.items()}
-    for i in range(len(contacts)):
+    for i in _most_suspicious(TipEquations.build(surfaces, contacts, sigmas, unknown, fixture.placement), nearest):
         rest = np.delete(np.arange(len(contacts)), i)
         equations = TipEquations.build(surfaces, contacts.subset(rest), sigmas[rest], unknown, fixture.placement)
         dof = len(equations) - len(equations.columns)
@@ -125,6 +128,22 @@ def suspects(
     found.sort(key=lambda cause: cause.chi2 or 0.0)
     alike = [cause for cause in found if (cause.chi2 or 0.0) <= (found[0].chi2 or 0.0) + INDISTINCT]
     return (one_of(alike[:SUSPECTS_LISTED]), *found[len(alike) : SUSPECTS_LISTED]) if found else ()
+
+
+def _most_suspicious(equations: TipEquations, nearest: TipSolution) -> list[int]:
+    """The contacts to delete, in order: of many those whose deletion lowers chi-square most, in the linear model.
+
+    Deletion of a residual r with leverage h lowers it by r^2 / (1 - h) (Cook).
+    """
+    pose, radius = nearest.solution.base_from_fixture, nearest.contacts.tip_radius
+    residuals, jacobian = (
+        part[0] for part in equations.evaluate(equations.trials(pose[None], nearest.tip[None], radius))
+    )
+    motions, values, _ = np.linalg.svd(jacobian, full_matrices=False)
+    leverage = (motions[:, values > SMALLEST_RATIO * values[0]] ** 2).sum(axis=1)
+    rows = len(equations.of)
+    drops = np.bincount(equations.of, (residuals**2 / np.maximum(1 - leverage, SMALLEST_RATIO))[:rows])
+    return sorted(np.argsort(-drops, kind="stable")[:MOST_DELETED].tolist())
 
 
 def _outlier(contacts: Contacts, i: int, off: float, chi2: float) -> Diagnosis:
