@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tactfix
-from tactfix.geometry.surfaces import Cylinder
+from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.relations import branches
 from tactfix.relations.joint_problem import JointProblem
@@ -185,3 +185,14 @@ def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
     limit = branches.COSTLY * chi_square_limit(len(contacts))
     assert len(found.found) < 96
     assert found.left_out < limit
+
+
+def test_what_sure_contacts_leave_free_is_known_to_one_fixture_size():
+    """Contacts a hundred billion times as sure as what they leave free: a normal matrix would be singular."""
+    surfaces = {"face": Plane(np.zeros(3), np.array([0.6, 0.0, 0.8])), "ball": Sphere(np.array([5.0, 0.0, 3.0]), 1.0)}
+    u = np.array([0.8, 0.0, -0.6])
+    points = [np.zeros(3), 3 * u, surfaces["ball"].center + u]
+    contacts = tactfix.contacts_from_arrays(["face", "face", "ball"], points, sigma=1e-10, tip_radius=0.0)
+    problem = JointProblem(contacts, contacts.sigmas, (), 10.0)
+    covariance = branches._covariance(problem, surfaces)
+    assert np.linalg.eigvalsh(covariance)[-3:] == pytest.approx([1.0, 1.0, 1.0])

@@ -151,7 +151,10 @@ def _covariance(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Float
     """Of the displacements (width, width) from contacts alone, in scaled units; what they leave free known to one."""
     _, rows = contact_observations(problem.contacts, problem.sigmas, surfaces)
     scaled = rows * chart_lengths(surfaces, problem.scale)
-    return np.asarray(np.linalg.inv(scaled.T @ scaled + np.eye(scaled.shape[1])))
+    # By QR factorization: in the normal matrix rounding would drown the ones where the contacts are 1e8 times as sure.
+    still = np.eye(scaled.shape[1])
+    inverse = np.linalg.solve(np.linalg.qr(np.vstack([scaled, still]), mode="r"), still)
+    return np.asarray(inverse @ inverse.T)
 
 
 def _cost(equations: Sequence[Equation], surfaces: Mapping[str, Surface], covariance: Floats, scale: float) -> float:
