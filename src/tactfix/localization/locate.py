@@ -104,6 +104,10 @@ def _answer(
     # Step 1.
     _refuse_foreign(fixture, contacts)
     contacts = _without_approach_to_points(fixture, contacts)
+    if not fixture.is_placed:
+        from tactfix.relations.free_features import without_free_features
+
+        fixture = without_free_features(fixture, contacts)
     if unknown:
         from tactfix.localization.unknown_tip import locate_with_tip
 

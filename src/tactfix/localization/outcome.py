@@ -6,7 +6,9 @@
    contact must lie in the touch box of its feature. The pose must agree with what is known beforehand (`prior`). If it
    passes these tests, the straight path to each contact must be free.
 3. If only the path rejects every remaining pose, the path was not straight: the test is left out.
-4. The solutions that no test rejects give the status.
+4. Remaining solutions by relations whose poses are the same are one if only untouched features differ, which may be
+   on either side of others: the best is kept, without these features.
+5. The solutions that no test rejects give the status.
 
 A sign must be wrong by SURE standard deviations to reject a pose; within them there is a warning.
 """
@@ -20,7 +22,8 @@ from tactfix.accessibility.approach_path import path_blocked
 from tactfix.contacts import GRAZING, Contacts
 from tactfix.fixture import Fixture, TouchBox
 from tactfix.geometry.arrays import Bools, Floats
-from tactfix.geometry.rigid import inverse, transform_points
+from tactfix.geometry.nearest import same_surface
+from tactfix.geometry.rigid import inverse, rotation_vectors, transform_points
 from tactfix.geometry.surfaces import feet, moved
 from tactfix.localization.fit_test import misfit_of
 from tactfix.localization.free_motions import is_underdetermined
@@ -29,6 +32,10 @@ from tactfix.poses.prior import contradiction
 from tactfix.poses.solution import Solution, Solutions, in_order
 from tactfix.results import Reason, ReasonCode, Status
 from tactfix.values import frozen_value
+
+NO_OTHER_POSE = 0.01
+"""Share of sigma up to which two solutions have one pose. Fits of the same touched features agree to 1e-4 sigma
+(`relations.joint.CONVERGED`); poses that the contacts distinguish are two sigma or more apart."""
 
 
 @frozen_value
@@ -62,8 +69,44 @@ def outcome_from(fixture: Fixture, contacts: Contacts, solutions: Solutions) -> 
     # Steps 2 and 3.
     assessments = [assessment_of(fixture, contacts, solution, solutions.limit) for solution in solutions.found]
     assessments = _without_impossible_path(fixture, contacts, solutions, assessments)
+    if not fixture.is_placed and len(solutions.found) > 1:
+        solutions, assessments = _without_doubles(contacts, solutions, assessments)  # step 4
     left = tuple(s for s, v in zip(solutions.found, assessments, strict=True) if not v.reasons)
     return Outcome(solutions, tuple(assessments), left, status_of(contacts, solutions, left))
+
+
+def _without_doubles(
+    contacts: Contacts, solutions: Solutions, assessments: Sequence[Assessment]
+) -> tuple[Solutions, list[Assessment]]:
+    """The solutions and their assessments without remaining ones that differ from a better one in untouched features.
+
+    These features are taken from the better one too: nothing says where they are.
+    """
+    kept: list[tuple[Solution, Assessment]] = []
+    for solution, assessment in zip(solutions.found, assessments, strict=True):
+        doubles = [i for i, (_, v) in enumerate(kept) if not v.reasons and _are_one(kept[i][0], solution, contacts)]
+        if assessment.reasons or not doubles:
+            kept.append((solution, assessment))
+            continue
+        best, its_own = kept[doubles[0]]
+        agreed = {n: s for n, s in best.surfaces.items() if same_surface(s, solution.surfaces[n], _at_most(contacts))}
+        kept[doubles[0]] = replace(best, surfaces=agreed), its_own
+    return replace(solutions, found=tuple(solution for solution, _ in kept)), [assessment for _, assessment in kept]
+
+
+def _are_one(one: Solution, other: Solution, contacts: Contacts) -> bool:
+    """Whether two solutions have one pose, and all touched features at the same places."""
+    turn = other.base_from_fixture[:3, :3] @ one.base_from_fixture[:3, :3].T
+    shift = other.base_from_fixture[:3, 3] - one.base_from_fixture[:3, 3]
+    motion = np.concatenate([rotation_vectors(turn[None])[0], shift])
+    if len(one.free_twists) or (np.abs(motion) > NO_OTHER_POSE * np.sqrt(np.diag(one.covariance))).any():
+        return False
+    touched = contacts.by_feature
+    return all(same_surface(one.surfaces[name], other.surfaces[name], _at_most(contacts)) for name in touched)
+
+
+def _at_most(contacts: Contacts) -> float:
+    return NO_OTHER_POSE * float(contacts.sigmas.max())
 
 
 def solve(
@@ -121,7 +164,7 @@ def _without_impossible_path(
 
 
 def status_of(contacts: Contacts, solutions: Solutions, left: Sequence[Solution]) -> Status:
-    """The status if these solutions are left (step 4)."""
+    """The status if these solutions are left (step 5)."""
     if not left:
         # Too few contacts to be inconsistent: no sample of the continuum, or of the many poses, passed the tests.
         is_open = solutions.continuum or solutions.partial or solutions.dof < 0

@@ -31,7 +31,7 @@ def uncertain_distances(fixture: Fixture, surfaces: Mapping[str, Surface]) -> tu
     known = parallel_pairs(fixture.relations)
     warnings = []
     for relation in fixture.relations:
-        axes = [surface for name in relation.between if isinstance(surface := surfaces[name], Cylinder)]
+        axes = [surface for name in relation.between if isinstance(surface := surfaces.get(name), Cylinder)]
         if relation.kind == "distance" and len(axes) == 2 and frozenset(relation.between) not in known:
             sine = float(np.linalg.norm(np.cross(axes[0].direction, axes[1].direction)))
             if sine < ALMOST_PARALLEL:

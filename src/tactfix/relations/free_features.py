@@ -1,0 +1,61 @@
+"""Features of a fixture by relations that nothing determines: untouched, not in the frame, with few relations.
+
+Such a feature can be moved without any other: it tells nothing of the pose, and its own motion is none of the frame.
+
+1. The degrees of freedom of each untouched feature outside the frame are compared with the equations of its relations.
+2. A feature with fewer equations than degrees of freedom is left out, and its relations with it. Relations of angles
+   concern its direction alone: if they give more equations than a direction has, they relate other features, and the
+   feature stays.
+3. Steps 1 and 2 are repeated: a feature that was related to one that is left out may now be left out too.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from tactfix.contacts import Contacts
+from tactfix.feature import Feature
+from tactfix.fixture import Fixture, Relation
+from tactfix.frame import recipe_of
+from tactfix.geometry.nearest import ALMOST_PARALLEL
+
+DIRECTION_FREEDOM = 2
+"""Degrees of freedom of a direction."""
+
+
+def without_free_features(fixture: Fixture, contacts: Contacts) -> Fixture:
+    """The fixture without the features that are neither touched nor determined; itself if there are none."""
+    return fixture if fixture.is_placed else _reduced(fixture, frozenset(contacts.by_feature))
+
+
+@lru_cache(maxsize=32)
+def _reduced(fixture: Fixture, touched: frozenset[str]) -> Fixture:
+    recipe = recipe_of(fixture)
+    in_frame = {*recipe.origin.features, *recipe.first[1].features, *recipe.second[1].features}
+    kept, relations = dict(fixture.features), fixture.relations
+    while True:  # step 3
+        free = next((n for n in kept if n not in touched | in_frame and _is_free(kept[n], relations)), None)
+        if free is None:
+            break
+        del kept[free]
+        relations = tuple(relation for relation in relations if free not in relation.between)
+    if len(kept) == len(fixture.features):
+        return fixture
+    touch = {name: box for name, box in fixture.touch.items() if name in kept}
+    return replace(fixture, features=kept, relations=relations, touch=touch)
+
+
+def _is_free(feature: Feature, relations: tuple[Relation, ...]) -> bool:
+    """Whether relations leave the feature free whatever the places of the others are (steps 1 and 2)."""
+    own = [relation for relation in relations if feature.name in relation.between]
+    angles = sum(_most_equations(relation) for relation in own if relation.kind == "angle")
+    equations = angles + sum(_most_equations(relation) for relation in own if relation.kind == "distance")
+    return angles <= DIRECTION_FREEDOM and equations < (4 if feature.type == "cylinder" else 3)
+
+
+def _most_equations(relation: Relation) -> int:
+    """The number of equations of a relation at most: parallel directions give two, coincident centres three."""
+    if relation.kind == "angle":
+        return 2 if min(relation.value, np.pi - relation.value) < ALMOST_PARALLEL else 1
+    return 3 if relation.value == 0 else 1
