@@ -75,6 +75,14 @@ def test_every_command_is_there_and_helps(command: str, capsys: pytest.CaptureFi
     assert (ROOT / "src" / Path(*module_of(command).split("."))).with_suffix(".py").exists()
 
 
+def test_an_import_reads_logs_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "--help"]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "--contacts-format NAME What LOG is: linuxcnc, grbl," in shown
+    assert "--units U Unit of the log" in shown
+    assert "csv" not in shown
+
+
 def test_help_and_version_import_nothing_heavy() -> None:
     lines = [("--version",), ("--help",), *((name, "--help") for name in COMMANDS)]
     for line, modules in zip(lines, imported_by_each((line, {}) for line in lines), strict=True):

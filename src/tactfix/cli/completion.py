@@ -41,6 +41,7 @@ def _codes(room: "Room") -> Iterable[str]:
 
 pose_formats = offers(lambda: POSE_FORMATS)
 contact_formats = offers(lambda: ("csv", *LOG_NAMES))
+log_formats = offers(lambda: LOG_NAMES)
 templates = offers(lambda: TEMPLATES)
 units = offers(lambda: UNITS)
 unknowns = offers(lambda: ("tip", "tip-radius", "tip,tip-radius"))
