@@ -141,7 +141,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_computed(
     for words, message in (
         (("--output", "robot.urdf"), "robot.urdf: this robot is written as .yaml; or name a .json or .html file"),
         (("--json", "--tip-format", "kuka"), "--json and --tip-format do not go together"),
-        (("--tip-format", "kukka"), "kuka"),
+        (("--tip-format", "kukka"), "there is no pose format 'kukka'; did you mean 'kuka'?"),
     ):
         status, out, err = told(capsys, cell, touches, *words)
         assert (status, out) == (2, "")
@@ -257,6 +257,13 @@ BAD_CELLS = {
         ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
     ),
     "unknown as a word": (("unknown: all", "unknown: tip"), "unknown is the text 'tip'; write all, or a list"),
+    "a version to come": (
+        ("tactfix_cell: 1", "tactfix_cell: 2"),
+        "tactfix_cell is 2; this tactfix reads format 1: write tactfix_cell: 1, or install a newer tactfix",
+    ),
+    "fixtures without names": (
+        ("{plate: seats.yaml}", "seats.yaml"), "the text 'seats.yaml'; write a name for each file: {plate: plate.yaml}"
+    ),
     "a version that equals 1": (("tactfix_cell: 1", "tactfix_cell: true"), "tactfix_cell is true"),
     "a range from high to low": (
         ("robot:", "robot:\n  joint_ranges: [[0, 1], [2, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"),

@@ -29,6 +29,8 @@ CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
         ("--sigma", "1e31"),
         ("--sigma", "0." + "1" * 400),
         ("--tip-radius", "\u0663"),
+        ("--tip-radius", "3mm"),
+        ("--max-sigma", "small"),
         ("--max-sigma", "inf"),
         ("--max-rms", "Infinity"),
         ("--at", "1e308,0,0"),
@@ -43,6 +45,7 @@ def test_what_is_no_decimal_number_is_a_usage_error(words: tuple[str, ...], caps
     assert main(["locate", str(FIXTURE), str(CONTACTS), *words]) == 2
     out, err = capsys.readouterr()
     assert out == ""
+    assert err.startswith(f"tactfix: {words[0].partition('=')[0]} ")
     assert "number" in err
     assert len(err) < 300
 

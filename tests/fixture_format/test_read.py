@@ -163,6 +163,7 @@ def test_a_feature_that_is_refused_is_still_declared(tmp_path: Path) -> None:
 def test_missing_file_and_directory(tmp_path: Path) -> None:
     for path, word in (
         (tmp_path / "no.yaml", "no such file"),
+        ("-", "there is no such file; name a file: this one is not read from standard input"),
         (tmp_path, "directory"),
         (Path("a\0b"), "cannot be read"),
     ):

@@ -133,8 +133,8 @@ def test_a_file_says_its_name_and_a_wrong_unit_is_not_taken(tmp_path):
         load_pose(path, units="m")
     with pytest.raises(UsageError, match="parsec"):
         load_pose(path, units="parsec")
-    with pytest.raises(UsageError, match="no dialect"):
-        load_pose(path, dialect="cuca")
+    with pytest.raises(UsageError, match=r"^there is no pose format 'kukka'; did you mean 'kuka'\?$"):
+        load_pose(path, dialect="kukka")
     with pytest.raises(FileError, match="no such file"):
         load_pose(tmp_path / "none.json")
     text = tmp_path / "pose"

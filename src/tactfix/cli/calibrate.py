@@ -155,7 +155,7 @@ def _plan(
 
 
 def _dialect(name: str) -> str:
-    from tactfix.pose_formats.convert import find_dialect
+    from tactfix.pose_formats import find_dialect
 
     return find_dialect(name).name
 

@@ -69,7 +69,8 @@ def command(
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     from tactfix.files.pose_file import load_pose
-    from tactfix.pose_formats.convert import find_dialect, write_pose
+    from tactfix.pose_formats import find_dialect
+    from tactfix.pose_formats.convert import write_pose
     from tactfix.pose_formats.pose import composed, inverted
 
     name = find_dialect(_wanted(to, None if output is None else output.suffix.lower())).name

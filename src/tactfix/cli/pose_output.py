@@ -27,7 +27,7 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
     if name in ("matrix", "json"):
         return name
     from tactfix.formats import SUFFIXES
-    from tactfix.pose_formats.convert import find_dialect
+    from tactfix.pose_formats import find_dialect
 
     if name is None and suffix not in SUFFIXES:
         known = ", ".join(SUFFIXES)

@@ -58,7 +58,7 @@ def command(
     from tactfix.cli.pose_output import render_pose
     from tactfix.files.fixture_file import load_fixture
     from tactfix.localization.locate import locate
-    from tactfix.pose_formats.convert import find_dialect
+    from tactfix.pose_formats import find_dialect
     from tactfix.report.browser_print import in_form
     from tactfix.report.html_page import Judgement, Record, locate_page
     from tactfix.report.text_report import status_lines

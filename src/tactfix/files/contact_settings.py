@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from tactfix.decimal_text import NUMBER, number_of
+from tactfix.decimal_text import DECIMAL_COMMA, NUMBER, number_of
 from tactfix.errors import Problem
 from tactfix.files.contact_options import ContactOptions
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
@@ -122,6 +122,8 @@ class SettingLines:
             return value
         least = "of at least 0" if key == "tip_radius" else "above 0"
         remedy = f"write a number {least} in the units of this file, without its unit"
+        if DECIMAL_COMMA.fullmatch(text):
+            remedy = f"write a decimal point: {text.replace(',', '.')}"
         self.problems.append(Problem(f"{key} is {_shown(text)}", remedy, line=line))
         return None
 

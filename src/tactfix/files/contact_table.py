@@ -97,8 +97,12 @@ def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> t
     rest = lines[header.first_line :]
     first = header.first_line + 1
     empty = header.separator + " \t"
-    keep = [bool(line.strip(empty)) and not line.lstrip().startswith("#") for line in rest]
+    header_row = lines[header.first_line - 1]
+    keep = [bool(line.strip(empty)) and not line.lstrip().startswith("#") and line != header_row for line in rest]
     for number, line in enumerate(rest, first):
+        if line == header_row:
+            remedy = "remove it, or give each of the files joined here by itself"
+            problems.append(Problem("the header row stands here a second time", remedy, line=number))
         if "#" in line and line.lstrip().startswith("#"):
             key = key_of(line.strip())
             if key:

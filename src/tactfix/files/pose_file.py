@@ -13,7 +13,7 @@ from typing import Final
 from tactfix.errors import FileError, UsageError
 from tactfix.files.reading import read_bytes
 from tactfix.formats import SUFFIXES
-from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats import DIALECTS, find_dialect
 from tactfix.pose_formats.pose import Pose, PoseSyntaxError
 from tactfix.settings import Setting
 from tactfix.units import UNITS, which_unit
@@ -103,12 +103,11 @@ def load_pose(
     for unit in (units, default_units):
         if unit is not None and unit not in UNITS:
             raise UsageError(f"units is {unit!r}; {which_unit(unit)}")
-    if dialect is not None and dialect not in DIALECTS:
-        raise UsageError(f"no dialect {dialect!r}; there are {', '.join(DIALECTS)}")
+    given = None if dialect is None else find_dialect(dialect)
     name = "standard input" if str(path) == "-" else str(path)
     content = sys.stdin.buffer.read() if str(path) == "-" else read_bytes(path)
     try:
-        pose = DIALECTS[dialect or _dialect_of(name, content)].read(content)
+        pose = (given or DIALECTS[_dialect_of(name, content)]).read(content)
     except PoseSyntaxError as error:
         raise FileError(name, error.problems) from error
     if units is not None and pose.units not in (None, units):

@@ -24,7 +24,8 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
-        raise FileError(str(path), [Problem("there is no such file", near_name(Path(path)))]) from None
+        remedy = "name a file: this one is not read from standard input" if str(path) == "-" else near_name(Path(path))
+        raise FileError(str(path), [Problem("there is no such file", remedy)]) from None
     except IsADirectoryError:
         raise FileError(str(path), [Problem("this is a directory", "name a file in it")]) from None
     except PermissionError:

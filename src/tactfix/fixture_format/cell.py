@@ -132,20 +132,24 @@ def _finding(error: Any) -> Finding:
     )
 
 
-_LISTS: Final = {
+_SEVERAL: Final = {
     "unknown": "write all, or a list: [joint_offsets, tip]",
     "rows": "write one row for each joint: [a, d, alpha, theta], and beta where axes are parallel",
     "types": "write one type for each row: [revolute, prismatic]",
     "joint_ranges": "write [low, high] for each joint",
     "tip_offset": "write three numbers: [0.0, 0.0, 120.0]",
+    "fixtures": "write a name for each file: {plate: plate.yaml}",
+    "places": "write the fixture at each place: {front: plate}",
 }
-"""What to write where a list is needed, by the key."""
+"""What to write where a list or a mapping is needed, by the key."""
 
 
 def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
     key = next((part for part in reversed(path) if isinstance(part, str)), "")
-    if key in _LISTS and (kind in LIST_ERRORS or key == "unknown"):
-        return _LISTS[key]
+    if key in _SEVERAL and (kind in (*LIST_ERRORS, "dict_type") or key == "unknown"):
+        return _SEVERAL[key]
+    if path == ("tactfix_cell",):
+        return "this tactfix reads format 1: write tactfix_cell: 1, or install a newer tactfix"
     if path == ("units",):
         return which_unit(str(value))
     if kind == "literal_error":

@@ -3,7 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
+from tactfix.errors import UsageError
 from tactfix.formats import POSE_FORMATS
+from tactfix.wording import did_you_mean
 
 if TYPE_CHECKING:
     from tactfix.pose_formats.dialect import Dialect
@@ -38,3 +40,10 @@ class _Dialects(Mapping[str, "Dialect"]):
 
 DIALECTS: Final[Mapping[str, "Dialect"]] = _Dialects()
 """The dialect of each name, in the order in which they are listed."""
+
+
+def find_dialect(name: str) -> "Dialect":
+    """The dialect of that name; UsageError with the nearest name if there is none."""
+    if name not in DIALECTS:
+        raise UsageError(f"there is no pose format {name!r}; {did_you_mean(name, DIALECTS)}")
+    return DIALECTS[name]

@@ -9,7 +9,7 @@ from tactfix.errors import PoseRefusedError, UsageError
 from tactfix.formats import LEVER_ARM_MM
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.rigid import rotation_from_vector, skew
-from tactfix.pose_formats import DIALECTS
+from tactfix.pose_formats import find_dialect
 from tactfix.pose_formats.dialect import Dialect, Numbers
 from tactfix.pose_formats.orientation import EulerAngles, RotationVector, TurnAboutZ
 from tactfix.pose_formats.pose import Pose
@@ -77,13 +77,6 @@ class Rounding:
             f"the origin by {origin:.2g} {self.units} and the rotation by {turn:.2g} deg, together at most "
             f"{self.at_lever_arm:.2g} {self.units} at {self.lever_arm:g} {self.units} from the fixture's origin"
         )
-
-
-def find_dialect(name: str) -> Dialect:
-    """The dialect of that name, or UsageError with all names."""
-    if name not in DIALECTS:
-        raise UsageError(f"no dialect {name!r}; there are {', '.join(DIALECTS)}")
-    return DIALECTS[name]
 
 
 def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: float = LEVER_ARM_MM) -> Written:

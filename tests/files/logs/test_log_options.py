@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tactfix.cli.app import run
-from tactfix.errors import UsageError
+from tactfix.errors import FileError, UsageError
 from tactfix.files.contact_options import ContactOptions, log_options
 from tactfix.files.contact_source import load_contacts
 from tactfix.files.fixture_file import load_fixture
@@ -19,6 +19,17 @@ PRB = "[PRB:{0:.3f},{1:.3f},{2:.3f}:1]\n"
 def read(name, text, options=MM, **said):
     wanted = log_options(said.pop("features", "a:1"), **said)
     return read_log(name, text.encode(), None, options, wanted, complete=False)
+
+
+def test_a_format_of_logs_that_is_nearly_right_is_named():
+    with pytest.raises(UsageError, match=r"^no format of machine logs is called 'linux'; did you mean 'linuxcnc'\?$"):
+        read("linux", "1 2 3 0 0 0 0 0 0")
+
+
+def test_a_log_of_which_nothing_could_be_read_is_not_asked_for_features():
+    with pytest.raises(FileError) as caught:
+        read("linuxcnc", "feature,x,y,z\n", features=None)
+    assert "--features" not in caught.value.on_command_line
 
 
 OFFSETS = {  # each takes (1, 2, 3) to (98, 201, 303) by hand: a quarter turn about z

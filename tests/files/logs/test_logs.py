@@ -196,7 +196,7 @@ def test_features_must_agree_with_the_log(fixture):
 def test_options_that_do_not_fit_the_format(fixture):
     with pytest.raises(UsageError, match="needs poses"):
         load("grbl", "[PRB:1,2,3:1]\n", fixture, tip_offset=(0.0, 0.0, 1.0))
-    with pytest.raises(UsageError, match="linuxcnc"):
+    with pytest.raises(UsageError, match="did you mean 'grbl'"):
         load("gerbil", "", fixture)
 
 

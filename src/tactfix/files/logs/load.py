@@ -154,7 +154,9 @@ def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContac
 def find_format(format_name: str) -> LogFormat:
     """The machine log of this name; UsageError where there is none."""
     if format_name not in LOG_FORMATS:
-        raise UsageError(f"{format_name!r} is no machine log that is known; there are {', '.join(LOG_FORMATS)}")
+        raise UsageError(
+            f"no format of machine logs is called {format_name!r}; {did_you_mean(format_name, LOG_FORMATS)}"
+        )
     return LOG_FORMATS[format_name]
 
 
@@ -208,8 +210,9 @@ def _check_features(
         if feature != EVERY and feature not in {run.feature for run in runs}:
             raise UsageError(Setting.APPROACH.word + f" names {feature!r}, which is none of " + Setting.FEATURES.word)
     found, told = len(contacts), sum(run.count for run in runs)
-    if not found and not problems:
-        problems.append(Problem("there are no contacts", "check the file and " + Setting.LOG_FORMAT.word))
+    if not found:
+        if not problems:
+            problems.append(Problem("there are no contacts", "check the file and " + Setting.LOG_FORMAT.word))
     elif not runs:
         remedy = f"say which of the {found} contacts are on which, in order: " + Setting.FEATURES.to("bar:5,ball:4")
         problems.append(Problem("a machine log does not say which feature was touched", remedy))
