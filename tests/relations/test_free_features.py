@@ -48,6 +48,25 @@ def test_an_untouched_feature_frees_no_motion(relations):
     np.testing.assert_array_equal(result.covariance, expected.covariance)
 
 
+@pytest.mark.parametrize("relations", [(), ("{between: [ball, extra], value: 5.0}",)], ids=len)
+def test_a_touch_of_a_feature_that_stays_free_changes_no_pose(relations):
+    fixture = with_extra(*relations)
+    contacts = tactfix.load_contacts(ROOT / "samples" / "cylinder-sphere" / "contacts.csv", fixture)
+    more = contacts + tactfix.contacts_from_arrays("extra", [[9.0, 1.0, 2.0]], [[0, 0, 1]], sigma=2e-6, tip_radius=0.0)
+    expected, result = tactfix.locate(fixture, contacts), tactfix.locate(fixture, more)
+    assert result.status == "located"
+    np.testing.assert_array_equal(result.base_from_fixture, expected.base_from_fixture)
+    (warning,) = set(result.warnings) - set(expected.warnings)
+    assert "row 1 not counted: contacts and relations leave extra free" in warning
+    assert tactfix.html_report(fixture, more, result)
+    assert tactfix.guide(fixture, more).is_done
+
+
+def test_touches_of_a_free_feature_alone_leave_the_fixture_free():
+    contacts = tactfix.contacts_from_arrays("extra", [[9.0, 1.0, 2.0]], sigma=0.01, tip_radius=0.0)
+    assert tactfix.locate(with_extra(), contacts).status == "underdetermined"
+
+
 def test_an_untouched_ball_on_either_side_of_others_is_no_second_pose():
     """Its distances to three touched balls put it above or below their plane."""
     balls = {**BALLS, "fourth": Patch("sphere", (60, 40, 90), radius=10.0)}
@@ -82,7 +101,8 @@ def test_an_untouched_bar_is_kept_if_it_relates_others(relations, is_kept):
         patches, relations, recipe(("foot_of", "one", "two"), ("x", "along", "one"), ("y", "from_to", "one", "three"))
     )
     contacts = tactfix.contacts_from_arrays(["one", "two", "three"], np.zeros((3, 3)), sigma=0.1, tip_radius=1.0)
-    kept = without_free_features(fixture, contacts)
+    kept, counted = without_free_features(fixture, contacts)
+    assert counted is contacts
     assert ("extra" in kept.features) == is_kept
     assert (kept is fixture) == is_kept
     assert kept.relations == (tuple(relations) if is_kept else ())
@@ -97,4 +117,4 @@ def test_features_of_the_frame_are_kept_and_chains_are_left_out_from_their_end()
         recipe(("center_of", "one"), ("x", "from_to", "one", "two"), ("y", "from_to", "one", "three")),
     )
     contacts = tactfix.contacts_from_arrays("one", [[0, 0, 0]], sigma=0.1, tip_radius=1.0)
-    assert list(without_free_features(fixture, contacts).features) == ["one", "two", "three"]
+    assert list(without_free_features(fixture, contacts)[0].features) == ["one", "two", "three"]

@@ -1,6 +1,7 @@
 """Locating a fixture: from contacts to one pose, or to the reason why there is none or more than one.
 
-1. Contacts that do not belong to this fixture are refused. If the tip is unknown, `unknown_tip` takes over.
+1. Contacts that do not belong to this fixture are refused. Features by relations that nothing determines are left out
+   (`relations.free_features`). If the tip is unknown, `unknown_tip` takes over.
 2. All solutions are found (`poses.rigid`: all contacts at once; `relations.assembly`: feature by feature). Each is
    tested, and those that remain give the status (`outcome`).
 3. The result gets what every status has: candidates, residuals, surfaces, warnings.
@@ -8,7 +9,7 @@
 5. The status decides what follows: the pose, the next contact, the free motions, or a diagnosis.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from tactfix.noise import chi_square_limit
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.probe import residual_sigmas
 from tactfix.results import Diagnosis, Status, Touched
+from tactfix.wording import listed
 
 COINCIDENT_SIGMAS = 100.0
 """Extent of the contacts, in sigma, below which underdetermined contacts get a warning about their unit: fixtures are
@@ -94,20 +96,30 @@ def locate(
     >>> result.status, round(result.rms, 3)
     ('located', 0.067)
     """
-    answer = _answer(fixture, contacts, scale_sigma, explain, unknown)
+    _refuse_foreign(fixture, contacts)  # step 1
+    part, counted = fixture, contacts
+    if not fixture.is_placed:
+        from tactfix.relations.free_features import without_free_features
+
+        part, counted = without_free_features(fixture, contacts)
+    answer = _answer(part, counted, scale_sigma, explain, unknown)
+    if len(counted) < len(contacts):
+        answer = replace(answer, warnings=(*answer.warnings, *_not_counted(part, contacts)))
     return replace(answer, touched=Touched(fixture, contacts)).as_told
+
+
+def _not_counted(part: Fixture, contacts: Contacts) -> Iterator[str]:
+    """A warning for each touched feature that is not in part, the fixture without free features."""
+    for name, index in contacts.by_feature.items():
+        if name not in part.features:
+            rows = listed([contacts.label(int(i)) for i in index])
+            yield f"{rows} not counted: contacts and relations leave {name} free, and the pose does not depend on it"
 
 
 def _answer(
     fixture: Fixture, contacts: Contacts, scale_sigma: bool, explain: bool, unknown: Collection[Unknown]
 ) -> LocateResult:
-    # Step 1.
-    _refuse_foreign(fixture, contacts)
     contacts = _without_approach_to_points(fixture, contacts)
-    if not fixture.is_placed:
-        from tactfix.relations.free_features import without_free_features
-
-        fixture = without_free_features(fixture, contacts)
     if unknown:
         from tactfix.localization.unknown_tip import locate_with_tip
 

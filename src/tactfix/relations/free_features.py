@@ -1,14 +1,16 @@
-"""Features of a fixture by relations that nothing determines: untouched, not in the frame, with few relations.
+"""Features of a fixture by relations that nothing determines: not in the frame, with few contacts and relations.
 
 Such a feature can be moved without any other: it tells nothing of the pose, and its own motion is none of the frame.
 
-1. The degrees of freedom of each untouched feature outside the frame are compared with the equations of its relations.
-2. A feature with fewer equations than degrees of freedom is left out, and its relations with it. Relations of angles
-   concern its direction alone: if they give more equations than a direction has, they relate other features, and the
-   feature stays.
+1. The degrees of freedom of each feature outside the frame are compared with the equations of its contacts and
+   relations.
+2. A feature with fewer equations than degrees of freedom is left out with its contacts and relations. Relations of
+   angles concern its direction alone: if they give more equations than a direction has, they relate other features,
+   and the feature stays.
 3. Steps 1 and 2 are repeated: a feature that was related to one that is left out may now be left out too.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -24,18 +26,28 @@ DIRECTION_FREEDOM = 2
 """Degrees of freedom of a direction."""
 
 
-def without_free_features(fixture: Fixture, contacts: Contacts) -> Fixture:
-    """The fixture without the features that are neither touched nor determined; itself if there are none."""
-    return fixture if fixture.is_placed else _reduced(fixture, frozenset(contacts.by_feature))
+def without_free_features(fixture: Fixture, contacts: Contacts) -> tuple[Fixture, Contacts]:
+    """The fixture without the features that nothing determines, and the contacts on the others.
+
+    Fixture and contacts as they are if that would leave no contact.
+    """
+    if fixture.is_placed:
+        return fixture, contacts
+    counts = {name: len(index) for name, index in contacts.by_feature.items()}
+    part = _reduced(fixture, tuple(counts.items()))
+    counted = [i for i, name in enumerate(contacts.features) if name in part.features]
+    if not counted:
+        return fixture, contacts
+    return part, contacts.subset(counted) if len(counted) < len(contacts) else contacts
 
 
 @lru_cache(maxsize=32)
-def _reduced(fixture: Fixture, touched: frozenset[str]) -> Fixture:
-    recipe = recipe_of(fixture)
+def _reduced(fixture: Fixture, counts: tuple[tuple[str, int], ...]) -> Fixture:
+    recipe, touched = recipe_of(fixture), dict(counts)
     in_frame = {*recipe.origin.features, *recipe.first[1].features, *recipe.second[1].features}
     kept, relations = dict(fixture.features), fixture.relations
     while True:  # step 3
-        free = next((n for n in kept if n not in touched | in_frame and _is_free(kept[n], relations)), None)
+        free = next((n for n in kept if n not in in_frame and _is_free(kept[n], touched, relations)), None)
         if free is None:
             break
         del kept[free]
@@ -46,11 +58,12 @@ def _reduced(fixture: Fixture, touched: frozenset[str]) -> Fixture:
     return replace(fixture, features=kept, relations=relations, touch=touch)
 
 
-def _is_free(feature: Feature, relations: tuple[Relation, ...]) -> bool:
-    """Whether relations leave the feature free whatever the places of the others are (steps 1 and 2)."""
+def _is_free(feature: Feature, touched: Mapping[str, int], relations: tuple[Relation, ...]) -> bool:
+    """Whether the feature is left free whatever the places of the others are (steps 1 and 2)."""
     own = [relation for relation in relations if feature.name in relation.between]
     angles = sum(_most_equations(relation) for relation in own if relation.kind == "angle")
-    equations = angles + sum(_most_equations(relation) for relation in own if relation.kind == "distance")
+    distances = sum(_most_equations(relation) for relation in own if relation.kind == "distance")
+    equations = angles + distances + feature.equations * touched.get(feature.name, 0)
     return angles <= DIRECTION_FREEDOM and equations < (4 if feature.type == "cylinder" else 3)
 
 
