@@ -1,10 +1,12 @@
 """What machines can tell of the house: style, types, layers, cycles, and what may not be imported."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -104,3 +106,33 @@ def test_what_is_slow_to_import_is_imported_late_or_never(name: str) -> None:
         library = module.split(".")[0]
         if at_once and library in LATE:
             assert is_below(name, MAY_BE_EARLY.get(library, ())), f"{name} imports {module} at its top"
+
+
+_BACKTICKS = re.compile(r"`([A-Za-z_][\w.]*)`")
+
+
+def names_below() -> dict[str, set[str]]:
+    """The names that each module and folder of the package defines or uses; of a folder, tests too, its modules."""
+    found: dict[str, set[str]] = {}
+    for path in (*MODULES.values(), *(ROOT / "tests").rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        names = set(parts)
+        for node in syntax_nodes(path) if parts[0] == "src" else ():
+            names.update(getattr(node, field) for field in ("id", "attr", "arg", "name") if hasattr(node, field))
+        for part in parts:
+            found.setdefault(part, set()).update(names)
+    return found
+
+
+def test_names_in_docstrings_and_comments_exist() -> None:
+    """Each part of `module.NAME` within the part before, so that what is renamed or moved is told of no more."""
+    below = names_below()
+    known = set().union(*below.values())
+    stale = [
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in MODULES.values()
+        for name in _BACKTICKS.findall(path.read_text(encoding="utf-8"))
+        for whole, part in pairwise([None, *name.split(".")])
+        if part not in below.get(whole or "", known)
+    ]
+    assert not stale

@@ -18,9 +18,9 @@ Unknown: TypeAlias = Literal["tip", "tip-radius"]
 """What of the tip is found from the contacts: where its centre is in the flange frame, its effective radius."""
 
 GRAZING = 0.5
-"""Sine of the angle between approach and surface from which on the probe came from that side, however little is
-known of the normal: 30 degrees. A pose is worthless from a standard deviation of the direction of 0.1 rad on
-(`free_motions.WORTHLESS_ANGLE`), so SURE (5) sigma of the normal are 29 degrees at most."""
+"""Sine of the angle between approach and surface above which the side of the probe is certain, whatever the sigma of
+the normal: 30 degrees. A pose with a sigma of more than 0.1 rad (`free_motions.UNDERDETERMINED_ANGLE`) is
+underdetermined, so SURE (5) sigma of the normal are 29 degrees at most."""
 
 
 @frozen_value

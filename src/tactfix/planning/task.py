@@ -89,7 +89,7 @@ class Task:
         over: MapFunction,
         tip_unknown: bool,
     ) -> "Task":
-        """The task of planning on this fixture; see `tactfix.plan.plan`. tip_unknown: as in `contacts_made`."""
+        """The task of planning on this fixture; see `planning.plan.plan`. tip_unknown: as in `contacts_made`."""
         probe = probe_settings(fixture, existing, sigma, tip_radius)
         surfaces = nominal_surfaces(fixture)
         access = access_of(fixture, surfaces, probe[1])
