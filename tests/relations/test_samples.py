@@ -56,6 +56,16 @@ def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_pat
     assert tactfix.locate(fixture, contacts).status in statuses
 
 
+@pytest.mark.parametrize("seed", [2013, 2243, 2253])
+def test_solutions_a_few_sigma_apart_are_both_found(seed, tmp_path):
+    """Next to a double root: as one, the pose was located at the other solution, up to 15 sigma off."""
+    fixture, contacts, truth = few_contacts_on("bar on plate ball at height", seed, tmp_path, (25.0, 0.02), 3)
+    result = tactfix.locate(fixture, contacts)
+    off = [np.abs(c.base_from_fixture - truth.base_from_fixture).max() for c in result.candidates if c.accepted]
+    assert result.status == "ambiguous"
+    assert min(off) < 1.0
+
+
 @pytest.mark.parametrize("thinned", [False, True])
 def test_candidates_that_were_left_out_are_told(thinned, tmp_path, monkeypatch):
     """Of a feature touched within noise of a plane only a few candidates are kept."""

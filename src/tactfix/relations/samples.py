@@ -38,7 +38,7 @@ from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import RELATIONS_HOLD, grouped, joint_solutions
 from tactfix.relations.placements import settled
 from tactfix.relations.realization import random_surface
-from tactfix.relations.unresolved import seen_difference
+from tactfix.relations.unresolved import FOLD, seen_difference
 
 SAMPLE_STARTS = 128
 """Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
@@ -64,10 +64,9 @@ MOST_FITTED_ENDS = 2 * FITTED_ENDS
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
 least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
-ONE_END = 10.0
-"""Distance in sigma, over all contacts, up to which two ends are one: ends are not converged. Distinct solutions are
-more than `unresolved.BRANCHES`, two sigma, apart; nearer ends lead to one joint fit anyway, or to two that are
-merged."""
+ONE_END = FOLD
+"""Distance in sigma, over all contacts, up to which two ends are one: joint fits that are farther apart are two
+solutions, of which one would be lost. Ends that have not converged count as several, and their fits are merged."""
 OFTEN_MET = 4
 """Placements that must have led to each solution for all to count as found: a solution that is met 4 times on
 average is missed with probability e^-4, once in 50 times."""
