@@ -64,9 +64,6 @@ MOST_FITTED_ENDS = 2 * FITTED_ENDS
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
 least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
-ONE_END = FOLD
-"""Distance in sigma, over all contacts, up to which two ends are one: joint fits that are farther apart are two
-solutions, of which one would be lost. Ends that have not converged count as several, and their fits are merged."""
 OFTEN_MET = 4
 """Placements that must have led to each solution for all to count as found: a solution that is met 4 times on
 average is missed with probability e^-4, once in 50 times."""
@@ -213,7 +210,9 @@ def _with_ends(
 
 
 def _are_one_end(problem: JointProblem, one: Mapping[str, Surface], other: Mapping[str, Surface]) -> bool:
-    return seen_difference(one, other, problem.contacts, problem.sigmas, problem.scale) < ONE_END
+    # Joint fits that are farther apart are two solutions, of which one would be lost. Ends that have not converged
+    # count as several: their fits are merged.
+    return seen_difference(one, other, problem.contacts, problem.sigmas, problem.scale) < FOLD
 
 
 def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:
