@@ -162,3 +162,14 @@ def test_the_farthest_points_come_first_in_any_unit(length):
     assert farthest_first(points, 5) == [0, 3, 1, 2, 4]
     assert farthest_first(points, 9) == [0, 3, 1, 2, 4]
     assert farthest_first(np.zeros((0, 3)), 2) == []
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-6, 0.3, 2.0, 3.0, np.pi - 1e-9, np.pi])
+def test_the_rotation_vector_of_one_matrix(angle: float) -> None:
+    """scipy is the outside value."""
+    for axis in np.vstack([np.eye(3), -np.eye(3), np.random.default_rng(2).normal(size=(20, 3))]):
+        vector = angle * axis / np.linalg.norm(axis)
+        rotation = Rotation.from_rotvec(vector)
+        found = rotation_vectors(rotation.as_matrix()[None])[0]
+        assert np.abs(found - vector).max() < 1e-14 or np.abs(found + vector).max() < 1e-7 * (angle > 3.1)
+        assert (rotation.inv() * Rotation.from_rotvec(found)).magnitude() < 1e-14

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.console import Console
-from scipy.spatial.transform import Rotation
 
 from tactfix.fitting.fit import FitCandidate, FitResult
 from tactfix.geometry.surfaces import Plane, Sphere
 from tactfix.report.json_report import fit_json, locate_json, plain, text_of
-from tactfix.report.summary import _rotation_vector, summary
+from tactfix.report.summary import summary
 from tactfix.report.text_report import fit_status_lines, matrix_text, status_lines, surface_text
 from tactfix.results import Status
 from tactfix.wording import borne
@@ -195,17 +194,6 @@ def test_of_many_contacts_the_worst_are_shown() -> None:
 
 def test_a_name_with_brackets_is_no_markup() -> None:
     assert "[0.2, 6.0]" in printed("inconsistent")
-
-
-@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-6, 0.3, 2.0, 3.0, np.pi - 1e-9, np.pi])
-def test_the_rotation_vector_that_is_shown(angle: float) -> None:
-    """scipy is the outside value."""
-    for axis in np.vstack([np.eye(3), -np.eye(3), np.random.default_rng(2).normal(size=(20, 3))]):
-        vector = angle * axis / np.linalg.norm(axis)
-        rotation = Rotation.from_rotvec(vector)
-        shown = _rotation_vector(rotation.as_matrix())
-        assert np.abs(shown - vector).max() < 1e-14 or np.abs(shown + vector).max() < 1e-7 * (angle > 3.1)
-        assert (rotation.inv() * Rotation.from_rotvec(shown)).magnitude() < 1e-14
 
 
 @pytest.mark.parametrize(
