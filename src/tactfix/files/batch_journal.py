@@ -1,4 +1,4 @@
-"""The journal of a batch: finished rows in a file beside the output, until the output can be written whole."""
+"""The journal of a batch: a file next to the output that holds finished rows until the output is complete."""
 
 import json
 import re
@@ -12,24 +12,24 @@ from tactfix.errors import FileError, Problem
 
 _FIRST_LINE: Final = b'{"journal": "tactfix/batch/2"}\n'
 _JOURNAL_LINE: Final = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "done": (.*)\}\n')
-"""A line: a checksum of what is done, and what is done."""
+"""A line: the key and row of a finished set, and their checksum."""
 
 
 def journal_path(output: Path) -> Path:
-    """Where the journal of this output is: results.parquet.partial.jsonl."""
+    """Path of the journal of an output: results.parquet.partial.jsonl."""
     return output.with_name(output.name + ".partial.jsonl")
 
 
 class BatchJournal:
-    """An append-only file with a line for each row, under the key of its set.
+    """An append-only file with one line for each row, identified by the key of its set.
 
-    Rows with status "error" are not taken over by the next run, since their cause may be gone. An incomplete last line
+    Rows with status "error" are not reused by the next run, since their cause may be gone. An incomplete last line
     (its writer was killed) is dropped, and a line with a wrong checksum is ignored, so that its set is located again.
     Only the position of each row is kept in memory.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the journal with the rows of earlier runs; FileError if the file is not a journal, or is in use."""
+        """Open or create the journal and index its rows; FileError if the file is not a journal, or is in use."""
         self._path = path
         self._places: dict[str, int] = {}
         try:
@@ -70,7 +70,7 @@ class BatchJournal:
         self._places[key] = place
 
     def row(self, key: str) -> BatchRow:
-        """The row under this key; KeyError where there is none."""
+        """The row under this key; KeyError if there is none."""
         self._file.seek(self._places[key])
         done = _done(self._file.readline())
         if done is None:
@@ -78,12 +78,12 @@ class BatchJournal:
         return row_of_json(done["row"])
 
     def remove(self) -> None:
-        """Close the journal and delete its file: the output is written."""
+        """Close the journal and delete its file, once the output is written."""
         self._file.close()
         self._path.unlink()
 
     def _read(self) -> None:
-        """Find the rows that are there; write the first line of a new journal."""
+        """Index the existing rows; write the first line of a new journal."""
         self._file.seek(0)
         first = self._file.readline()
         if first != _FIRST_LINE:
@@ -121,7 +121,7 @@ def _checksum(done: bytes) -> bytes:
 
 
 def _lock(file: BinaryIO, path: Path) -> None:
-    """Keep a second batch from the same journal as long as the file is open, where the system can."""
+    """Lock the file until it is closed, so that no second batch writes to it; not available on Windows."""
     try:
         import fcntl
     except ImportError:  # Windows

@@ -1,4 +1,4 @@
-"""Cell files: YAML in, the cell and its robot out, or every problem of the file at once with its line and column."""
+"""Cell files: reads YAML as a cell and its robot, or reports every problem with its line and column."""
 
 import math
 from dataclasses import replace
@@ -46,18 +46,18 @@ class DhRobot:
 
 @frozen_value
 class CellFile:
-    """A cell, and what its file says besides.
+    """A cell, and the other values of its file.
 
     Attributes
     ----------
     cell : Cell
-        Robot, prior, fixtures and places, in one unit.
+        Robot, prior, fixtures and places; lengths in cell.units, angles in rad.
     robot : UrdfRobot or DhRobot
-        As its file describes it.
+        The nominal robot, from which `write_robot` makes the calibrated one.
     tip_offset : (3,) array
-        The tip's nominal centre beyond tip_link or the last row.
+        The nominal tip centre in the frame of tip_link or of the last row, in cell.units.
     sigma : float or None
-        Of touches that say none.
+        Default for touches without a sigma, in cell.units.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def load_cell(path: str | Path) -> CellFile:
     Parameters
     ----------
     path : str or Path
-        The file; what it names is looked for beside it.
+        The file; relative paths in it start from its directory.
 
     Returns
     -------
@@ -86,11 +86,11 @@ def load_cell(path: str | Path) -> CellFile:
     Raises
     ------
     FileError
-        With all that is wrong with it, or with the files that it names.
+        With every problem of the file, or of the files it names.
 
     Notes
     -----
-    Fixtures in another unit than the cell's are converted; angles become rad.
+    Fixtures are converted to the cell's unit, angles to rad.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def _robot(document: "CellDocument", folder: Path, offset: Floats) -> UrdfRobot 
     assert robot.urdf is not None
     assert robot.tip_link is not None
     file = folder / robot.urdf
-    # As the bytes are: what is not changed must come out again to the last of them.
+    # Invalid UTF-8 is preserved: the unchanged parts of the URDF are written again byte for byte.
     text = read_bytes(file).decode("utf-8", errors="surrogateescape")
     decode(str(file), read_bytes(file))
     try:
@@ -141,7 +141,7 @@ def _robot(document: "CellDocument", folder: Path, offset: Floats) -> UrdfRobot 
 
 
 def _tip(robot: UrdfRobot | DhRobot, offset: Floats) -> tuple[str, Floats]:
-    """The frame that carries the tip, in words, and the nominal tip in it."""
+    """Name of the frame that carries the tip, and the nominal tip pose (4, 4) in it."""
     flange_from_tip = homogeneous(np.eye(3), offset)
     if isinstance(robot, DhRobot):
         return "flange (the frame of the last row)", flange_from_tip
@@ -158,9 +158,12 @@ def _row(numbers: list[float], type_: str, index: int) -> Row:
 def _cell(
     document: "CellDocument", robot: UrdfRobot | DhRobot, tip: tuple[str, Floats], places: dict[str, Place]
 ) -> Cell:
-    said = document.prior
+    sigmas = document.prior
     prior = Prior(
-        math.radians(said.joint_offset or 0.0), said.length or 0.0, math.radians(said.angle or 0.0), said.tip or 0.0
+        math.radians(sigmas.joint_offset or 0.0),
+        sigmas.length or 0.0,
+        math.radians(sigmas.angle or 0.0),
+        sigmas.tip or 0.0,
     )
     unknown = ("all",) if document.unknown == "all" else tuple(document.unknown)
     names = {joint.name: f"joint_{k + 1}" for k, joint in enumerate(robot.chain.joints)}
@@ -168,20 +171,20 @@ def _cell(
     ranges = _ranges(document, robot.chain)
     cell = Cell(document.units, robot.chain, document.probe.tip_radius, unknown, prior, places, ranges, *tip)
     known = ("all", "joint_offsets", "tip", *(parameter.name for parameter in cell.parameters))
-    wrong = [name for name in unknown if name not in known]
-    if wrong:
-        index = unknown.index(wrong[0])
-        remedy = did_you_mean(wrong[0], known)
-        raise _CellError(Finding(("unknown", index), f"there is no parameter {wrong[0]!r}", remedy))
-    for parameter, asked in zip(cell.parameters, asked_for(cell), strict=True):
-        if asked and not prior.sigma(parameter):
+    unlisted = [name for name in unknown if name not in known]
+    if unlisted:
+        index = unknown.index(unlisted[0])
+        remedy = did_you_mean(unlisted[0], known)
+        raise _CellError(Finding(("unknown", index), f"there is no parameter {unlisted[0]!r}", remedy))
+    for parameter, is_unknown in zip(cell.parameters, asked_for(cell), strict=True):
+        if is_unknown and not prior.sigma(parameter):
             what = f"prior has no {parameter.kind}, which {parameter.name} needs"
             raise _CellError(Finding(("prior",), what, f"add {parameter.kind}: what the nominal robot may be off by"))
     return cell
 
 
 def _canonical(name: str, joints: dict[str, str]) -> str:
-    """A parameter by its own name where it is called by that of its joint in the URDF."""
+    """The name of a parameter with the URDF name of its joint (elbow.offset) replaced by joint_k."""
     joint, dot, rest = name.rpartition(".")
     return f"{joints[joint]}.{rest}" if dot and joint in joints else name
 
@@ -231,7 +234,7 @@ def _places(document: "CellDocument", value: Any, folder: Path) -> dict[str, Pla
 
 
 def _rigid(name: str, fixture: Fixture) -> Fixture:
-    """The fixture by geometry: as it is, or as exact relations that leave one shape put it."""
+    """The fixture with placed features: unchanged, or from exact relations if they determine a single shape."""
     if fixture.is_placed:
         return fixture
     shapes = () if any(relation.sigma for relation in fixture.relations) else realize(fixture)
@@ -244,7 +247,7 @@ def _rigid(name: str, fixture: Fixture) -> Fixture:
 
 
 def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: dict[str, Fixture]) -> Placement | None:
-    """What the fixture's own file says of where it stands; at several places it cannot mean all of them."""
+    """The placement in the fixture's own file; an error if the fixture is used at several places."""
     placement = fixtures[fixture].placement
     users = [entry if isinstance(entry, str) else entry.fixture for entry in document.places.values()]
     entry = document.places[name]
@@ -266,7 +269,7 @@ def _placement(entry: Any, name: str, units: str, pose_files: Any, key: str = "p
 
 
 def _in_units(fixture: Fixture, units: str) -> Fixture:
-    """The fixture with all that a calibration needs of it in units."""
+    """The fixture with the lengths that a calibration uses converted to units."""
     if fixture.units == units:
         return fixture
     unit = factor(units, fixture.units)
@@ -280,7 +283,7 @@ def _in_units(fixture: Fixture, units: str) -> Fixture:
 
 
 def _placement_times(placement: Placement, ratio: float) -> Placement:
-    """A placement with its lengths in another unit."""
+    """A placement with its lengths multiplied by ratio."""
     near = placement.near.copy()
     near[:3, 3] *= ratio
     within, covariance = placement.within, placement.covariance

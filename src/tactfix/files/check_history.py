@@ -16,9 +16,9 @@ _SHAPES: Final = {"reference": (4, 4), "motion": (6,), "covariance": (6, 6), "re
 
 
 def read_history(path: Path) -> tuple[CheckRecord, ...]:
-    """The checks in the file, oldest first; none where there is no file yet.
+    """The checks in the file, oldest first; none if the file does not exist.
 
-    Raises FileError with the line that is not a check.
+    Raises FileError naming the first line that is not a check.
     """
     if not path.exists():
         return ()
@@ -31,10 +31,10 @@ def read_history(path: Path) -> tuple[CheckRecord, ...]:
 
 
 def append_history(path: Path, record: CheckRecord) -> None:
-    """Append one line; FileError where it cannot be written whole, and the file is then as it was."""
-    said = {"schema": HISTORY_SCHEMA, "time": record.time, "fixture": record.fixture, "units": record.units}
+    """Append one line; on failure FileError, and the file is left unchanged."""
+    entries = {"schema": HISTORY_SCHEMA, "time": record.time, "fixture": record.fixture, "units": record.units}
     arrays = {name: getattr(record, name).tolist() for name in _SHAPES}
-    line = (json.dumps({**said, **arrays}, allow_nan=False) + "\n").encode()
+    line = (json.dumps({**entries, **arrays}, allow_nan=False) + "\n").encode()
     try:
         handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
         try:
@@ -57,13 +57,13 @@ def append_history(path: Path, record: CheckRecord) -> None:
 
 def _record(path: Path, number: int, line: str) -> CheckRecord:
     try:
-        told: Any = json.loads(line)
-        if told["schema"] != HISTORY_SCHEMA:
+        entries: Any = json.loads(line)
+        if entries["schema"] != HISTORY_SCHEMA:
             raise ValueError
-        arrays = {name: np.array(told[name], dtype=np.float64) for name in _SHAPES}
+        arrays = {name: np.array(entries[name], dtype=np.float64) for name in _SHAPES}
         if not all(np.isfinite(array).all() for array in arrays.values()):
             raise ValueError
-        record = CheckRecord(str(told["time"]), str(told["fixture"]), str(told["units"]), **arrays)
+        record = CheckRecord(str(entries["time"]), str(entries["fixture"]), str(entries["units"]), **arrays)
         if any(getattr(record, name).shape != shape for name, shape in _SHAPES.items()):
             raise ValueError
     except (ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""Contact files: CSV in, contacts in the fixture's units out, or every problem of the file at once."""
+"""Contact files: reads CSV as contacts in the fixture's units, or reports every problem of the file."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -25,12 +25,12 @@ _SIGMA_HINT: Final = (
     "a robot with a touch probe 0.05 to 0.1, with a welding wire 0.25; tactfix qualify measures it"
 )
 SURFACE: Final = "surface"
-"""What the one feature is called where no fixture names it."""
+"""Name of the single feature of a file without a feature column, read without a fixture."""
 
 
 @frozen_value
 class ContactFile:
-    """What a contact file says: its name for messages, its contacts, the units they are in, and the target of each."""
+    """The content of a contact file: its name for messages, its contacts, their unit, and the target of each."""
 
     name: str
     contacts: Contacts
@@ -43,11 +43,11 @@ def read_contact_file(
 ) -> ContactFile:
     """The contacts of a CSV file.
 
-    source: a path, "-" for standard input, bytes, or an open file. fixture: whose features the contacts touch; lengths
-    come out in its units. Without a fixture they stay in the file's own, and a file without a feature column is on one
-    feature called "surface". options beat the header of the file, which beats the fixture's probe.
+    source: a path, "-" for standard input, bytes, or an open file. fixture: the touched fixture; lengths are converted
+    to its units. Without a fixture they keep the file's unit, and all contacts of a file without a feature column are
+    on one feature, "surface". options override the file's header, and the header the fixture's probe.
 
-    Raises FileError with all that is wrong, by row and line.
+    Raises FileError with every problem, by row and line.
     """
     name, text = read_source(source)
     problems: list[Problem] = []
@@ -107,7 +107,7 @@ def _read(
 
 
 def _is_fixture(lines: Sequence[str]) -> bool:
-    """Whether the text begins as fixture files do: somebody has exchanged the two."""
+    """Whether the text begins like a fixture file, given in place of the contact file."""
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     return first.replace(" ", "").startswith("tactfix:")
 
@@ -115,11 +115,11 @@ def _is_fixture(lines: Sequence[str]) -> bool:
 def _settle(
     options: ContactOptions, header: Header, fixture: Fixture | None, table: Table, problems: list[Problem]
 ) -> Settings | None:
-    """Units, tip radius and sigma, a problem for each that nothing says."""
+    """The settings; a problem for each of units, tip radius and sigma that is not given."""
     probe, units = (fixture.probe, fixture.units) if fixture else (Probe(), None)
     settings = settle(options, header.settings, probe, units)
     if settings is None:
-        if "units" not in header.tried:
+        if "units" not in header.setting_keys:
             problems.append(
                 Problem(
                     "the units are not given", "write '# units: mm' above the header, or give " + Setting.UNITS.to("mm")
@@ -130,20 +130,20 @@ def _settle(
     if "tip-radius" in options.unknown and settings.tip_radius is None:
         settings = replace(settings, tip_radius=0.0)
     problems += _flange_problems(options, header, settings)
-    if settings.tip_radius is None and "tip_radius" not in header.tried:
+    if settings.tip_radius is None and "tip_radius" not in header.setting_keys:
         remedy = (
             "write '# tip_radius: 0' above the header if these are points of the surface, "
             "or the radius of the tip if they are its centres, or give " + Setting.TIP_RADIUS.word
         )
         problems.append(Problem("the tip radius is not given", remedy))
-    if settings.sigma is None and "sigma" not in header.tried and not all(table.columns.get("sigma", ("",))):
+    if settings.sigma is None and "sigma" not in header.setting_keys and not all(table.columns.get("sigma", ("",))):
         remedy = "write '# sigma: ...' above the header, or give " + Setting.SIGMA.word + f": {_SIGMA_HINT}"
         problems.append(Problem("the sigma of a contact is not given", remedy))
     return settings
 
 
 def _flange_problems(options: ContactOptions, header: Header, settings: Settings) -> Iterator[Problem]:
-    """What is missing where x, y, z are the flange's origin, or where the tip's offset is to be found."""
+    """Problems if the points need a flange orientation or a tip offset that is not given."""
     has_orientation = any(names[0] in header.columns for names in ORIENTATION_COLUMNS)
     is_given = options.tip_offset is not None or header.settings.tip_offset is not None
     wants = "a tip offset is given" if is_given else ""
@@ -155,7 +155,9 @@ def _flange_problems(options: ContactOptions, header: Header, settings: Settings
             "add it in one convention: qw, qx, qy, qz; rx, ry, rz (rad); a, b, c (KUKA) or w, p, r (Fanuc), degrees"
         )
         yield Problem(f"{wants}, and no column says how the flange stood", remedy)
-    is_missing = settings.tip_offset is None and "tip_offset" not in header.tried and "tip" not in options.unknown
+    is_missing = (
+        settings.tip_offset is None and "tip_offset" not in header.setting_keys and "tip" not in options.unknown
+    )
     if header.settings.of_flange and is_missing:
         given = Setting.TIP_OFFSET.word + " or " + Setting.UNKNOWN.to("tip")
         remedy = "write '# tip_offset: x, y, z' (flange frame) above the header, or give " + given
@@ -169,16 +171,16 @@ def _tip_problems(
     settings: Settings | None,
     features: Sequence[str],
 ) -> Iterator[Problem]:
-    """The bore that is too small for the tip that the file or an option gives: then a unit may be the mistake."""
-    said = header.settings.tip_radius if options.tip_radius is None else options.tip_radius
-    if fixture is None or settings is None or said is None or "tip-radius" in options.unknown:
+    """A problem if the tip given by file or option does not fit into a bore: the unit may be wrong."""
+    given = header.settings.tip_radius if options.tip_radius is None else options.tip_radius
+    if fixture is None or settings is None or given is None or "tip-radius" in options.unknown:
         return
     touched = [fixture.features[name] for name in set(features) if name in fixture.features]
     bores = [(one.radius, one.name) for one in touched if one.side == "inner" and one.radius is not None]
     radius, name = min(bores, default=(np.inf, ""))
-    tip, units, units_of_file = said * settings.scale, settings.target_units, settings.units
+    tip, units, units_of_file = given * settings.scale, settings.target_units, settings.units
     if tip >= radius:
-        in_file = "" if units_of_file == units else f" ({said:g} {units_of_file})"
+        in_file = "" if units_of_file == units else f" ({given:g} {units_of_file})"
         what = f"a tip of radius {tip:g} {units}{in_file} does not fit into {name}, a bore of radius {radius:g} {units}"
         remedy = f"check tip_radius, and the radius and side of {name}"
         unit = f"'# units: {units_of_file}'" if options.units is None else Setting.UNITS.to(units_of_file)
@@ -186,7 +188,7 @@ def _tip_problems(
 
 
 def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) -> tuple[str, ...]:
-    """The feature of each contact; a problem for each that the fixture does not have."""
+    """The feature of each contact; a problem for each name that the fixture does not have."""
     if "feature" not in table.columns:
         return (SURFACE,) * len(table)
     names = tuple(table.columns["feature"])
@@ -201,7 +203,7 @@ def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) ->
 
 
 def _approaches(table: Table, flanges: Floats | None, problems: list[Problem]) -> Floats:
-    """Unit approaches (n, 3) in base, nan where a row gives none: ax, ay, az, the reverse of nx, ny, nz, or fx, fy, fz.
+    """Unit approaches (n, 3) in base from ax, ay, az; -(nx, ny, nz); or fx, fy, fz; nan for a row without one.
 
     flanges (n, 3, 3): base_from_flange.
     """

@@ -13,35 +13,35 @@ from tactfix.values import frozen_value
 APPROACH_COLUMNS: Final = (("ax", "ay", "az"), ("nx", "ny", "nz"), ("fx", "fy", "fz"))
 """The approach in base, the outward normal in base, the approach in the flange frame."""
 ORIENTATION_COLUMNS: Final = (("qw", "qx", "qy", "qz"), ("rx", "ry", "rz"), ("a", "b", "c"), ("w", "p", "r"))
-"""How the flange stood; see `flange_columns`."""
+"""Orientation of the flange; see `flange_columns`."""
 _USUAL_COLUMNS: Final = ("feature", "x", "y", "z", "ax", "ay", "az", "nx", "ny", "nz", "id", "sigma")
 COLUMNS: Final = ("feature", "x", "y", "z", *sum(APPROACH_COLUMNS + ORIENTATION_COLUMNS, ()), "id", "sigma", "target")
 _WITH_UNIT: Final = re.compile(r"(x|y|z|sigma)\s*[(\[](?!\s*[-+.0-9])([^()\[\]]+)[)\]]")
-"""A number in brackets, or nothing, is no unit: so measuring machines write coordinates, X(12.5)."""
+"""A column name with a unit. A number in brackets is not a unit but a coordinate, X(12.5), of a measuring machine."""
 _EXAMPLE: Final = "feature,x,y,z,ax,ay,az"
 _OF_A_MACHINE: Final = (
     "; for the log of a machine give " + Setting.LOG_FORMAT.word + ", or have tactfix import make a contact file of it"
 )
-"""What is said besides where a file does not begin as contact files do."""
+"""Advice if a file does not begin like a contact file."""
 
 
 @frozen_value(eq=True)
 class Header:
-    """The settings of the file, the column names as tactfix calls them, the separator, and where the rows begin.
+    """The settings of the file, the standard names of its columns, the separator, and the first row.
 
-    first_line: index (from 0) of the first line below the header row. tried: the keys that some line means to set,
-    though in vain where that is a problem already.
+    first_line: index (from 0) of the first line below the header row. setting_keys: the keys that lines set,
+    or fail to set, which has been reported.
     """
 
     settings: ContactOptions
     columns: tuple[str, ...]
     separator: str
     first_line: int
-    tried: frozenset[str]
+    setting_keys: frozenset[str]
 
 
 def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed: bool) -> Header | None:
-    """The header of a contact file; None, with a problem, where its columns cannot be told."""
+    """The header of a contact file; None, with a problem, if its columns cannot be determined."""
     settings = SettingLines(problems)
     for index, line in enumerate(lines):
         if line.lstrip().startswith("#"):
@@ -55,22 +55,22 @@ def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed
             units = [unit for _, unit in map(_column, cells) if unit is not None]
             if units:
                 settings.read_units_of_columns(units, index + 1)
-            return Header(settings.settings(separator), columns, separator, index + 1, settings.tried)
+            return Header(settings.settings(separator), columns, separator, index + 1, settings.keys)
     what = "there is no header row" if any(line.strip() for line in lines) else "the file is empty"
     problems.append(Problem(what, f"begin with the names of the columns: {_EXAMPLE}"))
     return None
 
 
 def _column(cell: str) -> tuple[str, str | None]:
-    """The name of a column, and the unit that stands beside it in brackets: x (mm)."""
+    """The name of a column, and the unit in brackets after it: x (mm)."""
     match = _WITH_UNIT.fullmatch(cell)
     return (match[1], match[2].strip()) if match else (cell, None)
 
 
 def split_header(line: str, is_known: Callable[[str], bool]) -> tuple[str, list[str]]:
-    """The separator of a header row, and its cells in lower case without blanks and quotation marks around.
+    """The separator of a header row, and its cells in lower case, stripped of blanks and quotation marks.
 
-    Tab, semicolon or comma: the one by which most cells are known names, of two as good the more frequent one.
+    Tab, semicolon or comma: the one that gives the most known names; in a tie, the most cells.
     """
     rows = {mark: [cell.strip().strip('"').strip().lower() for cell in line.split(mark)] for mark in ("\t", ";", ",")}
     separator = max(rows, key=lambda mark: (sum(map(is_known, rows[mark])), len(rows[mark])))
@@ -91,7 +91,7 @@ def _read_columns(
 
 
 def _header_problem(names: list[str]) -> tuple[str, str] | None:
-    """What makes the row no header at all."""
+    """Why the row is no header, and what to do; None for a header."""
     if not any(name in COLUMNS for name in names):
         shown = ", ".join(names)[:60]
         if any(re.fullmatch(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", name) for name in names):
@@ -140,7 +140,7 @@ def _vector_problems(names: list[str]) -> list[tuple[str, str]]:
 
 
 def _one_of(names: list[str], vectors: Sequence[tuple[str, ...]], remedy: str) -> list[tuple[str, str]]:
-    """What is wrong where columns of more than one of the vectors are there, or only some of one."""
+    """Problems if there are columns of several alternative vectors, or only some columns of one."""
     given = [[name for name in vector if name in names] for vector in vectors]
     whole = [", ".join(vector) for vector, part in zip(vectors, given, strict=True) if part]
     if len(whole) > 1:

@@ -28,23 +28,22 @@ class ContactOptions:
     Parameters
     ----------
     units : {"mm", "m", "um", "in"}, optional
-        The unit of all lengths in the contact file, and of tip_radius, sigma and tip_offset here (as if they stood in
-        the file).
+        The unit of all lengths in the contact file, and of tip_radius, sigma and tip_offset here.
     tip_radius : float, optional
-        Of the probe's tip.
+        Radius of the probe tip.
     sigma : float, optional
         One standard deviation of a contact along the surface normal.
     tip_offset : tuple of three floats, optional
-        The tip's centre (3,) in the flange frame.
+        The tip centre (3,) in the flange frame.
     unknown : frozenset of {"tip", "tip-radius"}
-        What of the tip is going to be found from the contacts, and so need not be said.
+        What is estimated from the contacts, and need not be given.
     of_flange : bool
-        Whether the points are the flange's origin (a file says so).
+        Whether x, y, z are the origin of the flange (set by the file).
 
     Raises
     ------
     UsageError
-        A value that no file could have.
+        A value that is not valid in a file.
 
     Examples
     --------
@@ -72,7 +71,7 @@ class ContactOptions:
 
 @frozen_value(eq=True)
 class Settings:
-    """What holds for a contact file: its own units; tip radius, sigma and tip offset in the units of the result."""
+    """Resolved settings of a contact file: units of the file; tip radius, sigma and tip offset in target_units."""
 
     units: str
     target_units: str
@@ -82,24 +81,24 @@ class Settings:
 
     @property
     def scale(self) -> float:
-        """What lengths of the file are multiplied by."""
+        """Factor from the file's unit to target_units."""
         return factor(self.units, self.target_units)
 
 
 def settle(options: ContactOptions, header: ContactOptions, probe: Probe, fixture_units: str | None) -> Settings | None:
-    """Options beat the header of the file, which beats the fixture's probe; None where the units are not given."""
+    """Options override the file's header, and the header the fixture's probe; None if the units are not given."""
     units = options.units or header.units or fixture_units
     if units is None:
         return None
     scale = factor(units, fixture_units or units)
 
     def first(option: float | None, in_file: float | None, in_fixture: float | None) -> float | None:
-        said = in_file if option is None else option
-        return in_fixture if said is None else said * scale
+        value = in_file if option is None else option
+        return in_fixture if value is None else value * scale
 
     def first_offset(option: Vector | None, in_file: Vector | None) -> Vector | None:
-        said = in_file if option is None else option
-        return probe.tip_offset if said is None else (said[0] * scale, said[1] * scale, said[2] * scale)
+        value = in_file if option is None else option
+        return probe.tip_offset if value is None else (value[0] * scale, value[1] * scale, value[2] * scale)
 
     return Settings(
         units,
@@ -111,7 +110,7 @@ def settle(options: ContactOptions, header: ContactOptions, probe: Probe, fixtur
 
 
 EVERY: Final = ""
-"""The name under which an approach of all features stands."""
+"""Key of an approach for all features."""
 _APPROACH_REMEDY: Final = "write X,Y,Z such as 0,0,-1, or feature:X,Y,Z;feature:X,Y,Z"
 
 Repeats: TypeAlias = Literal["all", "last"]
@@ -119,7 +118,7 @@ Repeats: TypeAlias = Literal["all", "last"]
 
 @frozen_value(eq=True)
 class FeatureRun:
-    """count contacts in a row on one feature."""
+    """A run of count consecutive contacts on one feature."""
 
     feature: str
     count: int
@@ -127,16 +126,16 @@ class FeatureRun:
 
 @frozen_value(eq=True)
 class WorkOffset:
-    """The frame that the machine reported in, in the frame that the results shall stand in.
+    """Pose of the machine's reported frame in the frame wanted for the results.
 
-    rows: base_from_reported (4 x 4) with lengths in units; units None where the file of the pose does not say.
+    rows: base_from_reported (4 x 4) with lengths in units; units: None if its file does not give them.
     """
 
     rows: tuple[tuple[float, ...], ...]
     units: str | None
 
     def pose(self, units: str) -> "Pose":
-        """The pose with lengths in units, which stand in where none are said."""
+        """The pose (4, 4) with lengths in units, which are also the default for a pose without a unit."""
         from tactfix.pose_formats.pose import Pose
 
         return Pose(np.array(self.rows), self.units or units).in_units(units)
@@ -144,9 +143,9 @@ class WorkOffset:
 
 @frozen_value(eq=True)
 class LogOptions:
-    """features: which contacts are on which, in order. tip_offset: the tip's centre in the frame of the poses, in the
-    log's unit. approaches: by feature, or one under EVERY, for contacts whose approach the log does not tell, in the
-    frame that the machine reports in. repeats: whether the last of consecutive touches of one place stands for all.
+    """features: runs of contacts, in order. tip_offset (3,): tip centre in the frame of the poses, in the log's unit.
+    approaches: by feature, or one under EVERY, in the reported frame, for contacts without an approach in the log.
+    repeats: "last" keeps only the last of consecutive touches of one point.
     """
 
     features: tuple[FeatureRun, ...] = ()
@@ -157,7 +156,7 @@ class LogOptions:
 
     @property
     def of_log(self) -> bool:
-        """Whether anything is said that a contact file says itself."""
+        """Whether any option is given that a contact file does not need."""
         return replace(self, tip_offset=None) != LogOptions()
 
 
@@ -168,7 +167,7 @@ def log_options(
     repeats: str = "all",
     work_offset: str | None = None,
 ) -> LogOptions:
-    """The options from their texts; UsageError for what none of them can be, FileError for a work offset's file."""
+    """Parse the options; UsageError for an invalid one, FileError for the file of the work offset."""
     return LogOptions(
         features=() if features is None else parse_features(features),
         tip_offset=tip_offset,
@@ -179,7 +178,7 @@ def log_options(
 
 
 def parse_features(text: str) -> tuple[FeatureRun, ...]:
-    """'bar:5,ball:3' as five contacts on bar, then three on ball; UsageError for anything else."""
+    """Parse 'bar:5,ball:3': five contacts on bar, then three on ball; UsageError for anything else."""
     runs = []
     for part in composed(text).split(","):
         match = re.fullmatch(r"\s*(.+?)\s*:\s*([0-9]{1,9})\s*", part)
@@ -192,11 +191,11 @@ def parse_features(text: str) -> tuple[FeatureRun, ...]:
 
 
 def parse_approaches(text: str) -> tuple[tuple[str, Vector], ...]:
-    """'0,0,-1' for all features, or 'top:0,0,-1;front:0,1,0', by name; UsageError for anything else."""
-    # Its patterns take longer to compile than a contact file to read, which says its approaches itself.
+    """Parse '0,0,-1' for all features, or 'top:0,0,-1;front:0,1,0' by name; UsageError for anything else."""
+    # Imported late: compiling its patterns takes longer than reading a contact file, which needs none of this.
     from tactfix.lexer import Lexer, TextError
 
-    said: dict[str, Vector] = {}
+    approaches: dict[str, Vector] = {}
     for part in composed(text).split(";"):
         name, colon, numbers = part.rpartition(":")
         lexer = Lexer(numbers)
@@ -205,18 +204,18 @@ def parse_approaches(text: str) -> tuple[tuple[str, Vector], ...]:
             lexer.end(_APPROACH_REMEDY)
         except TextError as error:
             raise UsageError(Setting.APPROACH.to(text) + f": {error.problem.what}; {_APPROACH_REMEDY}") from None
-        if not (x or y or z) or name.strip() in said or (colon and not name.strip()):
+        if not (x or y or z) or name.strip() in approaches or (colon and not name.strip()):
             raise UsageError(
                 Setting.APPROACH.to(text) + f": {part.strip()!r} is no direction, or a second one; {_APPROACH_REMEDY}"
             )
-        said[name.strip()] = x, y, z
-    if EVERY in said and len(said) > 1:
+        approaches[name.strip()] = x, y, z
+    if EVERY in approaches and len(approaches) > 1:
         raise UsageError(Setting.APPROACH.to(text) + f" names some features and not others; {_APPROACH_REMEDY}")
-    return tuple(said.items())
+    return tuple(approaches.items())
 
 
 def parse_repeats(text: str) -> Repeats:
-    """'all' or 'last'."""
+    """Parse 'all' or 'last'."""
     if text == "last":
         return "last"
     if text == "all":

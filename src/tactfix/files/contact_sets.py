@@ -1,4 +1,4 @@
-"""The contact sets that a command line names: contact files, directories of them, and tables with a set column."""
+"""The contact sets named on a command line: contact files, directories of them, and tables with a set column."""
 
 import io
 import os
@@ -19,13 +19,13 @@ from tactfix.settings import FOR_LOGS
 from tactfix.values import frozen_value
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt")
-"""What contact files in a directory end with."""
+"""Extensions of contact files in a directory."""
 _HEADER_BYTES: Final = 1 << 16
-"""Bytes in which the header row of a table must begin."""
+"""The header row of a table must begin within this number of bytes."""
 
 
 class Part(Protocol):
-    """Some of the sets: how many, and each of them in order, read when its turn comes."""
+    """Some of the sets, in order; each is read when iterated over."""
 
     def __len__(self) -> int:
         """How many sets."""
@@ -68,7 +68,7 @@ class FileSets:
 
 @frozen_value(eq=True)
 class SetReader:
-    """How the contacts of each set are read: as a contact file, or as the log of a machine."""
+    """Reads the contacts of each set, as a contact file or as a machine log."""
 
     format_name: str
     options: ContactOptions
@@ -79,7 +79,7 @@ class SetReader:
             raise UsageError(FOR_LOGS)
 
     def __call__(self, fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
-        """The contacts of a set in the fixture's units, and notes; FileError with the lines of the table it is from."""
+        """The contacts of a set in the fixture's units, and notes; FileError with lines of the table it is from."""
         if self.format_name != "csv":
             return self._of_log(fixture, contact_set)
         try:
@@ -101,8 +101,8 @@ class SetReader:
 def find_sets(sources: Sequence[str], format_name: str = "csv", leave_out: Path | None = None) -> ContactSets:
     """The sets of each source in turn: a contact file, a directory of them by name, a table, or "-".
 
-    In a directory: the files that end with .csv, .tsv or .txt, or all of a machine log's; hidden ones and leave_out
-    (the output) are none. Contact files are read when their turn comes, tables now.
+    In a directory: the files that end with .csv, .tsv or .txt, for machine logs all files; not hidden files and not
+    leave_out (the output). Contact files are read when iterated over, tables at once.
     Raises FileError for a table that cannot be read and a directory without contact files.
     """
     return ContactSets(tuple(_part(source, format_name, leave_out) for source in sources))
@@ -126,12 +126,12 @@ def _part(source: str, format_name: str, leave_out: Path | None) -> Part:
 
 
 def _printable(path: Path) -> str:
-    """The name of a path; one that is not UTF-8 could stand in no result."""
+    """The path as text; bytes that are not UTF-8, which no result could hold, are replaced."""
     return os.fsencode(path).decode(errors="replace")
 
 
 def _head(path: Path) -> str:
-    """The first lines of a file as far as they are text; none where it cannot be read."""
+    """The beginning of a file as text, without invalid bytes; empty if it cannot be read."""
     try:
         with path.open("rb") as file:
             return file.read(_HEADER_BYTES).decode("utf-8-sig", errors="ignore")
@@ -159,6 +159,6 @@ def _files_in(directory: Path, format_name: str, leave_out: Path | None) -> Iter
 
 
 def _in_table(problem: Problem, lines: tuple[int, ...]) -> Problem:
-    """The problem with the line of the table instead of that of the set's own text."""
+    """The problem with its line in the set's text replaced by the line in the table."""
     line = lines[problem.line - 1] if problem.line is not None and problem.line <= len(lines) else None
     return replace(problem, line=line)

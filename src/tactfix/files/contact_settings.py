@@ -13,8 +13,8 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 SETTING_KEYS: Final = ("units", "tip_radius", "sigma", "pose", "tip_offset")
 _SETTING_EXAMPLES: Final = {"units": "mm", "tip_radius": "1.5", "sigma": "0.005", "tip_offset": "0, 0, 120"}
 _DIAMETER: Final = "tip_diameter"
-"""Often given instead of the radius: the message halves it."""
-_MEANT_FOR: Final[dict[str, str]] = {
+"""A key often given instead of tip_radius; the message gives half the value."""
+_SYNONYMS: Final[dict[str, str]] = {
     **dict.fromkeys(("unit", "length_unit", "length_units", "einheit"), "units"),
     **dict.fromkeys(("tip", "tipradius", "radius", "probe_radius", "stylus_radius", "ball_radius"), "tip_radius"),
     **dict.fromkeys(("sigmas", "std", "stddev", "uncertainty", "\u03c3"), "sigma"),
@@ -22,36 +22,36 @@ _MEANT_FOR: Final[dict[str, str]] = {
     **dict.fromkeys(("diameter", "tip_dia", "ball_diameter", "probe_diameter", "stylus_diameter"), _DIAMETER),
 }
 _LONGEST_KEY: Final = 20
-"""Characters of what may be a mistyped key."""
+"""Longest text, in characters, taken for a mistyped key."""
 _KEY: Final = re.compile(r"[A-Za-z][\w-]*(?: [A-Za-z]+)?")
-"""A key of one or two words; what has more before a colon is a sentence, a plain comment."""
+"""A key of one or two words; more words before a colon are a plain comment."""
 _TOKEN: Final = re.compile(rf"[^\W\d]\w*?(?:-[^\W\d]\w*?)*(?=[\W\d]|$)|(?:{NUMBER.pattern})")
 """A word, or a number; a word ends where a digit begins, as in sigma0.005."""
 _WEIGHTLESS: Final = frozenset(("is", "of", "a", "an", "the", "to", "and", "x", "y", "z", "one", "as", "equals"))
 _LONGEST_SETTING: Final = 80
-"""Characters of a line that may be a setting in words; a longer one is a comment."""
+"""Longest line, in characters, taken for a setting in words; a longer one is a comment."""
 _PADDING: Final = ",; \t"
-"""What spreadsheets add to the end of a line."""
+"""Characters that spreadsheets add to the end of a line."""
 
 
 @dataclass(slots=True)
 class SettingLines:
-    """The settings that the lines of a file make, with the line of each; what is wrong with them joins problems.
+    """The settings in the lines of a file; what is wrong with them is appended to problems.
 
-    meant: the keys that some line means to set in vain, which is a problem already.
+    values: text and line number by key. attempted: keys that a faulty line was meant to set, which has been reported.
     """
 
     problems: list[Problem]
-    said: dict[str, tuple[str, int]] = field(default_factory=dict)
-    meant: set[str] = field(default_factory=set)
+    values: dict[str, tuple[str, int]] = field(default_factory=dict)
+    attempted: set[str] = field(default_factory=set)
 
     @property
-    def tried(self) -> frozenset[str]:
-        """The keys that some line sets or means to set."""
-        return frozenset(self.said) | self.meant
+    def keys(self) -> frozenset[str]:
+        """The keys that lines set, or were meant to set."""
+        return frozenset(self.values) | self.attempted
 
     def read(self, line: str, number: int) -> None:
-        """Take a comment line, which begins with #, for what it sets; a plain comment sets nothing."""
+        """Read the setting in a comment line, which begins with #; a plain comment has none."""
         key, value = _key_and_value(line) or ("", "")
         if key.lower() in SETTING_KEYS:
             self._set(key.lower(), value, number)
@@ -59,30 +59,30 @@ class SettingLines:
         near = _nearly_setting(line, key, value)
         if near:
             setting, what, remedy = near
-            self.meant.add(setting)
+            self.attempted.add(setting)
             self.problems.append(Problem(what, remedy, line=number))
 
     def _set(self, key: str, value: str, number: int) -> None:
-        if key in self.said:
-            what = f"{key} stands here a second time, first in line {self.said[key][1]}"
+        if key in self.values:
+            what = f"{key} stands here a second time, first in line {self.values[key][1]}"
             self.problems.append(Problem(what, "remove one of the two", line=number))
-        self.said.setdefault(key, (value, number))
+        self.values.setdefault(key, (value, number))
 
     def read_units_of_columns(self, units: Sequence[str], number: int) -> None:
-        """Take the units that stand beside the names of columns in this line for the unit of the file."""
-        known = self.said.get("units", (units[0], number))
+        """Use the units after the names of columns in this line as the unit of the file."""
+        known = self.values.get("units", (units[0], number))
         other = next((unit for unit in units if unit != known[0]), None)
         if other is None:
-            self.said["units"] = known
+            self.values["units"] = known
             return
-        self.meant.add("units")
-        rest = f"line {known[1]} says {known[0]!r}" if "units" in self.said else f"another in {known[0]!r}"
+        self.attempted.add("units")
+        rest = f"line {known[1]} says {known[0]!r}" if "units" in self.values else f"another in {known[0]!r}"
         remedy = "all lengths of a file are in one unit: write '# units: mm'"
         self.problems.append(Problem(f"a column is in {other!r}, {rest}", remedy, line=number))
 
     def settings(self, separator: str) -> ContactOptions:
-        """What the lines say; a bad value is a problem and counts as not said."""
-        units, line = self.said.get("units", (None, 0))
+        """The settings; an invalid value is a problem and counts as not given."""
+        units, line = self.values.get("units", (None, 0))
         if units is not None and units not in UNITS:
             self.problems.append(Problem(f"units is {_shown(units)}", which_unit(units), line=line))
             units = None
@@ -95,16 +95,16 @@ class SettingLines:
         )
 
     def _pose(self) -> str:
-        pose, line = self.said.get("pose", ("tip", 0))
+        pose, line = self.values.get("pose", ("tip", 0))
         if pose not in ("tip", "flange"):
             remedy = "write 'flange' where x, y, z are the origin of the flange, 'tip' where they are the tip's centre"
             self.problems.append(Problem(f"pose is {_shown(pose)}", remedy, line=line))
         return pose
 
     def _offset(self, separator: str) -> tuple[float, float, float] | None:
-        if "tip_offset" not in self.said:
+        if "tip_offset" not in self.values:
             return None
-        text, line = self.said["tip_offset"]
+        text, line = self.values["tip_offset"]
         mark = ";" if ";" in text else ","
         values = [_number(part.strip(), ";" if mark == ";" else separator) for part in text.strip("()[]").split(mark)]
         if len(values) == 3 and all(abs(value) <= MOST_LENGTH for value in values):
@@ -114,9 +114,9 @@ class SettingLines:
         return None
 
     def _length(self, key: str, separator: str) -> float | None:
-        if key not in self.said:
+        if key not in self.values:
             return None
-        text, line = self.said[key]
+        text, line = self.values[key]
         value = _number(text, separator)
         if LEAST_LENGTH <= value <= MOST_LENGTH or (value == 0 and key == "tip_radius"):
             return value
@@ -129,14 +129,14 @@ class SettingLines:
 
 
 def _number(text: str, separator: str) -> float:
-    """A decimal number, with a decimal comma too where that does not divide cells; nan for anything else."""
+    """A decimal number, with a decimal comma too unless the comma is the separator; nan for anything else."""
     plain = text if separator == "," else text.replace(",", ".")
     value = number_of(plain)
     return float("nan") if value is None else value
 
 
 def key_of(line: str) -> str | None:
-    """Which of the keys a comment line sets, None if it is plain text."""
+    """The key that a comment line sets, None for a plain comment."""
     key, _ = _key_and_value(line) or ("", "")
     return key.lower() if key.lower() in SETTING_KEYS else None
 
@@ -150,22 +150,22 @@ def _key_and_value(line: str) -> tuple[str, str] | None:
 
 
 def _nearly_setting(line: str, key: str, value: str) -> tuple[str, str, str] | None:
-    """Which setting was meant by a line that is nearly one, what is wrong with it, and what to write instead.
+    """The key that a misspelt setting was meant to set, what is wrong, and what to write instead; None for a comment.
 
-    key and value: both sides of its colon, empty where it has none. None for a plain comment.
+    key and value: both sides of its colon, empty if it has none.
     """
-    meant = _meant_key(key) if key else None
-    if meant == _DIAMETER:
+    near = _nearest_key(key) if key else None
+    if near == _DIAMETER:
         return "tip_radius", f"unknown key {key!r}", _half(value)
-    if meant:
-        return meant, f"unknown key {key!r}", f"did you mean {meant!r}?"
+    if near:
+        return near, f"unknown key {key!r}", f"did you mean {near!r}?"
     return None if len(line) > _LONGEST_SETTING else _setting_in_words(line)
 
 
 def _setting_in_words(line: str) -> tuple[str, str, str] | None:
-    """What is meant by a name with its value that any other marks or words of no weight stand between or around.
+    """The same for a name and a value with other marks or filler words between or around them.
 
-    A comment of other words as well is a sentence, and sets nothing.
+    A comment with any other word is a sentence, and sets nothing.
     """
     text = line.lstrip("# \t").rstrip(_PADDING)
     words = [word for word in _TOKEN.findall(text) if word.lower() not in _WEIGHTLESS]
@@ -174,7 +174,7 @@ def _setting_in_words(line: str) -> tuple[str, str, str] | None:
     if not names and units and len(units) + len(numbers) == len(words):
         near: str | None = "units"
     else:
-        near = _meant_key(" ".join(names[:2])) if words[: len(names)] == names and 0 < len(names) < 3 else None
+        near = _nearest_key(" ".join(names[:2])) if words[: len(names)] == names and 0 < len(names) < 3 else None
     if near is None or not (units if near == "units" else numbers):
         return None
     alone = line.lstrip("#") == line[1:]
@@ -196,19 +196,19 @@ def _is_unit(word: str) -> bool:
 
 
 def _half(diameter: str) -> str:
-    """What to write instead of the diameter of a tip."""
+    """Advice for a tip diameter: write half of it as the radius."""
     return f"write '# tip_radius: {(number_of(diameter) or 3.0) / 2:g}', half of the diameter"
 
 
-def _meant_key(key: str) -> str | None:
-    """Which key was meant by it or something near it; None for the first word of a plain comment."""
+def _nearest_key(key: str) -> str | None:
+    """The key of which this text is a synonym or misspelling; None for the first word of a plain comment."""
     from difflib import get_close_matches
 
     plain = key.lower().replace("-", "_").replace(" ", "_")
-    # Not "pose": "probe" and "note" are near it, and begin plain comments.
+    # Not "pose": "probe" and "note" are similar to it, and begin plain comments.
     known = [key for key in (*SETTING_KEYS, _DIAMETER) if key != "pose"]
     near = get_close_matches(plain, known, n=1, cutoff=0.8) if len(plain) <= _LONGEST_KEY else []
-    return _MEANT_FOR.get(plain) or (near[0] if near else None)
+    return _SYNONYMS.get(plain) or (near[0] if near else None)
 
 
 def _shown(text: str) -> str:

@@ -34,36 +34,36 @@ def load_contacts(
     source : str, Path, bytes or open file
         A path, "-" for standard input, the bytes themselves, or an open file.
     fixture : Fixture, optional
-        Whose features the contacts touch; a contact file without it stays in its own unit.
+        The touched fixture; without it the contacts of a contact file keep the file's unit.
     options : ContactOptions, optional
-        What beats the file: units, tip radius, sigma, tip offset.
+        Units, tip radius, sigma and tip offset, which override those of the file.
     format : str
         "csv", or the name of a machine's format, such as "kuka".
     features : str, optional
-        Of a log: what was touched, in order, such as "bar:5,ball:4".
+        Of a log: the touched features, in order, such as "bar:5,ball:4".
     approach : str, optional
-        Of a log: the direction in which the probe travelled, such as "0,0,-1".
+        Of a log: the direction of probe travel, such as "0,0,-1".
     repeats : {"all", "last"}
-        Of a log: all of consecutive touches of one place, or the last of them.
+        Of a log: keep all consecutive touches of one point, or the last.
     work_offset : str, optional
-        Of a log: the file of the pose of the frame in which the machine reported.
+        Of a log: a file with the pose of the frame in which the machine reports.
 
     Returns
     -------
     Contacts
-        In base coordinates and in the units of the fixture.
+        In base coordinates, in the units of the fixture if it is given.
 
     Raises
     ------
     FileError
-        With all that is wrong with the file, by row and line.
+        With every problem of the file, by row and line.
     UsageError
-        Arguments that do not go together.
+        Arguments that exclude or need each other.
 
     Notes
     -----
-    What was dropped or passed over in a log is told as a UserWarning. An option beats the file, the file beats the
-    probe block of the fixture; where nothing says the tip radius or sigma, the file is refused.
+    Skipped contacts and lines of a log raise a UserWarning. Options override the file, and the file overrides the probe
+    block of the fixture; a tip radius or sigma that none of them gives is a problem.
 
     Examples
     --------
@@ -71,15 +71,15 @@ def load_contacts(
     >>> tactfix.load_contacts("samples/robot-cell-plate/contacts.csv", fixture)
     <Contacts: 15 (plate 4, pin 6, ball 5), tip radius 3 mm>
     """
-    said = options or ContactOptions()
-    wanted = log_options(features, said.tip_offset, approach, repeats, work_offset)
+    chosen = options or ContactOptions()
+    wanted = log_options(features, chosen.tip_offset, approach, repeats, work_offset)
     if format == "csv":
         if wanted.of_log:
             raise UsageError(FOR_LOGS)
         return read_contact_file(source, fixture, options).contacts
     if fixture is None:
         raise UsageError("a machine's log does not say what was touched; give the fixture too")
-    read, notes = load_log(format, source, fixture, said, wanted)
+    read, notes = load_log(format, source, fixture, chosen, wanted)
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return read.contacts
@@ -90,10 +90,10 @@ PAUSE: Final = 0.2
 
 
 def growing_text(path: str, *, follow: bool) -> Iterator[bytes]:
-    """What stands in a file, or has come in on standard input ("-"), after each of its lines.
+    """The content so far of a file or of standard input ("-"), after each of its lines.
 
-    A file is read to its end; with follow, it is waited for more, for ever. A line counts when its end is there;
-    where nothing more can come the last line counts without. Raises FileError where a file has become shorter.
+    A file is read to its end; with follow, this waits for more, without end. A line counts once it has a line ending;
+    if nothing can follow, the last line counts without one. Raises FileError if a file becomes shorter.
     """
     if path == "-":
         yield from _accumulated(iter(sys.stdin.buffer.readline, b""))
@@ -112,23 +112,23 @@ def _accumulated(lines: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def _followed(path: str) -> Iterator[bytes]:
-    seen = 0
+    consumed = 0
     while True:
         content = read_bytes(path)
-        if len(content) < seen:
+        if len(content) < consumed:
             what = "the file has become shorter while it was followed"
             raise FileError(path, [Problem(what, "append touches to it, or begin anew")])
-        whole = content[seen : content.rfind(b"\n") + 1]
-        seen += len(whole)
+        whole = content[consumed : content.rfind(b"\n") + 1]
+        consumed += len(whole)
         yield from whole.splitlines(keepends=True)
         time.sleep(PAUSE)
 
 
 def contacts_in(text: bytes, format_name: str, repeats_units: str | None = None) -> tuple[int, int]:
-    """How many touches a text has so far, and of how many contacts: rows of a contact file, which need not be right.
+    """Numbers of touches and of contacts in a text so far: rows of a contact file, even if they are malformed.
 
-    repeats_units: unit of a machine log of which the last of consecutive touches of one place is the contact; None
-    where every touch is one.
+    repeats_units: unit of a machine log if only the last of consecutive touches of one point is a contact; None if
+    every touch is one.
     """
     if format_name == "csv":
         lines = [line for line in text.splitlines() if line.strip() and not line.startswith(b"#")]

@@ -1,4 +1,4 @@
-"""The rows of a contact file below its header, cut into columns, and columns as numbers."""
+"""The rows of a contact file below its header, split into columns, and columns as numbers."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from tactfix.geometry.arrays import Floats
 from tactfix.values import frozen_value
 from tactfix.wording import UNPRINTABLE
 
-# What plain decimal numbers are made of: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
+# Characters of plain decimal numbers: excludes nan, inf, 0x10, 1_000 and digits of other scripts, all of which
 # float() would take.
 _PLAIN_NUMBERS: Final = re.compile(r"[0-9eE+\-. \n]*")
 _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
@@ -23,7 +23,7 @@ _THOUSANDS: Final = r"[+-]?[0-9]{1,3}([ ',.\u00a0\u202f][0-9]{3})+([.,][0-9]*)?"
 
 @frozen_value(eq=True)
 class Table:
-    """Cells, stripped, by column name; row and line of each in the file; the separator, and the mark of decimals."""
+    """Cells, stripped, by column name; number and line of each row; the separator, and the decimal mark."""
 
     columns: dict[str, Sequence[str]]
     rows: Sequence[int]
@@ -40,10 +40,10 @@ class Table:
 
 
 def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
-    """The cells below the header; None, with a problem, where there are none.
+    """The cells below the header; None, with a problem, if there are none.
 
-    A row that cannot be cut into the columns of the header is a problem and is left out; the others are checked too,
-    and keep their numbers in the file.
+    A row that cannot be split into the columns of the header is a problem and left out; the others keep their numbers
+    and are checked too.
     """
     body, places = _content(lines, header, problems)
     if not body:
@@ -61,7 +61,7 @@ def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) ->
     else:
         widths = [line.count(header.separator) + 1 for line in body]
         sound = [index for index, found in enumerate(widths) if found == width]
-        # Cells of all rows in one list: a list for each row would cost more than all numbers together.
+        # Cells of all rows in one list: one list per row takes more time than parsing all numbers.
         whole = text if len(sound) == len(body) else "\n".join(body[index] for index in sound)
         cells = whole.replace("\n", header.separator).split(header.separator) if sound else []
     problems.extend(_ragged(body, widths, places, header))
@@ -93,7 +93,7 @@ def _unprintable(text: str, body: Sequence[str], places: Sequence[int]) -> Itera
 
 
 def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> tuple[list[str], Sequence[int]]:
-    """The rows that hold something, and the line of each; comments are passed over, settings among them are not."""
+    """The non-empty rows, and the line of each; comments are skipped, a setting below the header is a problem."""
     rest = lines[header.first_line :]
     first = header.first_line + 1
     empty = header.separator + " \t"
@@ -116,7 +116,7 @@ def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> t
 def _quoted_rows(
     body: list[str], places: Sequence[int], header: Header, problems: list[Problem]
 ) -> list[list[str] | None]:
-    """The cells of each row of a file with quotation marks; None, with a problem, where one is left open."""
+    """The cells of each row of a file with quotation marks; None, with a problem, if one is not closed."""
     import csv
 
     rows: list[list[str] | None] = []
@@ -150,18 +150,18 @@ def _ragged(body: Sequence[str], widths: Sequence[int], places: Sequence[int], h
 
 
 def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) -> str:
-    """What divides whole from fraction in the columns names: a comma only where it does not divide cells too."""
+    """The decimal mark of the columns names: a comma only if it is not the separator."""
     if table.separator == ",":
         return "."
     commas = _first_with(table, names, ",")
     points = _first_with(table, names, ".")
     if commas is None or points is None:
         return "." if commas is None else ","
-    if commas != points:  # a cell with both is refused by itself
+    if commas != points:  # a cell with both is an error of its own
         first = f"decimal commas (first in row {table.rows[commas]})"
         what = f"{first} and decimal points (first in row {table.rows[points]}) are mixed"
         problems.append(table.problem(max(commas, points), what, "write all numbers with the same decimal mark"))
-        return ","  # so that each of them is understood, and not told a second time
+        return ","  # so that each is accepted, and no second problem is reported
     return "."
 
 
@@ -175,9 +175,9 @@ def _first_with(table: Table, names: Sequence[str], mark: str) -> int | None:
 
 
 def numbers(table: Table, names: Sequence[str], problems: list[Problem], *, may_be_empty: bool = False) -> Floats:
-    """The columns names as (n, len(names)); an empty cell, and one that is no finite number, becomes nan.
+    """The columns names as (n, len(names)); empty cells and those that are no finite number become nan.
 
-    Each that is no number is a problem, an empty one unless it may be empty.
+    Each cell that is no number is a problem, an empty one only if not may_be_empty.
     """
     columns = [_fast_column(table, name) for name in names]
     if any(column is None for column in columns):
@@ -188,9 +188,9 @@ def numbers(table: Table, names: Sequence[str], problems: list[Problem], *, may_
 def directions(
     table: Table, choices: Sequence[tuple[str, ...]], problems: list[Problem]
 ) -> tuple[tuple[str, ...], Floats]:
-    """Which of choices, names of three columns, the table has, and their unit vectors (n, 3), nan where a row is empty.
+    """The first of choices (names of three columns) in the table, and its unit vectors (n, 3), nan for empty cells.
 
-    A vector that is given in part or zero is a problem.
+    A vector that is incomplete or zero is a problem.
     """
     names = next((names for names in choices if names[0] in table.columns), ())
     if not names:
@@ -199,7 +199,7 @@ def directions(
     vectors = numbers(table, names, problems, may_be_empty=True)
     given = np.array([[bool(cell) for cell in table.columns[name]] for name in names]).T
     for index in np.flatnonzero(given.any(axis=1) & ~given.all(axis=1)):
-        missing = ", ".join(name for name, there in zip(names, given[index], strict=True) if not there)
+        missing = ", ".join(name for name, is_given in zip(names, given[index], strict=True) if not is_given)
         problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
     largest = np.abs(vectors).max(axis=1, initial=0.0)
     for index in np.flatnonzero(largest == 0):
@@ -208,13 +208,13 @@ def directions(
         problems.append(table.problem(int(index), what, remedy))
     if len(problems) > before:
         return names, vectors
-    # Scaled to a largest component of one first, so that no square under- or overflows.
+    # Divide by the largest component first, so that no square under- or overflows.
     vectors = vectors / largest[:, None]
     return names, np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
 def own_sigmas(table: Table, problems: list[Problem]) -> Floats:
-    """The sigma of each contact (n,), in the file's units, nan where its row gives none."""
+    """The sigma of each contact (n,), in the file's units, nan if its row gives none."""
     if "sigma" not in table.columns:
         return np.full(len(table), np.nan)
     sigmas = numbers(table, ("sigma",), problems, may_be_empty=True)[:, 0]
@@ -256,7 +256,7 @@ def _slow_column(table: Table, name: str, problems: list[Problem], may_be_empty:
 
 
 def _cell_problem(name: str, cell: str, separator: str) -> tuple[str, str]:
-    """What is wrong with a cell that is no number, and what to write instead."""
+    """The problem of a cell that is no number, and what to write instead."""
     if not cell:
         return f"{name} is empty", "write a number"
     shown = repr(cell if len(cell) <= 40 else cell[:40] + "...")

@@ -1,4 +1,4 @@
-"""Fixture files: YAML in, a fixture out, or every problem of the file at once with its line and column."""
+"""Fixture files: reads YAML as a fixture, or reports every problem with its line and column."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -37,11 +37,11 @@ def load_fixture(path: str | Path) -> Fixture:
     Raises
     ------
     FileError
-        With all that is wrong with the file: where, what, and what to write instead.
+        With every problem of the file: where, what, and what to write instead.
 
     Notes
     -----
-    Decimal numbers are those of YAML 1.2: 1e-3 is a number, yes is text. What `tactfix schema` prints describes the
+    Decimal numbers are those of YAML 1.2: 1e-3 is a number, yes is text. `tactfix schema` prints the JSON Schema of the
     file.
 
     Examples
@@ -57,7 +57,7 @@ def load_fixture(path: str | Path) -> Fixture:
 
 
 def template_text(name: str) -> str:
-    """The text of the shipped fixture file of that name; UsageError where there is none."""
+    """The text of the shipped fixture file of that name; UsageError if there is none."""
     if name not in TEMPLATES:
         raise UsageError(f"there is no template {name!r}; {did_you_mean(name, TEMPLATES)}")
     path = fixtures_folder() / f"{name}.yaml"
@@ -65,7 +65,7 @@ def template_text(name: str) -> str:
 
 
 def fixture_from_text(text: str) -> Fixture:
-    """The fixture that the text of a fixture file describes; poses that it names are looked for in the working folder.
+    """The fixture that the text of a fixture file describes; paths of pose files start from the working directory.
 
     Raises FileError as load_fixture does; the text is called "the fixture".
     """
@@ -73,9 +73,9 @@ def fixture_from_text(text: str) -> Fixture:
 
 
 def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
-    """The fixture that the mapping of a fixture file describes; arrays, tuples and numpy's numbers are taken too.
+    """The fixture that the mapping of a fixture file describes; arrays, tuples and numpy numbers are accepted too.
 
-    Raises FileError with all that is wrong with it, without lines: the mapping is called "the fixture".
+    Raises FileError with every problem, without lines; the mapping is called "the fixture".
     """
     fixture = read_fixture(_plain(document), "fixture", _beside(Path("fixture.yaml")))
     if isinstance(fixture, Fixture):
@@ -86,7 +86,7 @@ def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
 def fixture_text(fixture: Fixture) -> str:
     """The fixture file that describes the fixture, as YAML.
 
-    Raises UsageError for a placement that was measured with a full covariance: a fixture file names the file of it.
+    Raises UsageError for a placement with a full covariance, which needs a pose file of its own.
     """
     if fixture.placement is not None and isinstance(fixture.placement.sigma, np.ndarray):
         raise UsageError("the covariance of a placement cannot be written here; write it with to_json of its result")
@@ -94,7 +94,7 @@ def fixture_text(fixture: Fixture) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Values as YAML has them."""
+    """Arrays, tuples and numpy numbers as plain YAML values."""
     match value:
         case Mapping():
             return {str(key): _plain(item) for key, item in value.items()}
@@ -113,23 +113,23 @@ def _fixture_of(text: str, path: str, name: str, pose_files: Callable[[str], "Po
         return fixture
     findings = [] if isinstance(fixture, Fixture) else fixture
     problems = list(tree.problems)
-    known = {(problem.line, problem.column) for problem in problems}  # an alias is not an empty value besides
+    known = {(problem.line, problem.column) for problem in problems}  # a rejected alias is not an empty value too
     problems += [p for p in (placed(finding, tree) for finding in findings) if (p.line, p.column) not in known]
     raise FileError(path, sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0)))
 
 
 def _is_contacts(text: str) -> bool:
-    """Whether the text begins with the header row of a contact file: somebody has exchanged the two."""
+    """Whether the text begins like a contact file, given in place of the fixture file."""
     first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     names = {cell.strip(' "').lower() for cell in first.replace(";", ",").replace("\t", ",").split(",")}
     return {"x", "y", "z"} <= names
 
 
 def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:
-    """Reads the pose files that a fixture file names, from its own folder."""
+    """A reader of pose files whose relative paths start from the directory of the fixture file."""
 
     def read(file: str) -> "Pose":
-        from tactfix.files.pose_file import load_pose  # not worth its time for a file that names none
+        from tactfix.files.pose_file import load_pose  # imported only if a pose file is named
 
         return load_pose(fixture_path.parent.absolute() / file)
 
@@ -137,7 +137,7 @@ def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:
 
 
 def placed(finding: Finding, tree: Tree) -> Problem:
-    """The finding with the line and column of its key or value, or of the nearest that the file has."""
+    """The finding with the line and column of its key or value, or of the nearest parent in the file."""
     path = finding.path
     while path and path not in tree.values:
         path = path[:-1]

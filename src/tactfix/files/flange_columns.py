@@ -1,4 +1,4 @@
-"""How the flange stood at each touch, from the columns of a contact file whose names say the convention.
+"""Orientation of the flange at each touch, from the columns of a contact file; their names determine the convention.
 
 base_from_flange, rotations (n, 3, 3): qw, qx, qy, qz, a quaternion; rx, ry, rz, a rotation vector in rad; a, b, c in
 degrees as KUKA has them, Rz(a) Ry(b) Rx(c); w, p, r in degrees as Fanuc has them, about the fixed axes x, y, z: the
@@ -20,7 +20,7 @@ from tactfix.geometry.rigid import rotation_from_quaternion, rotation_from_vecto
 from tactfix.units import MOST_LENGTH
 
 _MOST_DEGREES: Final = 720.0
-"""Two turns: no controller shows more of an orientation's angle."""
+"""Largest valid Euler angle: two turns, more than any controller shows."""
 
 Check: TypeAlias = Callable[[Floats], Bools]
 
@@ -69,7 +69,7 @@ _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyTy
 
 
 def flange_rotations(table: Table, problems: list[Problem]) -> Floats | None:
-    """base_from_flange (n, 3, 3) of each row; None where the file has no such columns, or they say nothing."""
+    """base_from_flange (n, 3, 3) of each row; None if the file has no such columns, or they have problems."""
     names = next((names for names in ORIENTATION_COLUMNS if names[0] in table.columns), None)
     if names is None:
         return None
@@ -77,7 +77,7 @@ def flange_rotations(table: Table, problems: list[Problem]) -> Floats | None:
     values = numbers(table, names, problems)
     if len(problems) == before:
         is_wrong, what, remedy = _WRONG[names]
-        # Clipped, so that no square overflows: what is so large is wrong by any of the checks.
+        # Clipped, so that no square overflows: each check rejects values this large.
         wrong = is_wrong(np.clip(values, -MOST_LENGTH, MOST_LENGTH))
         problems += [table.problem(int(index), what, remedy) for index in np.flatnonzero(wrong)]
     return _ROTATIONS[names](values) if len(problems) == before else None

@@ -1,7 +1,7 @@
-"""A pose from a file, in any dialect that tactfix writes.
+"""A pose from a file, in any format that tactfix writes.
 
-The format is told by the file's ending, or by marks in its text that no other format has; it is never guessed. Numbers
-alone are a matrix or nothing: six of them mean another turn for every maker.
+The format follows from the file's extension, or from text that occurs in no other format; it is never guessed. Numbers
+alone must be a matrix: the meaning of six numbers differs between vendors.
 """
 
 import re
@@ -44,17 +44,17 @@ _MARKS: Final = (
     ("ros", r"^[ \t-]*(?:translation|position|transformation|Rotation: in Quaternion[^\[]*)\s*:?[ \t]*(?:$|[\[{])"),
     ("yaml", r"^[ \t]*schema[ \t]*:\s*['\"]?tactfix/"),
 )
-"""A pattern for each format; they are compiled when they are asked, which takes longer than reading a pose."""
+"""A pattern for each format; compiled on first use, since compiling takes longer than reading a pose."""
 _LINE_BREAK: Final = re.compile(r"\r\n?|\n")
 _POSE_WITHIN: Final = 1 << 16
-"""A pose is told within so many characters, whatever program it stands in."""
+"""Only this many characters of a text are searched for the format of its pose."""
 
 
 def recognized(text: str) -> str | None:
-    """The one format whose marks the text holds; None for none of them, and where there are those of several."""
-    spoken = _LINE_BREAK.sub("\n", text[:_POSE_WITHIN])
-    found = [name for name, mark in _MARKS if re.search(mark, spoken, re.IGNORECASE | re.MULTILINE)]
-    # What a work object holds within are poses of ABB.
+    """The one format whose marks the text contains; None if it contains those of no format or of several."""
+    content = _LINE_BREAK.sub("\n", text[:_POSE_WITHIN])
+    found = [name for name, mark in _MARKS if re.search(mark, content, re.IGNORECASE | re.MULTILINE)]
+    # A work object contains poses that match the ABB mark too.
     found = [name for name in found if name != "abb"] if "abb-wobjdata" in found else found
     return found[0] if len(found) == 1 else None
 
@@ -74,22 +74,22 @@ def load_pose(
     units : str, optional
         The unit of the file.
     default_units : str, optional
-        The unit of a file that does not say.
+        The unit if the file does not give one.
     dialect : str, optional
-        The name of its format; without one the ending tells (.json, .yaml, .csv, .npy, .src ...), else the content:
-        marks that only one format has, JSON, a numpy array, or four rows of four numbers.
+        The name of its format. Default: by the extension (.json, .yaml, .csv, .npy, .src ...), else by the content:
+        text that occurs in one format only, JSON, a numpy array, or four rows of four numbers.
 
     Returns
     -------
     Pose
-        With the covariance and the name of the fixture where the file has them.
+        With the covariance and the name of the fixture if the file has them.
 
     Raises
     ------
     FileError
-        What is no pose, and a result of locate whose status is not "located".
+        The file holds no pose, or a result of locate whose status is not "located".
     UsageError
-        A file that says another unit itself.
+        The file gives another unit than units.
 
     Notes
     -----
@@ -116,7 +116,7 @@ def load_pose(
 
 
 def _dialect_of(name: str, content: bytes) -> str:
-    """What the ending says, else what the content is recognized by."""
+    """The format by the extension, else by the content."""
     suffix = Path(name).suffix.lower()
     if suffix in SUFFIXES and suffix != ".txt":
         return SUFFIXES[suffix]

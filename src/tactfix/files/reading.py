@@ -1,7 +1,7 @@
-"""Reads the bytes and the text of files; each failure has its own message.
+"""Reads files as bytes or text; each kind of failure has its own message.
 
-Logs of machines are not always UTF-8: other bytes become U+FFFD. The reader of the format refuses such a line if it
-holds a contact; in a remark, or as noise of a serial line, the character is harmless.
+Machine logs are not always UTF-8: invalid bytes become U+FFFD. The reader of the format rejects such a line if it
+holds a contact; in a comment, or as noise of a serial line, the character is harmless.
 """
 
 import sys
@@ -11,7 +11,7 @@ from typing import BinaryIO, Final, TextIO, TypeAlias
 from tactfix.errors import FileError, Problem
 
 FIXTURE_FIRST: Final = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
-"""What to do where one is given for the other."""
+"""Advice if a fixture file is given as a contact file, or the reverse."""
 Source: TypeAlias = str | Path | bytes | TextIO | BinaryIO
 """A path, "-" for standard input, the bytes themselves, or an open file."""
 
@@ -20,7 +20,7 @@ _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """What is in the file; FileError where it is not there, a directory, or not to be read."""
+    """The bytes of the file; FileError if it does not exist, is a directory, or cannot be read."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
@@ -37,20 +37,20 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def near_name(path: Path) -> str:
-    """The advice for a missing file: one with another ending or nearly the same name, if there is one."""
+    """The advice for a missing file: one with another ending or a similar name, if there is one."""
     from difflib import get_close_matches
 
     try:
-        there = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
+        names = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
     except OSError:
         return "check the path"
-    endings = [name for name in there if Path(name).stem.lower() == path.stem.lower()]
-    near = endings if len(endings) == 1 else get_close_matches(path.name, there, n=1, cutoff=0.8)
+    endings = [name for name in names if Path(name).stem.lower() == path.stem.lower()]
+    near = endings if len(endings) == 1 else get_close_matches(path.name, names, n=1, cutoff=0.8)
     return f"did you mean {str(path.with_name(near[0]))!r}?" if near else "check the path"
 
 
 def source_bytes(source: Source) -> tuple[str, bytes | str]:
-    """The name of a source for messages, and what is in it: bytes, or text where it is a text that is open."""
+    """The name of a source for messages, and its content: text for a file opened in text mode, otherwise bytes."""
     if isinstance(source, bytes):
         return "contacts", source
     if isinstance(source, str | Path):
@@ -67,7 +67,7 @@ def read_source(source: Source) -> tuple[str, str]:
 
 
 def composed(text: str) -> str:
-    """The text with each accent in one character with its letter (NFC): what looks alike is one name."""
+    """The text with each accented letter as one character (NFC), so that names that look the same are equal."""
     if text.isascii():
         return text
     import unicodedata
@@ -76,7 +76,7 @@ def composed(text: str) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """The lines of a text, whichever way they end."""
+    """The lines of a text, with any kind of line ending."""
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 

@@ -14,7 +14,7 @@ from tactfix.kinematics.denavit_hartenberg import corrected_rows
 from tactfix.kinematics.urdf import UrdfRobot, corrected_urdf
 
 _ROW_WIDTH: Final = 78
-"""Characters of a line of the YAML rows, so that a terminal 80 wide breaks no number."""
+"""Line width of the YAML rows, in characters: no number is split."""
 
 
 def write_robot(cell: CellFile, result: Calibration) -> str:
@@ -23,9 +23,9 @@ def write_robot(cell: CellFile, result: Calibration) -> str:
     Parameters
     ----------
     cell : CellFile
-        What was calibrated.
+        The nominal robot and its probe.
     result : Calibration
-        What `calibrate` found of it.
+        The result of `calibrate` for this cell.
 
     Returns
     -------
@@ -35,11 +35,11 @@ def write_robot(cell: CellFile, result: Calibration) -> str:
     Raises
     ------
     UsageError
-        Nothing has checked the robot, that is, status is not "calibrated".
+        status is not "calibrated".
 
     Notes
     -----
-    Of a URDF only the origins change; the sigmas stand in comments.
+    In a URDF only the origins change; the sigmas are in comments.
 
     Examples
     --------
@@ -81,9 +81,9 @@ def robot_text(file: CellFile, result: Calibration) -> str:
 
 
 def check_output(file: CellFile, output: Path | None, *, is_printed: bool) -> None:
-    """UsageError where the ending of output is not that of the robot's format, or the format has no place for the tip.
+    """UsageError if the extension of output does not match the robot's format, or the format cannot hold the tip.
 
-    is_printed: whether the robot is wanted on standard output where there is no output.
+    is_printed: whether the robot is printed if output is None.
     """
     if isinstance(file.robot, UrdfRobot) and not file.robot.has_place_for_tip:
         names = [p.name for p, asked in zip(file.cell.parameters, asked_for(file.cell), strict=True) if asked]

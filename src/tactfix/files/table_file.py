@@ -1,7 +1,6 @@
 """Tables of many contact sets, CSV or parquet: a contact file with one more column, set.
 
-Whatever the table is, each set becomes the text of a contact file of its own, so that there is one way to read contacts
-and one way to refuse them.
+Each set is converted to the text of a contact file of its own, so that contacts are read and checked by the same code.
 """
 
 import csv
@@ -32,9 +31,9 @@ _NO_NAME: Final = "the set column is empty; name the set of each contact"
 
 @frozen_value(eq=True)
 class CsvTable:
-    """Numbers of a table's lines by set, in the order in which the sets appear; lines count from 1.
+    """Line numbers (from 1) of a table by set, in order of first appearance.
 
-    head: numbers and texts of the lines above the contacts. separator and column: where the name of the set stands.
+    head: numbers and texts of the lines above the contacts. column: index of the column set; separator: its delimiter.
     """
 
     head: tuple[tuple[int, str], ...]
@@ -62,10 +61,10 @@ def is_table(text: str) -> bool:
 
 
 def csv_table(name: str, text: str) -> CsvTable:
-    """The sets of a CSV text whose header row has a column set; name stands in messages.
+    """The sets of a CSV text whose header row has a column set; name: of the table, for messages.
 
     Rows of one set need not be adjacent. Errors in a row are reported when its set is read.
-    Raises FileError for a header that no contact file could have.
+    Raises FileError for a header that is not valid in a contact file.
     """
     lines = lines_of(text)
     place = _place_of_set(lines)
@@ -75,7 +74,7 @@ def csv_table(name: str, text: str) -> CsvTable:
     head = [(number, line) for number, line in enumerate(lines[:header], 1) if line.strip()]
     head.append((header + 1, _without(lines[header], separator, column)[1]))
     read_header([line for _, line in head], problems, feature_needed=True)
-    # Whole numbers of eight bytes: a table may have tens of millions of lines.
+    # 8-byte integers: a table may have tens of millions of lines.
     sets: defaultdict[str, array[int]] = defaultdict(lambda: array("Q"))
     for number, line in enumerate(lines[header + 1 :], header + 2):
         if line.lstrip().startswith("#"):
@@ -91,7 +90,7 @@ def csv_table(name: str, text: str) -> CsvTable:
 
 
 def _place_of_set(lines: Sequence[str]) -> tuple[int, str, int] | None:
-    """The index of the header row, its separator and the index of its column set; None where it has none."""
+    """The index of the header row, its separator and the index of its column set; None if it has none."""
     for index, line in enumerate(lines):
         if line.strip() and not line.lstrip("\ufeff ").startswith("#"):
             separator, names = split_header(line, SET.__eq__)
@@ -100,7 +99,7 @@ def _place_of_set(lines: Sequence[str]) -> tuple[int, str, int] | None:
 
 
 def _without(line: str, separator: str, column: int) -> tuple[str, str]:
-    """The cell in that column, empty where the row is too short, and the row without it."""
+    """The cell in that column, empty if the row is too short, and the row without it."""
     if '"' not in line:
         cells = line.split(separator)
         name = cells.pop(column).strip() if column < len(cells) else ""
@@ -138,8 +137,8 @@ class ParquetTable:
 def parquet_table(path: Path) -> ParquetTable:
     """The sets of a parquet file with the columns of a contact file and a column set.
 
-    units, tip_radius and sigma are in the metadata of its schema, if they are given. A null and a nan are empty
-    cells. Raises FileError for what is no such table, MissingExtraError without pyarrow.
+    units, tip_radius and sigma are in the metadata of its schema, if they are given. Null and nan are empty
+    cells. Raises FileError for any other file, MissingExtraError without pyarrow.
     """
     try:
         import pyarrow.parquet as pq
@@ -161,7 +160,7 @@ def parquet_table(path: Path) -> ParquetTable:
     if not table.num_rows:
         problems.append(Problem("there are no contacts", "write one row for each touch"))
     if problems:
-        # Lines of the text made above are of no use to anyone.
+        # Lines of the generated text mean nothing to the user.
         raise FileError(str(path), [Problem(problem.what, problem.remedy) for problem in problems])
     found, rows, starts = _by_set(table.column(lowered.index(SET)))
     columns = tuple(_array(table.column(k)) for k, name in enumerate(lowered) if name != SET)
@@ -170,15 +169,15 @@ def parquet_table(path: Path) -> ParquetTable:
 
 def _settings(metadata: dict[bytes, bytes]) -> dict[str, str]:
     """units, tip_radius and sigma of the metadata, as text."""
-    told = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in metadata.items()}
-    return {key: " ".join(told[key].split()) for key in SETTING_KEYS if key in told}
+    values = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in metadata.items()}
+    return {key: " ".join(values[key].split()) for key in SETTING_KEYS if key in values}
 
 
 def _by_set(column: "pa.ChunkedArray") -> tuple[tuple[str, ...], Ints, Ints]:
-    """Names in the order of their first row, the rows set by set, and where each set starts among these."""
+    """Names in order of first appearance, row indices sorted by set, and the start of each set among them."""
     encoded = column.combine_chunks().dictionary_encode(null_encoding="encode")
     order = np.asarray(encoded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
-    # The dictionary is in the order of first appearance, the sort is stable: no set and no row changes its place.
+    # The dictionary keeps the order of first appearance, and the sort is stable: sets and rows keep their order.
     names = tuple("" if name is None else str(name).strip() for name in encoded.dictionary.to_pylist())
     rows = np.argsort(order, kind="stable")
     return names, rows, np.searchsorted(order[rows], np.arange(len(names) + 1))
@@ -190,7 +189,7 @@ def _array(column: "pa.ChunkedArray") -> Any:
 
 
 def _cell(value: object) -> str:
-    """A cell as a contact file has it, in quotation marks where it needs them; the shortest decimal of a number."""
+    """A cell as CSV, quoted if necessary; a number as its shortest exact decimal."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""Touch files: CSV of places, features and joint coordinates in, touches out, or every problem of the file at once."""
+"""Touch files: reads CSV of places, features and joint coordinates as touches, or reports every problem."""
 
 import re
 from collections.abc import Sequence
@@ -23,11 +23,11 @@ from tactfix.wording import did_you_mean, listed
 
 _TOUCH_APPROACHES: Final = (("ax", "ay", "az"), ("fx", "fy", "fz"))
 _LIMIT_SLACK: Final = 0.002
-"""Rad beyond a limit that rounding of either may explain."""
+"""Tolerance of joint limits (rad), for rounding of limit and coordinate."""
 _LARGEST_JOINT_ANGLE: Final = 4 * np.pi
-"""Rad: two turns, for joints without a limit."""
+"""Largest angle (rad) of a joint without limits: two turns."""
 _TIMES: Final = 2 * np.pi
-"""Degrees: joints that never leave this range were written in rad."""
+"""If no joint angle given in degrees exceeds this, the angles were probably written in rad."""
 _SETTINGS: Final = ("joints", "sigma", "units")
 _OF_THE_CELL: Final = ("tip_radius", "tip_offset")
 _NEARLY: Final = re.compile(r"#[#\s]*(joints|sigma|units)\W+([\w.+-]+)\W*", re.IGNORECASE)
@@ -35,8 +35,8 @@ _SETTING: Final = re.compile(r"#\s*(\w+)\s*[:=]\s*(.*?)[\s,;]*", re.IGNORECASE)
 
 
 @frozen_value(eq=True)
-class _Said:
-    """What stands above the header: the unit of angles, of lengths, and sigma as text."""
+class _Settings:
+    """Settings above the header: the unit of joint angles, of lengths, and sigma as text."""
 
     joints: str | None = None
     units: str | None = None
@@ -47,7 +47,7 @@ def load_touches(source: Source, cell: Cell, sigma: float | None) -> Touches:
     """The touches of a CSV file: place, feature, q1 to qk, perhaps an approach and a sigma, in rad and the cell's
     units.
 
-    sigma: of touches for which the file says none. Raises FileError with all that is wrong, by row and line.
+    sigma: default for touches without one in the file. Raises FileError with every problem, by row and line.
     """
     name, text = read_source(source)
     problems: list[Problem] = []
@@ -63,7 +63,7 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     if first is None:
         problems.append(Problem("there is no header row", "begin with place,feature,q1,q2,..."))
         return None
-    said = _said(lines[:first], problems)
+    settings = _read_settings(lines[:first], problems)
     header = _header(lines[first], first, len(cell.chain.joints), problems)
     table = None if header is None else read_table(lines, header, problems)
     if header is None or table is None:
@@ -73,20 +73,20 @@ def _read(text: str, cell: Cell, sigma: float | None, problems: list[Problem]) -
     _check_names(table, cell, problems)
     raw = numbers(table, [f"q{k + 1}" for k in range(len(cell.chain.joints))], problems)
     names, approaches = directions(table, _TOUCH_APPROACHES, problems)
-    if said.units not in (None, *UNITS):
+    if settings.units not in (None, *UNITS):
         return None
-    sigmas = _sigmas(table, cell, said, sigma, problems)
-    if problems or said.joints is None:
+    sigmas = _sigmas(table, cell, settings, sigma, problems)
+    if problems or settings.joints is None:
         return None
-    joints = _joints(raw, cell, said)
-    _check_limits(table, joints, cell.chain.joints, said.joints, problems)
+    joints = _joints(raw, cell, settings)
+    _check_limits(table, joints, cell.chain.joints, settings.joints, problems)
     return Touches(places, features, joints, approaches, names[:1] == ("fx",), sigmas, tuple(table.rows))
 
 
 _TEXT_COLUMNS: Final = ("place", "feature", "id")
 
 
-def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
+def _read_settings(lines: Sequence[str], problems: list[Problem]) -> _Settings:
     found: dict[str, str] = {}
     for number, line in enumerate(lines, 1):
         match = _SETTING.fullmatch(line.strip())
@@ -94,7 +94,7 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
         if key not in _SETTINGS:
             problems += _nearly_setting(line.strip(), key, number)
             continue
-        assert match is not None  # it has given the key
+        assert match is not None  # since key is not empty
         if key in found:
             problems.append(Problem(f"{key} is said twice", "keep one of the lines", line=number))
         found[key] = match[2].strip().lower()
@@ -105,11 +105,11 @@ def _said(lines: Sequence[str], problems: list[Problem]) -> _Said:
         problems.append(Problem("the unit of the joints, degrees or rad, is not given", remedy))
     if found.get("units", "mm") not in UNITS:
         problems.append(Problem(f"units is {found['units']!r}", which_unit(found["units"])))
-    return _Said(**found)
+    return _Settings(**found)
 
 
 def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
-    """The problem of a line that is nearly a setting; key: its key, "" if it has none."""
+    """The problem of a misspelt setting; key: its key, "" if it has none."""
     if key in _OF_THE_CELL:
         what = f"{key} is said by the cell file, not by its touches"
         return [Problem(what, "remove the line, and write it under probe: in the cell file", line=number)]
@@ -124,15 +124,17 @@ def _header(line: str, index: int, count: int, problems: list[Problem]) -> Heade
     wanted = [f"q{k + 1}" for k in range(count)]
     known = {"place", "feature", "sigma", "id", *wanted, *_TOUCH_APPROACHES[0], *_TOUCH_APPROACHES[1]}
     separator, names = split_header(line, known.__contains__)
-    there = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
+    joint_columns = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
     found: list[tuple[str, str]] = []
-    if sorted(there) != sorted(wanted):
-        what = f"the robot has {count} joints, the file has {listed(there) if there else 'no column q1'}"
+    if sorted(joint_columns) != sorted(wanted):
+        what = (
+            f"the robot has {count} joints, the file has {listed(joint_columns) if joint_columns else 'no column q1'}"
+        )
         found.append((what, f"write one column for each joint from base to tip: {', '.join(wanted)}"))
     found += [
         (f"unknown column {name!r}", did_you_mean(name, sorted(known)))
         for name in names
-        if name not in known and name not in there
+        if name not in known and name not in joint_columns
     ]
     found += [(f"there is no column {name!r}", "add it") for name in ("place", "feature") if name not in names]
     found += [(f"column {n!r} stands there twice", "remove one") for n in dict.fromkeys(names) if names.count(n) > 1]
@@ -153,14 +155,14 @@ def _check_names(table: Table, cell: Cell, problems: list[Problem]) -> None:
             problems.append(table.problem(index, what, did_you_mean(feature, fixture.features)))
 
 
-def _joints(raw: Floats, cell: Cell, said: _Said) -> Floats:
-    angle = np.pi / 180 if said.joints == "deg" else 1.0
-    length = factor(said.units, cell.units) if said.units else 1.0
+def _joints(raw: Floats, cell: Cell, settings: _Settings) -> Floats:
+    angle = np.pi / 180 if settings.joints == "deg" else 1.0
+    length = factor(settings.units, cell.units) if settings.units else 1.0
     return np.asarray(raw * [length if joint.is_prismatic else angle for joint in cell.chain.joints])
 
 
 def _check_limits(table: Table, joints: Floats, limits: Sequence[Joint], unit: str, problems: list[Problem]) -> None:
-    """A problem for each coordinate beyond its joint's limits, and for angles that are likely in the other unit."""
+    """A problem for each coordinate beyond its joint's limits, and one if the angles seem to be in the other unit."""
     other = "rad" if unit == "deg" else "deg"
     turning = [k for k, joint in enumerate(limits) if not joint.is_prismatic]
     raw = np.rad2deg(joints[:, turning]) if unit == "deg" else joints[:, turning]
@@ -186,13 +188,13 @@ def _shown(low: float, high: float, unit: str, joint: Joint) -> str:
     return f"{low * scale:.4g} to {high * scale:.4g}"
 
 
-def _sigmas(table: Table, cell: Cell, said: _Said, sigma: float | None, problems: list[Problem]) -> Floats:
+def _sigmas(table: Table, cell: Cell, settings: _Settings, sigma: float | None, problems: list[Problem]) -> Floats:
     """The sigma (n,) of each touch in the cell's units: the row's, else the header's, else the probe's."""
-    scale = factor(said.units, cell.units) if said.units else 1.0
-    if said.sigma is not None:
-        value = number_of(said.sigma)
+    scale = factor(settings.units, cell.units) if settings.units else 1.0
+    if settings.sigma is not None:
+        value = number_of(settings.sigma)
         if value is None or value <= 0:
-            problems.append(Problem(f"sigma is {said.sigma!r}", "write a number above 0"))
+            problems.append(Problem(f"sigma is {settings.sigma!r}", "write a number above 0"))
             return np.ones(len(table))
         sigma = value * scale
     own = own_sigmas(table, problems) * scale

@@ -1,4 +1,4 @@
-"""Files written whole or not at all."""
+"""Atomic writing of files: complete, or not at all."""
 
 import os
 from collections.abc import Iterator
@@ -10,10 +10,10 @@ from tactfix.errors import FileError, Problem
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write content (text as UTF-8, LF) to path: whoever looks sees the old file or the new one, nothing between.
+    """Write content (text as UTF-8, LF) to path atomically: readers see the old file or the new one, nothing between.
 
-    An existing file keeps its permissions, a link keeps pointing where it did, and what is no regular file (/dev/null,
-    a pipe) is written to as it is. Raises FileError where that is not possible; then the old file is untouched.
+    An existing file keeps its permissions, a symbolic link its target, and what is no regular file (/dev/null, a pipe)
+    is written to directly. Raises FileError on failure; then the old file is unchanged.
     """
     with whole_file(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)
@@ -21,7 +21,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[BinaryIO]:
-    """A file that becomes path once it has been written without an error, for what is too large to hold; as above."""
+    """The same for content too large for memory: a file that replaces path when the block ends without an error."""
     target = Path(os.path.realpath(path))
     try:
         if target.exists() and not target.is_file():
@@ -40,7 +40,7 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def _replacing(target: Path) -> Iterator[BinaryIO]:
-    import tempfile  # not worth its time where a result goes to standard output
+    import tempfile  # imported late: not needed for standard output
 
     handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
@@ -56,7 +56,7 @@ def _replacing(target: Path) -> Iterator[BinaryIO]:
 
 
 def _mode(target: Path) -> int:
-    """The permissions of the file that is there, or those that open() would give."""
+    """The permissions of the existing file, or those that open() would give a new one."""
     if target.exists():
         return target.stat().st_mode & 0o7777
     mask = os.umask(0)

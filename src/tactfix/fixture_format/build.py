@@ -1,4 +1,4 @@
-"""From what the file says to what a fixture is: plain values, angles in rad."""
+"""Converts the plain values of a checked fixture file to a Fixture; angles to rad."""
 
 from __future__ import annotations
 
@@ -18,13 +18,12 @@ AXIS_KEYS: Final[tuple[Axis, ...]] = ("x", "y", "z")
 
 
 ROUNDED = 1e-9
-"""Share of the fixture's largest length below which a distance is zero: 1e-15 is what computing in doubles leaves of a
-zero, and a millionth of a millimetre is no distance of a part. Features at a small distance have a direction from one
-to the other; those that coincide have none."""
+"""Distances below this share of the fixture's largest length are zero: it is above rounding in doubles (1e-15) and
+below any distance on a real part. Only features that coincide have no direction from one to the other."""
 
 
 def build_fixture(entries: Entries, name: str, placement: Placement | None) -> Fixture:
-    """The fixture of a file in which form and rules found nothing wrong; name: if it gives none itself."""
+    """The fixture of a file that has passed schema and rules; name: default for a file without one."""
     return Fixture(
         name=entries.written.get("name") or name,
         units=entries.written["units"],
@@ -49,7 +48,7 @@ def _probe(entry: Entry) -> Probe:
 
 
 def _number(value: float | None) -> float | None:
-    """A double, also of an integer of any length."""
+    """As float: the file may hold an integer."""
     return None if value is None else float(value)
 
 
@@ -61,7 +60,7 @@ def _feature(name: str, entry: Entry) -> Feature:
 
 
 def _surface(entry: Entry) -> Surface | None:
-    """Where a feature is in the fixture frame, None where the file does not say."""
+    """The surface of a feature in the fixture frame, None if the file does not place it."""
     side = entry.get("side", "outer")
     match entry:
         case {"type": "plane", "point": list(point), "normal": list(normal)}:
@@ -127,7 +126,7 @@ def _axis_rule(entry: Entry) -> AxisRule:
 
 
 def _box(entry: Entry) -> TouchBox:
-    """The touch box, infinite where the file leaves it open."""
+    """The touch box, infinite on open sides."""
     low, high = zip(_ends(entry.get("x")), _ends(entry.get("y")), _ends(entry.get("z")), strict=True)
     return TouchBox(np.array(low), np.array(high))
 
@@ -142,6 +141,6 @@ def _vector(values: list[float]) -> Floats:
 
 
 def _direction(values: list[float]) -> Floats:
-    """Scaled to a largest component of one, so that no square under- or overflows."""
+    """Divided by the largest component, so that no square under- or overflows."""
     vector = _vector(values)
     return np.asarray(vector / np.abs(vector).max())

@@ -1,4 +1,4 @@
-"""The plain values of a cell file, held to the models, with every problem in the words of the file."""
+"""Checks the plain values of a cell file against its models, and reports every problem in terms of the file."""
 
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
@@ -94,7 +94,7 @@ _CELL_KEYS = {"dh": ("convention", "rows", "types"), "prior": ("joint_offset", "
 
 
 def read_cell(value: Any) -> CellDocument | list[Finding]:
-    """The document that value says, or what is wrong with it."""
+    """The validated document of the plain values, or the findings."""
     if not isinstance(value, dict):
         return [Finding((), "the file is not a mapping of keys to values", "begin with tactfix_cell: 1, then units:")]
     try:
@@ -106,7 +106,7 @@ def read_cell(value: Any) -> CellDocument | list[Finding]:
 
 
 def _is_other_form(error: Any, value: dict[str, Any]) -> bool:
-    """Whether this is why an entry is none of the other form that it could have: a name where a mapping stands."""
+    """Whether an error is about the union member that the entry does not use, such as a name for a mapping."""
     location = error["loc"]
     if location[0] == "places" and len(location) == 3 and isinstance(error["input"], dict):
         return True
@@ -141,7 +141,7 @@ _SEVERAL: Final = {
     "fixtures": "write a name for each file: {plate: plate.yaml}",
     "places": "write the fixture at each place: {front: plate}",
 }
-"""What to write where a list or a mapping is needed, by the key."""
+"""Remedy if a list or a mapping is needed, by the key."""
 
 
 def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
@@ -158,7 +158,7 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
 
 
 def _known(path: Path) -> tuple[str, ...]:
-    """The keys that may stand where an unknown one does."""
+    """The valid keys at the location of an unknown one."""
     model: Any = CellDocument
     for part in path[:-1]:
         if str(part) in _CELL_KEYS:
@@ -208,13 +208,13 @@ def _joined_findings(document: CellDocument, name: str, joined: dict[str, Any]) 
     if document.places[name].placement is not None:  # type: ignore[union-attr]
         what = f"place {name!r} is joined to {other!r} and has a placement of its own"
         return [Finding(path, what, f"keep one; a placement of {other!r} holds for both")]
-    seen = {name}
+    visited = {name}
     while isinstance(other, str):
-        if other in seen:
+        if other in visited:
             return [
                 Finding(path, f"place {name!r} is joined to itself in the end", "leave one place of them by itself")
             ]
-        seen.add(other)
+        visited.add(other)
         entry = document.places[other]
         other = None if isinstance(entry, str) or entry.place is None else entry.place.get("of")
     return []

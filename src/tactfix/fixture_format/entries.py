@@ -1,4 +1,4 @@
-"""The entries of a fixture file that are well formed, and what can be wrong with them."""
+"""The well-formed entries of a fixture file, and findings about them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 @frozen_value(eq=True)
 class Finding:
-    """What is wrong and what to do instead; at_key: it is the key itself that is wrong, not its value."""
+    """What is wrong and how to correct it; at_key: the key is wrong, not its value."""
 
     path: Path
     what: str
@@ -24,7 +24,7 @@ class Finding:
 
 
 def unknown_key(path: Path, known: Iterable[str]) -> Finding:
-    """An unknown key, or the digits behind a decimal comma: {sigma: 0,1}; known: the keys that may stand there."""
+    """An unknown key, or the digits behind a decimal comma: {sigma: 0,1}; known: the valid keys."""
     key = str(path[-1])
     if key.isdecimal():
         return Finding(path, f"{key} stands alone after a comma", "write a decimal point: 10.5, not 10,5", at_key=True)
@@ -32,14 +32,14 @@ def unknown_key(path: Path, known: Iterable[str]) -> Finding:
 
 
 Entry: TypeAlias = Mapping[str, Any]
-"""A feature, relation, box, probe, frame or placement that keeps to its model in `tactfix.fixture_format.schema`."""
+"""A feature, relation, box, probe, frame or placement, valid against its model in `tactfix.fixture_format.schema`."""
 
 
 @frozen_value(eq=True)
 class Entries:
-    """The well formed entries of a file; malformed ones are left out, and are reported by pydantic_errors.
+    """The well-formed entries of a file; malformed ones are left out, and reported by pydantic_errors.
 
-    written: the whole file as it stands. distances and angles: by their index in the file.
+    written: the unchecked values of the file. distances and angles: by their index in the file.
     """
 
     written: Mapping[str, Any]
@@ -53,28 +53,28 @@ class Entries:
 
     @property
     def named(self) -> Mapping[str, Any]:
-        """Every feature that the file names, with whatever it says there; empty where there is no such section."""
+        """Every feature of the file by name, well-formed or not; empty if there is no such section."""
         features = self.written.get("features")
         return features if isinstance(features, dict) else {}
 
     def unknown(self, name: str, path: Path, *, at_key: bool = False) -> list[Finding]:
-        """The finding that the file names no feature so; none where it does, well formed or not."""
+        """A finding if the file has no feature of this name, well-formed or not."""
         if name in self.named or not self.named:
             return []
         return [Finding(path, f"there is no feature {name!r}", did_you_mean(name, self.named), at_key)]
 
     def type_of(self, name: str) -> str | None:
-        """plane, sphere, cylinder or point; None where no well formed feature has this name."""
+        """plane, sphere, cylinder or point; None if no well-formed feature has this name."""
         return self.features[name]["type"] if name in self.features else None
 
     def kind_of(self, name: str) -> str | None:
-        """What relations and frame take a feature for: the centre of a sphere, or a point, is a centre."""
+        """The type as relations and frame use it: "center" for sphere and point."""
         type_ = self.type_of(name)
         return "center" if type_ in ("sphere", "point") else type_
 
 
 def entries_of(value: Mapping[str, Any]) -> Entries:
-    """The well formed entries among the plain values of a file, whatever they are."""
+    """The well-formed entries among the unchecked values of a file."""
     return Entries(
         written=value,
         features=_named_entries("features", value),

@@ -1,6 +1,6 @@
-"""Features: names, places given in full, all placed or none. Lengths: none that is none in any unit.
+"""Rules of features: valid names, complete places, all or none placed. Rules of lengths: plausible in some unit.
 
-Distances and angles: between which features, of which size, and no contradiction among themselves.
+Rules of distances and angles: valid pairs of features, valid values, and no contradiction among them.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ PLACE: Final[dict[str, tuple[str, ...]]] = {
     "point": ("point",),
     "cylinder": ("point", "direction"),
 }
-"""What places a feature of each type in the fixture frame."""
+"""Keys that place a feature of each type in the fixture frame."""
 PLACE_KEYS: Final = frozenset(key for keys in PLACE.values() for key in keys)
-# What would fall apart in a contact file or on the command line (--features bar:5,ball:3).
+# Characters that separate names in a contact file or on the command line (--features bar:5,ball:3).
 _FORBIDDEN: Final = re.compile(rf"^\s|\s$|[,;:#\"'\t\n]|{UNPRINTABLE.pattern}")
 
 _SIZES: Final = ("radius", "sigma", "tip_radius", "approach_distance", "tip_within", "translation")
@@ -33,7 +33,7 @@ _NUMBER_REMEDY: Final = "check the number and the units of the file"
 
 
 def given_places(feature: Entry) -> list[str]:
-    """Which of the keys that place a feature it has."""
+    """The keys of PLACE that the feature has."""
     return [key for key in PLACE[feature["type"]] if feature.get(key) is not None]
 
 
@@ -68,7 +68,7 @@ def _check_place(name: str, feature: Entry) -> Iterator[Finding]:
 
 
 def check_lengths(entries: Entries) -> Iterator[Finding]:
-    """Findings about lengths too large, or too small and not 0; a normal or direction may have any length but 0."""
+    """Findings about lengths too large, or too small and not 0; a normal or direction may have any non-zero length."""
     yield from _check_sizes(("probe",), entries.probe)
     for name, feature in entries.features.items():
         yield from _check_sizes(("features", name), feature)
@@ -104,10 +104,10 @@ def _beyond(path: Path, length: float) -> Iterator[Finding]:
 
 
 CONTRADICTION_SIGMAS: Final = 4.0
-"""Sigmas by which known values may contradict each other: four, beyond which a normal value lies once in 16,000
-times."""
+"""Known values contradict each other if they differ by more than this many sigmas, which a normal error does once in
+16,000 times."""
 _DISTANCE_ROUNDING: Final = 1e-6
-"""Share of a distance that rounding to six decimals may make of it."""
+"""Relative tolerance of distances, for their rounding."""
 
 
 def check_relations(entries: Entries) -> Iterator[Finding]:
@@ -122,7 +122,7 @@ def check_relations(entries: Entries) -> Iterator[Finding]:
 
 
 def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries) -> Iterator[Finding]:
-    """Two different features that exist, and each pair once."""
+    """Relations must be between two different existing features, each pair once."""
     first: dict[frozenset[str], int] = {}
     for index, relation in relations.items():
         for place, name in enumerate(relation["between"]):
@@ -138,7 +138,7 @@ def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries)
 
 
 def _kinds(between: list[str], entries: Entries) -> tuple[str, ...]:
-    """The kinds of both features, sorted; empty where one of them is not known."""
+    """The kinds of both features, sorted; empty if one of them is unknown."""
     kinds = [entries.kind_of(name) for name in between]
     return tuple(sorted(kind for kind in kinds if kind)) if all(kinds) else ()
 
@@ -180,7 +180,7 @@ def _check_angle(path: Path, angle: Entry, entries: Entries) -> Iterator[Finding
 
 
 def _check_triangles(entries: Entries) -> Iterator[Finding]:
-    """No side of three centres is longer than the other two together."""
+    """Triangle inequality for the distances of three centres."""
     index_of: dict[frozenset[str], int] = {}
     for index, distance in entries.distances.items():
         if _kinds(distance["between"], entries) == ("center", "center"):

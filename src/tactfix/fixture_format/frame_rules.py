@@ -1,4 +1,4 @@
-"""The frame recipe: features that exist, of types that the rules can use, and two axes that are not the same."""
+"""Rules of the frame recipe: existing features of suitable types, and two different axes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MEETINGS: Final = {("plane", "plane", "plane"), ("cylinder", "plane")}
 
 
 def check_frame(entries: Entries) -> Iterator[Finding]:
-    """Findings about the frame, and that it is missing where it is needed."""
+    """Findings about the frame, or that it is missing."""
     frame = entries.frame
     if frame is None:
         yield from _check_absence(entries)
@@ -33,7 +33,7 @@ def check_frame(entries: Entries) -> Iterator[Finding]:
 
 
 def _check_absence(entries: Entries) -> Iterator[Finding]:
-    """No frame is needed where features carry their place; where one of them does, the others are told to as well."""
+    """A frame is needed unless features are placed; if only some are, feature_rules reports the others."""
     named = [entry for entry in entries.named.values() if isinstance(entry, dict)]
     is_any_placed = any(entry.get(key) is not None for entry in named for key in PLACE_KEYS)
     if entries.written.get("frame") is None and entries.features and not is_any_placed:
@@ -107,7 +107,7 @@ def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterat
 
 
 def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:
-    """A direction from one feature to another needs a distance between them."""
+    """A direction from one feature to another needs a non-zero distance."""
     direction = entry.get("opposite", entry)
     if "from" not in direction:
         return
@@ -118,7 +118,7 @@ def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Findin
 
 
 def _names(entry: Entry) -> frozenset[str]:
-    """The features that an axis follows, whichever way it points."""
+    """The features that define an axis, regardless of its sign."""
     direction = entry.get("opposite", entry)
     if "along" in direction:
         return frozenset((direction["along"],))

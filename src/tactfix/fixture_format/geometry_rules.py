@@ -1,4 +1,4 @@
-"""Where features carry their place: what else the file says must agree with it, relations, frame and touch boxes."""
+"""Rules for placed features: relations, frame and touch boxes must agree with the places."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from tactfix.geometry.nearest import angle_between, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, radius_of, reference_point
 
 _PARALLEL_AS_TYPED = 1e-4
-"""Sine of the angle between directions that count as parallel: twice the rounding, 5e-5, of components that are
-typed with four digits."""
+"""Directions are parallel if the sine of their angle is below this: twice the rounding (5e-5) of components with four
+decimals."""
 _TYPED = 1e-6
-"""Share of the fixture's size that is never a contradiction: places and directions are typed with some six digits."""
+"""Deviations below this share of the fixture's size are rounding: places and directions have about six digits."""
 _FRAME_OFF = 1e-4
-"""Share of the fixture's size, and rad, by which a frame recipe may miss the frame that the places are in:
-directions are typed with four digits. More is another frame."""
+"""Tolerance of the frame recipe against the frame of the places, as a share of the fixture's size and in rad, since
+directions are written with four decimals."""
 _MOST_ROUNDING = 1e-4
-"""Share of a number that its rounding may be: "25.4" stands for anything that rounds to it, but "3" not for 2.6."""
+"""Largest relative rounding of a written number: "25.4" means any value that rounds to it, but "3" not 2.6."""
 
 
 def check_geometry(entries: Entries, fixture: Fixture) -> list[Finding]:
-    """Relations, frame and touch boxes that contradict the places; fixture: built of entries, all features placed."""
+    """Relations, frame and touch boxes that contradict the places; fixture: built from entries, all features placed."""
     surfaces = {name: feature.surface for name, feature in fixture.features.items() if feature.surface is not None}
     return [
         *_check_distances(entries, surfaces),
@@ -40,7 +40,7 @@ def check_geometry(entries: Entries, fixture: Fixture) -> list[Finding]:
 
 
 def _rounding(value: float) -> float:
-    """Half of the last digit that a value is written with, within reason."""
+    """Half a unit of the last decimal of a value, at most _MOST_ROUNDING of it."""
     _, _, decimals = repr(abs(value)).partition(".")
     half = 0.5 * 10.0 ** -len(decimals) if "e" not in decimals else 0.0
     return min(half, _MOST_ROUNDING * abs(value))
@@ -59,13 +59,13 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
         if not isinstance(a, Sphere | Point) and not isinstance(b, Sphere | Point):
             measured = abs(measured)  # only a sphere has a side of a plane
         slack = CONTRADICTION_SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
-        if all(abs(meant - distance["value"]) > slack for meant in (measured, *_askew(a, b))):
+        if all(abs(value - distance["value"]) > slack for value in (measured, *_askew(a, b))):
             what = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
             yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
 
 
 def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
-    """The length of the common perpendicular of two axes, for nearly parallel ones another than their spacing."""
+    """The length of the common perpendicular of two axes, which differs from the spacing of nearly parallel ones."""
     if not isinstance(a, Cylinder) or not isinstance(b, Cylinder):
         return ()
     square = np.cross(a.direction, b.direction)
@@ -74,7 +74,7 @@ def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
 
 
 def _has_distance(a: Surface, b: Surface) -> bool:
-    """Whether a distance means something: planes, and a plane and an axis, have one only where parallel."""
+    """Whether a distance is defined: for two planes, or a plane and an axis, only if they are parallel."""
     if (
         isinstance(a, Sphere | Point)
         or isinstance(b, Sphere | Point)
@@ -91,7 +91,7 @@ def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator
     for index, angle in entries.angles.items():
         a, b = (surfaces[name] for name in angle["between"])
         if isinstance(a, Sphere | Point) or isinstance(b, Sphere | Point):
-            continue  # refused already
+            continue  # reported by feature_rules
         measured = math.degrees(angle_between(a, b))
         slack = (
             CONTRADICTION_SIGMAS * angle.get("sigma", 0.0)
@@ -123,7 +123,7 @@ def _check_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[
     except FrameError as error:
         yield Finding(("frame",), str(error).removeprefix("frame: "), remedy, at_key=True)
         return
-    # The axes of cylinders have no sign: of the frames that are left open, the one that agrees best.
+    # The axes of cylinders have no sign: take the possible frame closest to the identity.
     built = min(choices, key=lambda matrix: float(np.abs(matrix[:3, :3] - np.eye(3)).sum()))
     if np.linalg.norm(built[:3, 3]) > _FRAME_OFF * _size(surfaces):
         what = f"the places of the features put this origin at {_shown(built[:3, 3])}, not at 0"
@@ -140,7 +140,7 @@ def _shown(vector: Floats) -> str:
 
 
 def _size(surfaces: Mapping[str, Surface]) -> float:
-    """How large the fixture is: the largest coordinate or radius in it."""
+    """Size of the fixture (a length): its largest coordinate or radius."""
     lengths = [
         max(
             float(np.abs(reference_point(s)).max()),
@@ -193,7 +193,7 @@ def _nearest(cylinder: Cylinder, box: TouchBox) -> float:
 
 
 def _vertex(cylinder: Cylinder, box: TouchBox, s: float) -> float:
-    """Where the quadratic that holds around s has its least value; s itself where it is constant."""
+    """Minimizer of the quadratic piece around s; s itself if it is constant."""
     point = cylinder.point + s * cylinder.direction
     beyond = np.where(point < box.low, box.low, np.where(point > box.high, box.high, point)) - point
     moving = np.where(beyond != 0, cylinder.direction, 0.0)
@@ -202,18 +202,18 @@ def _vertex(cylinder: Cylinder, box: TouchBox, s: float) -> float:
 
 
 def _outside(cylinder: Cylinder, box: TouchBox, s: Floats) -> Floats:
-    """How far (n,) the points of the axis at s (n,) are from the box."""
+    """Distances (n,) from the box to the points of the axis at s (n,)."""
     points = cylinder.point + s[:, None] * cylinder.direction
     return np.asarray(np.linalg.norm(np.maximum(np.maximum(box.low - points, points - box.high), 0.0), axis=1))
 
 
 def _farthest(cylinder: Cylinder, box: TouchBox) -> float:
-    """The largest distance of a corner of the box from the axis; infinite where the box is open sideways."""
+    """The largest distance of a corner of the box from the axis; infinite if the box is open across the axis."""
     open_ = ~(np.isfinite(box.low) & np.isfinite(box.high))
     across = 1 - cylinder.direction**2 > EPS
     if (open_ & across).any():
         return float("inf")
-    # What is still open lies along the axis and does not count.
+    # The sides still open are along the axis, which does not change the distance.
     low, high = np.where(open_, cylinder.point, box.low), np.where(open_, cylinder.point, box.high)
     corners = np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i, j, k in np.ndindex(2, 2, 2)])
     arms = corners - cylinder.point

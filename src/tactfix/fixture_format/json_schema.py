@@ -1,7 +1,7 @@
 """Checks plain values against the JSON Schema of fixture files, for the keywords that pydantic generates.
 
-pydantic does this too, and is used to explain errors; but importing it and building its validators takes longer than
-the rest of locating a fixture.
+pydantic is imported only to explain errors: importing it and building its validators takes longer than the rest of
+locating a fixture.
 """
 
 import json
@@ -27,50 +27,50 @@ def fixture_schema() -> str:
 
 
 def fixtures_folder() -> Path:
-    """The folder of the shipped fixture files and schema: in the installed package, beside src in a checkout."""
+    """The folder of the shipped fixture files and schema: in the installed package, or next to src in a checkout."""
     packaged = Path(__file__).parents[1] / "fixtures"
     return packaged if packaged.is_dir() else Path(__file__).parents[3] / "fixtures"
 
 
 def is_well_formed(value: Any) -> bool:
-    """Whether value, read from a file, keeps to the schema of fixture files."""
+    """Whether value, read from a file, is valid against the schema of fixture files."""
     schema = _fixture_schema()
     return conforms(value, schema, schema["$defs"])
 
 
 def is_section(section: str, value: Any) -> bool:
-    """Whether value keeps to the schema of a section (probe, frame) of a fixture file."""
+    """Whether value is valid as a section (probe, frame) of a fixture file."""
     schema = _fixture_schema()
     return conforms(value, schema["properties"][section], schema["$defs"])
 
 
 def is_entry(section: str, value: Any) -> bool:
-    """Whether value keeps to the schema of one entry of a section: a feature, a distance, an angle, a touch box."""
+    """Whether value is valid as one entry of a section: a feature, a distance, an angle, a touch box."""
     schema = _fixture_schema()
     of_section = schema["properties"][section]
     return conforms(value, of_section.get("additionalProperties") or of_section["items"], schema["$defs"])
 
 
 def conforms(value: Any, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:
-    """Whether value keeps to schema; a number must be finite too, which JSON takes for granted.
+    """Whether value is valid against schema; numbers must be finite, as they are in JSON.
 
-    Raises KeyError for a keyword of JSON Schema that is not known here, so that no restriction is ignored.
+    Raises KeyError for an unsupported keyword of JSON Schema, so that no restriction is ignored.
     """
-    # The type first: the other keywords depend on it.
+    # Type first: the other keywords depend on it.
     if "type" in schema and not _TYPE_CHECKS[schema["type"]](value):
         return False
     return all(_keeps(value, word, schema, definitions) for word in schema if word not in _NOTES)
 
 
 def _keeps(value: Any, word: str, schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> bool:
-    """Whether value keeps to one word of the schema."""
-    said = schema[word]
+    """Whether value satisfies one keyword of the schema."""
+    argument = schema[word]
     if word in _SIMPLE:
-        return _SIMPLE[word](value, said)
+        return _SIMPLE[word](value, argument)
     if word == "$ref":
-        return conforms(value, definitions[said.removeprefix("#/$defs/")], definitions)
+        return conforms(value, definitions[argument.removeprefix("#/$defs/")], definitions)
     if word in ("anyOf", "oneOf"):
-        return any(conforms(value, choice, definitions) for choice in said)
+        return any(conforms(value, choice, definitions) for choice in argument)
     parts = _RESTRICTED_PARTS[word](value, schema)
     return all(inner is not False and conforms(part, inner, definitions) for part, inner in parts)
 
@@ -89,19 +89,19 @@ _TYPE_CHECKS: Final[Mapping[str, Callable[[Any], bool]]] = {
     "null": lambda value: value is None,
 }
 _SIMPLE: Final[Mapping[str, Callable[[Any, Any], bool]]] = {
-    "const": lambda value, said: type(value) is type(said) and value == said,
-    "enum": lambda value, said: isinstance(value, str) and value in said,
-    "required": lambda value, said: all(key in value for key in said),
-    "minimum": lambda value, said: value >= said,
-    "maximum": lambda value, said: value <= said,
-    "exclusiveMinimum": lambda value, said: value > said,
-    "minLength": lambda value, said: len(value) >= said,
-    "minItems": lambda value, said: len(value) >= said,
-    "maxItems": lambda value, said: len(value) <= said,
-    "minProperties": lambda value, said: len(value) >= said,
-    "maxProperties": lambda value, said: len(value) <= said,
+    "const": lambda value, argument: type(value) is type(argument) and value == argument,
+    "enum": lambda value, argument: isinstance(value, str) and value in argument,
+    "required": lambda value, argument: all(key in value for key in argument),
+    "minimum": lambda value, argument: value >= argument,
+    "maximum": lambda value, argument: value <= argument,
+    "exclusiveMinimum": lambda value, argument: value > argument,
+    "minLength": lambda value, argument: len(value) >= argument,
+    "minItems": lambda value, argument: len(value) >= argument,
+    "maxItems": lambda value, argument: len(value) <= argument,
+    "minProperties": lambda value, argument: len(value) >= argument,
+    "maxProperties": lambda value, argument: len(value) <= argument,
 }
-# The parts of a value that a word restricts, each with its schema; False lets nothing be there.
+# The parts of a value that a keyword restricts, each with its schema; False allows no value.
 _RESTRICTED_PARTS: Final[Mapping[str, Callable[[Any, Mapping[str, Any]], Iterable[tuple[Any, Any]]]]] = {
     "properties": lambda value, schema: [
         (value[key], inner) for key, inner in schema["properties"].items() if key in value

@@ -1,4 +1,4 @@
-"""The placement in a fixture file: its rules, and its pose, read in whatever format it is given."""
+"""The placement in a fixture file: its rules, and its pose, in any pose format."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PoseFiles: TypeAlias = Callable[[str], Pose]
 
 
 class _PoseError(Exception):
-    """A pose that cannot be read, with the findings."""
+    """The pose cannot be read; findings say why."""
 
     def __init__(self, findings: list[Finding]) -> None:
         self.findings = findings
@@ -46,7 +46,7 @@ def check_placement(entry: Entry) -> Iterator[Finding]:
 
 
 def read_placement(entry: Entry, units: str, pose_files: PoseFiles) -> Placement | list[Finding]:
-    """The placement of an entry in which check_placement found nothing wrong, in units."""
+    """The placement of an entry without findings of check_placement; lengths in units."""
     try:
         near = _near(entry["near"], units, pose_files)
         sigma = None if entry.get("sigma") is None else _sigma(entry["sigma"], units, pose_files)
@@ -56,7 +56,7 @@ def read_placement(entry: Entry, units: str, pose_files: PoseFiles) -> Placement
     limits = None if within is None else (float(within["translation"]), math.radians(within["rotation"]))
     try:
         return Placement(near, limits, sigma, frozenset(entry["free"]) if entry.get("free") else None)
-    except UsageError as error:  # a covariance of a file that holds a direction
+    except UsageError as error:  # a covariance without variance in some direction
         what, _, remedy = str(error).partition("; ")
         return [Finding(("placement", "sigma"), what, remedy)]
 
@@ -84,7 +84,7 @@ def _of_file(path: Path, value: str, pose_files: PoseFiles) -> Pose:
 
 
 def _sigma(sigma: Entry, units: str, pose_files: PoseFiles) -> tuple[float, float] | Floats:
-    """The sigma of each component of near, translation and rotation in rad, or its covariance (6, 6)."""
+    """Sigmas of near: of translation (units) and rotation (rad) per component, or the covariance (6, 6)."""
     if "file" not in sigma:
         return float(sigma["translation"]), math.radians(sigma["rotation"])
     path: Path = ("placement", "sigma", "file")

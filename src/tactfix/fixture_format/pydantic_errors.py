@@ -1,4 +1,4 @@
-"""The errors of pydantic in terms of the file: what is wrong, where, and what to write instead."""
+"""Errors of pydantic in terms of the file: what is wrong, where, and what to write instead."""
 
 from typing import Any, Final
 
@@ -61,7 +61,7 @@ _KEY_EXAMPLES: Final[dict[str, str]] = {
 
 
 def malformations(value: Any) -> list[Finding]:
-    """What is wrong with the form of a fixture file, in the order of the models; empty where nothing is."""
+    """Findings of schema violations in a fixture file, in the order of the models; empty for a valid file."""
     try:
         FixtureDocument.model_validate(value)
     except ValidationError as error:
@@ -100,7 +100,7 @@ def _plain_path(location: tuple[str | int, ...]) -> Path:
 
 
 def place_of(path: Path) -> str:
-    """A path as messages name it: features.bar, distances.#1."""
+    """A path in the form used in messages: features.bar, distances.#1."""
     return ".".join(f"#{part + 1}" if isinstance(part, int) else part for part in path) or "the file"
 
 
@@ -159,7 +159,7 @@ def _untagged(path: Path, value: Any) -> Finding:
 
 
 def shown(value: Any) -> str:
-    """A value of the file as a message shows it."""
+    """A value of the file in the form used in messages."""
     match value:
         case None:
             return "empty"
@@ -190,11 +190,11 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
 
 
 LIST_ERRORS: Final = ("too_short", "too_long", "list_type")
-"""Types of pydantic's errors: no list, or one of another length."""
+"""Error types of pydantic for a value that is no list, or one of wrong length."""
 
 
 def number_remedy(kind: str, value: Any, context: Any) -> str | None:
-    """What to write where no number or no name stands, or one out of bounds; None for other errors of pydantic."""
+    """Remedy for a value that is no number or name, or out of bounds; None for other errors of pydantic."""
     if kind == "float_type" and isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
         return f"write a decimal point: {value.replace(',', '.')}"
     return _TYPE_REMEDIES.get(kind) or (_BY_CONTEXT[kind].format(**context) if kind in _BY_CONTEXT else None)

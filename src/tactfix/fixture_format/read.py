@@ -1,10 +1,9 @@
-"""The plain values of a fixture file in, a fixture out, or everything that is wrong with them at once.
+"""Converts the plain values of a fixture file to a fixture, or reports everything that is wrong with them at once.
 
-1. Form: the whole file is held to the JSON Schema; where it does not keep to it, pydantic says where and how.
-2. Rules: the entries that are well formed are held to what makes sense among them. Each rule lives with the section
-   that it is about. A rule must work if a feature that an entry names is missing or malformed, which is reported
-   elsewhere.
-3. Geometry: a file that passed both is built, and its relations, frame and boxes are held to the places it gives.
+1. Schema: the whole file is checked against the JSON Schema; pydantic explains violations.
+2. Rules: the well-formed entries are checked for consistency, by rules grouped by section. A rule must work if a
+   feature that an entry names is missing or malformed, which is reported elsewhere.
+3. Geometry: a file that passes both is built, and its relations, frame and boxes are compared with the places.
 """
 
 from collections.abc import Iterator
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def read_fixture(value: Any, name: str, pose_files: "PoseFiles") -> Fixture | list[Finding]:
-    """The fixture that value says; name: its name if the file gives none; pose_files: reads poses that it names."""
+    """The fixture of the plain values, or findings; name: default name; pose_files: reads the pose files it names."""
     if not isinstance(value, dict):
         remedy = "begin with tactfix: 1, then units: and features:"
         what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
@@ -39,7 +38,7 @@ def read_fixture(value: Any, name: str, pose_files: "PoseFiles") -> Fixture | li
     fixture = build_fixture(entries, name, placement)
     if not fixture.is_placed:
         return fixture
-    from tactfix.fixture_format.geometry_rules import check_geometry  # not worth its time where there are no places
+    from tactfix.fixture_format.geometry_rules import check_geometry  # not needed without places
 
     return check_geometry(entries, fixture) or fixture
 
@@ -47,7 +46,7 @@ def read_fixture(value: Any, name: str, pose_files: "PoseFiles") -> Fixture | li
 def _placement(entries: Entries, pose_files: "PoseFiles") -> Placement | list[Finding] | None:
     if entries.placement is None:
         return None
-    from tactfix.fixture_format.placement import read_placement  # pose formats are not worth their time without one
+    from tactfix.fixture_format.placement import read_placement  # slow, and needed only with a placement
 
     return read_placement(entries.placement, entries.written["units"], pose_files)
 
@@ -55,13 +54,13 @@ def _placement(entries: Entries, pose_files: "PoseFiles") -> Placement | list[Fi
 def _malformations(value: Any) -> list[Finding]:
     if is_well_formed(value):
         return []
-    from tactfix.fixture_format.pydantic_errors import malformations  # not worth its time for a good file
+    from tactfix.fixture_format.pydantic_errors import malformations  # slow, and not needed for a valid file
 
     return malformations(value)
 
 
 def check_entries(entries: Entries) -> list[Finding]:
-    """Everything that is well formed and makes no sense; places are compared by `geometry_rules`."""
+    """Findings about well-formed entries; `geometry_rules` compares them with the places."""
     return [
         *_check_name(entries.written.get("name")),
         *check_features(entries),
@@ -75,20 +74,20 @@ def check_entries(entries: Entries) -> list[Finding]:
 
 
 def _check_name(name: object) -> Iterator[Finding]:
-    """A name in one line, which cannot leave the comment or message that it stands in."""
+    """The name must be one printable line, so that it is safe in comments and messages."""
     if isinstance(name, str) and (UNPRINTABLE.search(name) or "\n" in name):
         yield Finding(("name",), f"the name {name[:40]!r} holds a control character", "write it in one line of letters")
 
 
 def _check_probe(entries: Entries) -> Iterator[Finding]:
-    """A limit of the tip's offset needs the offset."""
+    """tip_within needs tip_offset."""
     if entries.probe.get("tip_within") is not None and entries.probe.get("tip_offset") is None:
         what = "probe.tip_within limits how far the tip is from tip_offset, and there is no tip_offset"
         yield Finding(("probe", "tip_within"), what, "give tip_offset: [x, y, z] too", at_key=True)
 
 
 def _check_touch(entries: Entries) -> Iterator[Finding]:
-    """Boxes of features that exist, with a low end below the high one."""
+    """Boxes must be of existing features, low end below high end."""
     for name, box in entries.touch.items():
         yield from entries.unknown(name, ("touch", name), at_key=True)
         if entries.type_of(name) == "point":
@@ -105,6 +104,6 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
 def _check_placement(entries: Entries) -> list[Finding]:
     if entries.placement is None:
         return []
-    from tactfix.fixture_format.placement import check_placement  # pose formats are not worth their time without one
+    from tactfix.fixture_format.placement import check_placement  # slow, and needed only with a placement
 
     return list(check_placement(entries.placement))

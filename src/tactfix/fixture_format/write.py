@@ -1,4 +1,4 @@
-"""A fixture as the plain values of a fixture file: what `read` makes a fixture of again."""
+"""Converts a fixture to the plain values of a fixture file, the inverse of `read`."""
 
 import math
 from typing import Any, TypeAlias
@@ -15,7 +15,7 @@ Document: TypeAlias = dict[str, Any]
 
 
 def fixture_document(fixture: Fixture) -> Document:
-    """The mapping that a fixture file of format 1 holds, lengths in the fixture's units, angles in degrees."""
+    """The mapping of a fixture file of format 1; lengths in the fixture's units, angles in degrees."""
     parts = {
         "tactfix": 1,
         "name": fixture.name,
@@ -32,7 +32,7 @@ def fixture_document(fixture: Fixture) -> Document:
 
 
 def feature_entry(feature: Feature) -> Document:
-    """What a fixture file says of one feature."""
+    """The entry of one feature."""
     entry: Document = {"type": feature.type}
     if feature.radius is not None:
         entry["radius"] = feature.radius
@@ -54,14 +54,14 @@ def feature_entry(feature: Feature) -> Document:
 
 def _probe(fixture: Fixture) -> Document:
     probe = fixture.probe
-    said = {
+    values = {
         "tip_radius": probe.tip_radius,
         "sigma": probe.sigma,
         "approach_distance": probe.approach_distance,
         "tip_offset": None if probe.tip_offset is None else list(probe.tip_offset),
         "tip_within": probe.tip_within,
     }
-    return {key: value for key, value in said.items() if value is not None}
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def _relation(relation: Relation) -> Document:
@@ -71,7 +71,7 @@ def _relation(relation: Relation) -> Document:
 
 
 def _plain(value: float, kind: str) -> float:
-    """An angle to 15 digits: the sixteenth is what turning rad into degrees leaves."""
+    """An angle to 15 digits; the sixteenth is rounding of the conversion from rad to degrees."""
     return value if kind == "distance" else float(f"{value:.15g}")
 
 

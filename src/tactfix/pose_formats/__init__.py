@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class _Dialects(Mapping[str, "Dialect"]):
-    """Each dialect by its name, made when it is first asked for: the pose of a JSON does not wait for controllers."""
+    """The dialects by name, built on first access: reading a pose from JSON does not import those of controllers."""
 
     def __init__(self) -> None:
         self._made: dict[str, Dialect] = {}
@@ -39,7 +39,7 @@ class _Dialects(Mapping[str, "Dialect"]):
 
 
 DIALECTS: Final[Mapping[str, "Dialect"]] = _Dialects()
-"""The dialect of each name, in the order in which they are listed."""
+"""The dialects by name, in the order of POSE_FORMATS."""
 
 
 def find_dialect(name: str) -> "Dialect":

@@ -1,4 +1,4 @@
-"""How far a fixture has moved between two poses, in base and in its own frame, and whether noise explains that."""
+"""The movement of a fixture between two poses, in base and in its own frame, and whether noise explains it."""
 
 from typing import Any
 
@@ -16,19 +16,19 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Movement(JsonResult):
-    """What takes the fixture from before to after; lengths in units, angles in rad.
+    """The movement of a fixture from before to after; lengths in units, angles in rad.
 
     Attributes
     ----------
     units : str or None
-        Of lengths.
+        Unit of lengths.
     rotation, translation : (3,) array
-        d with R_after = exp([rotation]) R_before, t_after = t_before + translation, in base axes, about the fixture's
-        origin.
+        R_after = exp([rotation]) R_before (rad) and t_after = t_before + translation (units), in base axes, about the
+        fixture's origin.
     rotation_in_fixture, translation_in_fixture : (3,) array
-        The same in the axes of the fixture as it stood before.
+        The same in the axes of the fixture before the movement.
     covariance : (6, 6) array or None
-        Of (rotation, translation) in base axes, from both poses; None unless both know theirs.
+        Of (rotation, translation) in base axes, from both poses; None unless both have one.
 
     Examples
     --------
@@ -52,12 +52,12 @@ class Movement(JsonResult):
         return compare_json(self, Limits())
 
     def __repr__(self) -> str:
-        def told(size: float, sigma: float | None, unit: str) -> str:
+        def shown(size: float, sigma: float | None, unit: str) -> str:
             return f"{size:.3g} {unit}".rstrip() + ("" if sigma is None else f" (sigma {sigma:.2g})")
 
         to_deg = 180 / np.pi
-        turned = told(self.angle * to_deg, None if self.angle_sigma is None else self.angle_sigma * to_deg, "deg")
-        return f"<Movement: moved {told(self.distance, self.distance_sigma, self.units or '')}, turned {turned}>"
+        turned = shown(self.angle * to_deg, None if self.angle_sigma is None else self.angle_sigma * to_deg, "deg")
+        return f"<Movement: moved {shown(self.distance, self.distance_sigma, self.units or '')}, turned {turned}>"
 
     @property
     def distance(self) -> float:
@@ -71,26 +71,26 @@ class Movement(JsonResult):
 
     @property
     def distance_sigma(self) -> float | None:
-        """Sigma of distance along the way moved; along the worst direction where nothing moved."""
+        """Sigma of distance (units) along the translation; the largest of any direction if the translation is zero."""
         return None if self.covariance is None else _sigma_along(self.translation, self.covariance[3:, 3:])
 
     @property
     def angle_sigma(self) -> float | None:
-        """Sigma of angle (rad) about the axis turned about; about the worst one where nothing turned."""
+        """Sigma of angle (rad) about the rotation axis; the largest of any axis if the rotation is zero."""
         return None if self.covariance is None else _sigma_along(self.rotation, self.covariance[:3, :3])
 
     @property
     def chance(self) -> float | None:
-        """How probable a movement this improbable is when the fixture stands still: chi-square with 6 dof."""
+        """p-value of the movement if the fixture has not moved: chi-square with 6 degrees of freedom."""
         if self.covariance is None:
             return None
         return chance_of(np.concatenate([self.rotation, self.translation]), self.covariance)
 
 
 def chance_of(motion: Floats, covariance: Floats) -> float | None:
-    """How probable a motion (6,) this improbable is by its covariance (6, 6) alone: chi-square, 6 degrees of freedom.
+    """p-value of a motion (6,) with covariance (6, 6) if the true motion is zero: chi-square, 6 degrees of freedom.
 
-    None where a component has no variance.
+    None if a component has no variance.
     """
     from scipy.special import gammaincc
 
@@ -103,14 +103,14 @@ def chance_of(motion: Floats, covariance: Floats) -> float | None:
 
 @frozen_value(eq=True)
 class Limits:
-    """The most that a fixture may have moved; None: no limit.
+    """The largest acceptable movement of a fixture; None means no limit.
 
     Parameters
     ----------
     translation : float, optional
-        Of the fixture's origin, in units.
+        Distance moved by the fixture's origin, in units.
     rotation : float, optional
-        Angle, in rad.
+        Angle of rotation, in rad.
 
     Examples
     --------
@@ -123,7 +123,7 @@ class Limits:
 
 
 def exceeded(movement: Movement, limits: Limits) -> dict[str, str]:
-    """What went past its limit ("translation", "rotation"), each with a sentence; empty when nothing did."""
+    """The limits exceeded ("translation", "rotation"), each with a sentence; empty if none is."""
     beyond = {}
     if limits.translation is not None and movement.distance > limits.translation:
         unit = movement.units or ""
@@ -135,12 +135,12 @@ def exceeded(movement: Movement, limits: Limits) -> dict[str, str]:
 
 
 def compare(before: Pose, after: Pose) -> Movement:
-    """Tell the movement from one pose of a fixture to another.
+    """Compute the movement from one pose of a fixture to another.
 
     Parameters
     ----------
     before, after : Pose
-        Of the same fixture; the errors of both, where they say their covariance, are taken as independent.
+        Poses of the same fixture; if both have a covariance, their errors are taken as independent.
 
     Returns
     -------
@@ -150,14 +150,14 @@ def compare(before: Pose, after: Pose) -> Movement:
     Raises
     ------
     UsageError
-        One pose says its unit and the other does not.
+        Only one of the poses has a unit.
     OtherFixtureError
-        They are of two fixtures.
+        The poses name different fixtures.
 
     Notes
     -----
     R_after = exp([rotation]) R_before and t_after = t_before + translation; the covariances add up. chance is the
-    probability that d^T C^-1 d of six degrees of freedom is larger by errors alone.
+    p-value of d^T C^-1 d, d = (rotation, translation), by chi-square with six degrees of freedom.
 
     Examples
     --------
@@ -187,7 +187,7 @@ def compare(before: Pose, after: Pose) -> Movement:
 
 
 def _covariance(before: Pose, after: Pose, turned: Floats, rotation: Floats) -> Floats | None:
-    """Of (rotation, translation), to first order in the errors of both poses.
+    """Covariance (6, 6) of (rotation, translation), to first order in the errors of both poses.
 
     exp([d2]) R2 (exp([d1]) R1)^T = exp([d2 - D d1]) D with D = R2 R1^T, and log(exp([e]) D) = log D + J^-1 e with the
     left Jacobian J of log D.
@@ -203,7 +203,7 @@ def _covariance(before: Pose, after: Pose, turned: Floats, rotation: Floats) -> 
 
 
 def _sigma_along(vector: Floats, covariance: Floats) -> float:
-    """Sigma (covariance (3, 3)) along vector, or along the worst direction where it is zero."""
+    """Sigma along vector (3,) by covariance (3, 3); the largest of any direction if vector is zero."""
     length = float(np.linalg.norm(vector))
     if length == 0:
         return float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))

@@ -1,9 +1,9 @@
-"""Poses out of the files of controllers: the one literal among declarations, comments and program text.
+"""Reads poses from controller files: the one pose literal among declarations, comments and program text.
 
 Units and frames given in the file are used: inch words, an object frame within a user frame, a work object on the
 robot. Work offsets of machine tools in G-code, LinuxCNC's G10 L2 and the tilted plane of G68.2, are read by block.
-G20 and G21 hold from where they are written, at any place in a block; comments are skipped. In G91 some controls add
-the words to the previous offset and others do not: such an offset is refused.
+G20 and G21 apply from where they are written, anywhere in a block; comments are skipped. In G91 some controls add the
+words to the previous offset and others do not: such an offset is rejected.
 """
 
 import re
@@ -50,14 +50,16 @@ _QUATERNION: Final = Quaternion(scalar_first=True)
 
 def read_kuka(text: str) -> tuple[Floats, None]:
     """X, Y, Z, A, B, C (6,)."""
-    said = the_one(without_comments(text, _KUKA_COMMENT), _KUKA, kuka_position, "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}")
-    return np.array([said[label] for label in KUKA_LABELS]), None
+    numbers = the_one(
+        without_comments(text, _KUKA_COMMENT), _KUKA, kuka_position, "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"
+    )
+    return np.array([numbers[label] for label in KUKA_LABELS]), None
 
 
 def read_abb(text: str) -> tuple[Floats, None]:
-    """x, y, z, q1, q2, q3, q4 (7,) of a pose or a robtarget."""
-    spoken = without_comments(text, _ABB_COMMENT)
-    return np.array(the_one(spoken, _ABB, abb_pose, "[[0.0,0.0,0.0],[1.0,0.0,0.0,0.0]]")[0]), None
+    """x, y, z, q1, q2, q3, q4 (7,) of a pose or robtarget."""
+    content = without_comments(text, _ABB_COMMENT)
+    return np.array(the_one(content, _ABB, abb_pose, "[[0.0,0.0,0.0],[1.0,0.0,0.0,0.0]]")[0]), None
 
 
 def read_wobjdata(text: str) -> tuple[Floats, None]:
@@ -67,7 +69,7 @@ def read_wobjdata(text: str) -> tuple[Floats, None]:
 
 
 def _wobjdata(lexer: Lexer) -> Floats:
-    """[robhold, ufprog, "ufmec", uframe, oframe]: held by no robot and moved by no unit."""
+    """[robhold, ufprog, "ufmec", uframe, oframe]: rejected if a robot holds it or a unit moves it."""
     lexer.mark("[", ABB_EXAMPLE)
     if lexer.take("TRUE"):
         lexer.refuse("the robot holds this work object (robhold is TRUE)", "give one that stands in the cell")
@@ -102,33 +104,33 @@ def read_ur(text: str) -> tuple[Floats, None]:
 
 
 def read_siemens(text: str) -> tuple[Floats, str | None]:
-    """X, Y, Z, RX, RY, RZ (6,) of the one CTRANS(...):CFINE(...):CROT(...), and the unit; what is not named is zero."""
+    """X, Y, Z, RX, RY, RZ (6,) of the one CTRANS(...):CFINE(...):CROT(...), and the unit; omitted axes are zero."""
     if any(_SIEMENS_HIDDEN.match(comment) for comment in _SIEMENS_COMMENT.findall(text)):
         raise syntax_error("holds a part of the frame in a comment", f"write one, like {_SIEMENS_EXAMPLE}")
-    spoken = without_comments(text, _SIEMENS_COMMENT)
-    numbers, parts = the_one(spoken, _SIEMENS, _siemens_frame, _SIEMENS_EXAMPLE)
-    if len(_SIEMENS_PART.findall(spoken)) != parts:
+    content = without_comments(text, _SIEMENS_COMMENT)
+    numbers, parts = the_one(content, _SIEMENS, _siemens_frame, _SIEMENS_EXAMPLE)
+    if len(_SIEMENS_PART.findall(content)) != parts:
         raise syntax_error("holds more than one frame", f"write one, like {_SIEMENS_EXAMPLE}")
-    return numbers, siemens_units(_SIEMENS.split(spoken, maxsplit=1)[0])
+    return numbers, siemens_units(_SIEMENS.split(content, maxsplit=1)[0])
 
 
 def _siemens_frame(lexer: Lexer) -> tuple[Floats, int]:
-    """The numbers (6,) of a frame, and of how many parts it is chained."""
-    said: dict[str, Floats] = {}
+    """The numbers (6,) of a frame, and the number of its chained parts."""
+    axes_of_part: dict[str, Floats] = {}
     end = lexer.position
-    while not said or lexer.take(":"):
+    while not axes_of_part or lexer.take(":"):
         part = lexer.name(_SIEMENS_REMEDY).upper()
-        if part not in ("CTRANS", "CFINE", "CROT") or part in said or "CROT" in said:
+        if part not in ("CTRANS", "CFINE", "CROT") or part in axes_of_part or "CROT" in axes_of_part:
             lexer.refuse(f"{part} does not follow here", "write CTRANS(...):CFINE(...):CROT(...), each once")
-        said[part] = _siemens_axes(lexer)
+        axes_of_part[part] = _siemens_axes(lexer)
         end = lexer.position
     lexer.position = end
     rest = re.split(r"[\r\n]", lexer.rest, maxsplit=1)[0].strip()
     if rest:
         lexer.refuse(f"{rest[:20]!r} is left over", _SIEMENS_REMEDY)
     zeros = np.zeros(3)
-    shift = said["CTRANS"] + said.get("CFINE", zeros)
-    return np.concatenate([shift, said.get("CROT", zeros)]), len(said)
+    shift = axes_of_part["CTRANS"] + axes_of_part.get("CFINE", zeros)
+    return np.concatenate([shift, axes_of_part.get("CROT", zeros)]), len(axes_of_part)
 
 
 def _siemens_axes(lexer: Lexer) -> Floats:
@@ -148,22 +150,22 @@ def _siemens_axes(lexer: Lexer) -> Floats:
 
 
 def siemens_units(text: str) -> str | None:
-    """in after G70 or G700, mm after G71 or G710; None where neither stands in a text without comments."""
-    said = _SIEMENS_UNITS.findall(text)
-    return None if not said else "in" if said[-1] == "70" else "mm"
+    """The unit of a text without comments: in after G70 or G700, mm after G71 or G710, None without either."""
+    codes = _SIEMENS_UNITS.findall(text)
+    return None if not codes else "in" if codes[-1] == "70" else "mm"
 
 
 def heidenhain_units(text: str) -> str | None:
-    """What BEGIN PGM NAME MM or INCH says."""
-    said = _HEIDENHAIN_UNITS.search(text)
-    return None if said is None else "in" if said.group(1).upper() == "INCH" else "mm"
+    """The unit in BEGIN PGM NAME MM or INCH, None without it."""
+    match = _HEIDENHAIN_UNITS.search(text)
+    return None if match is None else "in" if match.group(1).upper() == "INCH" else "mm"
 
 
-_SPEAKS: Final = re.compile(r"G\s*0*(?:10|68\.2|20|21|70|71)(?![0-9])", re.IGNORECASE)
-"""Blocks of a program that are read: the others say nothing of offsets and units, and may hold any syntax."""
+_READ_BLOCK: Final = re.compile(r"G\s*0*(?:10|68\.2|20|21|70|71)(?![0-9])", re.IGNORECASE)
+"""Blocks of a program that set offsets or units; all others are skipped, whatever their syntax."""
 
-_DISTANCES: Final = re.compile(r"G\s*0*9([01])(?![0-9.])", re.IGNORECASE)
-"""G90, words are places, or G91, words are steps."""
+_DISTANCE_MODE: Final = re.compile(r"G\s*0*9([01])(?![0-9.])", re.IGNORECASE)
+"""G90 (absolute) or G91 (incremental)."""
 
 
 def read_g10(text: str) -> tuple[Floats, str]:
@@ -183,18 +185,18 @@ def read_tilted_plane(text: str) -> tuple[Floats, str]:
 
 
 def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tuple[dict[str, float], str]:
-    """The words of the one block with the code name, and the unit that holds there."""
-    code, units, steps, found = float(name[1:]), "mm", False, []
+    """The words of the one block with the code name, and the unit active there."""
+    code, units, is_incremental, found = float(name[1:]), "mm", False, []
     for number, line in enumerate(text_lines(text), 1):
-        spoken = GCODE_COMMENT.sub(" ", line)
-        steps = [steps, *(said == "1" for said in _DISTANCES.findall(spoken))][-1]
-        if not _SPEAKS.search(spoken):
+        content = GCODE_COMMENT.sub(" ", line)
+        is_incremental = [is_incremental, *(digit == "1" for digit in _DISTANCE_MODE.findall(content))][-1]
+        if not _READ_BLOCK.search(content):
             continue
         lexer = Lexer(line, number)
         try:
             block = read_block(lexer)
             units = _units(block, units)
-            if code in block.codes("G") and steps:
+            if code in block.codes("G") and is_incremental:
                 lexer.refuse(f"{name} stands in G91, where some controls add it to the old offset", "write it in G90")
             if code in block.codes("G"):
                 found.append((_words(block, code, known, needed, lexer, f"write one, like {example}"), units))
@@ -204,25 +206,25 @@ def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tup
 
 
 _MODAL: Final = frozenset(("G", code) for code in (17.0, 20.0, 21.0, 90.0))
-"""What may stand after the code too: the plane, the unit, absolute words."""
+"""Codes also allowed after the offset code: plane, unit, absolute mode."""
 
 
 def _units(block: Block, units: str) -> str:
-    """The unit after a block."""
+    """The active unit after a block."""
     for code in block.codes("G"):
         units = {20.0: "in", 21.0: "mm", 70.0: "in", 71.0: "mm"}.get(code, units)
     return units
 
 
 def _words(block: Block, code: float, known: str, needed: str, lexer: Lexer, remedy: str) -> dict[str, float]:
-    """The words of the block from its code on; before it the line number and other G words may be any."""
+    """The words of the block from its code on; before it only N and G words are allowed."""
     codes = [i for i, word in enumerate(block.words) if word == ("G", code)]
     before = [letter for letter, _ in block.words[: codes[0]]]
     after = [(letter, number) for letter, number in block.words[codes[0] :] if (letter, number) not in _MODAL]
     if set(before) - {"N", "G"}:
         lexer.refuse(f"{''.join(before)} stand before G{code:g}", remedy)
-    said = Block(tuple(after)).only(known, lexer, remedy)
-    lacking = missing(said, needed)
-    if lacking:
-        lexer.refuse(f"{', '.join(lacking)} is missing", remedy)
-    return said
+    words = Block(tuple(after)).only(known, lexer, remedy)
+    absent = missing(words, needed)
+    if absent:
+        lexer.refuse(f"{', '.join(absent)} is missing", remedy)
+    return words

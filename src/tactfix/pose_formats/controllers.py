@@ -1,7 +1,7 @@
 """The dialects of robot controllers, machine tools and ROS that are one line of numbers.
 
 Conventions, units and literal syntax were gathered from the vendors' manuals and checked against independent code;
-where only one source confirmed a convention its title says so.
+if only one source confirmed a convention, its title says so.
 """
 
 from collections.abc import Callable
@@ -46,16 +46,16 @@ def _robot(
     reader: NumberReader | None = None,
     units_of: Callable[[str], str | None] | None = None,
 ) -> Dialect:
-    """A dialect in mm and degrees, or mm and a quaternion; units_of tells what unit a text to be read is in."""
+    """A dialect in mm and degrees, or mm and a quaternion; units_of: finds the unit given in a text, if any."""
     words = tuple(labels.split())
     in_degrees = not isinstance(orientation, Quaternion)
     syntax = NumberSyntax(template, tuple(in_degrees and i > 2 for i in range(len(words))), comment, around)
     numbers = Numbers(words, "mm", orientation, "deg" if in_degrees else "")
     if units_of is not None:
-        said = units_of
+        find_units = units_of
 
         def reader(text: str) -> tuple[Floats, str | None]:
-            return syntax.read(text), said(text)
+            return syntax.read(text), find_units(text)
 
     return numeric(name, title, numbers, syntax, reader)
 
@@ -166,7 +166,7 @@ MACHINES: Final = (
         ("; ", ""),
         reader=read_siemens,
     ),
-    # PLANE SPATIAL turns only; the datum shift before it, in the axes not yet turned, carries the origin.
+    # PLANE SPATIAL only rotates; the datum shift before it, along the axes not yet rotated, sets the origin.
     _robot(
         "heidenhain",
         "Heidenhain datum shift and PLANE SPATIAL: Rz(SPC) Ry(SPB) Rx(SPA)",

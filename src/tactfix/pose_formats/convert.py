@@ -1,4 +1,4 @@
-"""A pose in the words of a controller: written, read back, compared, and refused when too much was lost."""
+"""Writes a pose in a dialect, reads it back and compares it; rejects it if too much accuracy was lost."""
 
 from dataclasses import replace
 from typing import Final
@@ -18,29 +18,29 @@ from tactfix.units import factor
 from tactfix.values import frozen_value
 
 _MOST_OF_SIGMA: Final = 0.1
-"""Share of the pose's own sigma that rounding of the text may cost: added in quadrature, a tenth enlarges sigma by
-half a per cent."""
-_TOLD_OF_SIGMA: Final = 0.01
-"""Share of sigma up to which rounding is not told: in quadrature it adds 0.005 per cent to sigma."""
+"""Largest rounding of the text as a share of the pose's sigma: added in quadrature, a tenth enlarges sigma by half a
+per cent."""
+_NOTED_OF_SIGMA: Final = 0.01
+"""Rounding up to this share of sigma gets no note: in quadrature it adds 0.005 per cent to sigma."""
 _MOST_TILT: Final = 9.21
-"""Chi-square of two degrees of freedom that noise exceeds once in 100 times (-2 log 0.01): a tilt beyond it is not
-noise, and a format without tilt would lose it."""
+"""99 per cent quantile of chi-square with two degrees of freedom (-2 log 0.01): a larger tilt is significant, and a
+format without tilt would lose it."""
 _ROUND_TRIP: Final = 1e-12
-"""Entry of a pose by which double arithmetic may change it on the way through its numbers and back, some thousand
-roundings of 2e-16: more is rounding of the text."""
+"""Differences of pose and text up to this (rad, or relative) are double arithmetic, some thousand roundings of 2e-16;
+larger ones are rounding of the text."""
 _ANGLE_STEP: Final = 1e-6
-"""Step of the central differences, in rad: truncation is 1e-12 of the value, rounding 1e-10."""
+"""Step of the central differences, in rad: relative truncation error 1e-12, rounding error 1e-10."""
 _LOCK: Final = 1e-5
-"""Rad from gimbal lock, below which single angles say nothing and only their sum or difference does; the same below
+"""Distance from gimbal lock (rad) below which only the sum or difference of two angles is determined; the same below
 _LOCK_SIGMAS sigma. A derivative of the angles grows as 1 / distance: here it is 1e5, and a rounding of the text
 to 1e-6 degrees becomes 0.1 degrees."""
 _LOCK_SIGMAS: Final = 5.0
-"""Sigmas of an angle from gimbal lock."""
+"""Distance from gimbal lock, in sigmas of the rotation."""
 
 
 @frozen_value(eq=True)
 class Written:
-    """A text in a dialect, already read back and compared, and what there is to say about it."""
+    """A pose as text in a dialect, read back and compared, and notes such as on its rounding."""
 
     text: str | bytes
     notes: tuple[str, ...]
@@ -48,7 +48,7 @@ class Written:
 
 @frozen_value
 class Rounding:
-    """By how much a text is off its pose: d_rot (3,) in rad and d_t (3,) in units, both in base axes."""
+    """Deviation of a text from its pose: d_rot (3,) in rad and d_t (3,) in units, in base axes; lever_arm in units."""
 
     d_rot: Floats
     d_t: Floats
@@ -57,11 +57,11 @@ class Rounding:
 
     @property
     def at_lever_arm(self) -> float:
-        """The most (units) that a point lever_arm away from the fixture's origin moves."""
+        """Upper bound (units) of the displacement of a point at lever_arm from the fixture's origin."""
         return float(np.linalg.norm(self.d_t) + self.lever_arm * np.linalg.norm(self.d_rot))
 
     def of_sigma(self, covariance: Floats) -> float:
-        """The largest shift in multiples of its sigma: at the origin and lever_arm along each axis, coordinate-wise."""
+        """Largest ratio of displacement to sigma, by coordinate, at the origin and at lever_arm along each axis."""
         arms = self.lever_arm * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
         by_rotation = -skew(arms)  # d_x = d_rot x arm + d_t
         shifts = np.abs(by_rotation @ self.d_rot + self.d_t)
@@ -87,30 +87,30 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
     name : str
         The format, such as "kuka" or "urdf".
     pose : Pose
-        base_from_fixture with its unit; lengths are written in the format's own.
+        base_from_fixture with its unit; lengths are written in the unit of the format.
     force : bool
-        Write it also where the loss exceeds what is allowed.
+        Write the pose even if the loss exceeds what is allowed.
     lever_arm_mm : float
-        How far from the fixture's origin the effect of rounding is told, in mm.
+        Distance from the fixture's origin at which rounding is assessed, in mm.
 
     Returns
     -------
     Written
-        text (str, or bytes of a binary format), and notes in words.
+        text (str, or bytes of a binary format), and notes.
 
     Raises
     ------
     PoseRefusedError
         The format cannot hold the pose (a tilt in G10), or its rounding exceeds a tenth of sigma anywhere within
-        lever_arm_mm of the fixture's origin, unless forced. Rounding of less is told from a hundredth of sigma on, and
-        wherever there is no covariance.
+        lever_arm_mm of the fixture's origin, unless forced. Smaller rounding gives a note, above a hundredth of sigma
+        or without a covariance.
     UsageError
-        A unit is needed and not known.
+        The format needs a unit and the pose has none.
 
     Notes
     -----
-    The text is read back and compared before it leaves. A tilt that the covariance does not tell from none (99 in 100)
-    is left out where the format has none.
+    The text is read back and compared. A tilt that is not significant by the covariance (at 99 per cent) is dropped if
+    the format has no tilt.
 
     Examples
     --------
@@ -127,12 +127,12 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
     sigmas = () if dialect.numbers is None or pose.covariance is None else (_sigmas(dialect.numbers, pose),)
     text = dialect.write(pose, sigmas)
     rounding = measured(pose, dialect.read(text), lever_arm_mm)
-    notes = _judged(dialect, pose, rounding, force)
+    notes = _rounding_notes(dialect, pose, rounding, force)
     return Written(text, notes if dialect.comments else (*notes, *(f"{name}: {remark}" for remark in sigmas)))
 
 
 def measured(pose: Pose, back: Pose, lever_arm_mm: float) -> Rounding:
-    """How far back is from pose; both in the same units."""
+    """Deviation of back from pose; both in the same units."""
     d_rot = RotationVector().numbers(back.rotation @ pose.rotation.T)
     d_t = back.translation - pose.translation
     if np.linalg.norm(d_rot) < _ROUND_TRIP:
@@ -143,8 +143,8 @@ def measured(pose: Pose, back: Pose, lever_arm_mm: float) -> Rounding:
     )
 
 
-def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tuple[str, ...]:
-    """The note on rounding, or PoseRefusedError."""
+def _rounding_notes(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tuple[str, ...]:
+    """Notes on rounding; PoseRefusedError if it is too large."""
     most_t, most_rot = dialect.most_rounding
     turn = float(np.linalg.norm(rounding.d_rot))
     far = float(np.abs(rounding.d_t).max())
@@ -153,7 +153,7 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
             level = replace(rounding, d_rot=rounding.d_rot * [0.0, 0.0, 1.0])
             tilt = np.rad2deg(np.linalg.norm(rounding.d_rot[:2]))
             note = f"{dialect.name} leaves out a tilt of {tilt:.2g} deg, which its sigma does not tell from none"
-            return (note, *_judged(dialect, pose, level, force))
+            return (note, *_rounding_notes(dialect, pose, level, force))
         reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
         if not force:
             raise PoseRefusedError(
@@ -162,20 +162,20 @@ def _judged(dialect: Dialect, pose: Pose, rounding: Rounding, force: bool) -> tu
         return (f"{dialect.name}: forced, though it {reason}",)
     if rounding.at_lever_arm == 0:
         return ()
-    told = f"rounds {rounding}"
+    description = f"rounds {rounding}"
     if pose.covariance is None:
-        return (f"{dialect.name} {told}",)
+        return (f"{dialect.name} {description}",)
     ratio = rounding.of_sigma(pose.covariance)
-    told += f" ({ratio:.2g} sigma)"
+    description += f" ({ratio:.2g} sigma)"
     if ratio > _MOST_OF_SIGMA and not force:
         raise PoseRefusedError(
-            dialect.name, told, "more than a tenth of sigma; take another dialect, or give " + Setting.FORCE.word
+            dialect.name, description, "more than a tenth of sigma; take another dialect, or give " + Setting.FORCE.word
         )
-    return (f"{dialect.name} {told}",) if ratio > _TOLD_OF_SIGMA else ()
+    return (f"{dialect.name} {description}",) if ratio > _NOTED_OF_SIGMA else ()
 
 
 def _is_level(dialect: Dialect, pose: Pose, rounding: Rounding) -> bool:
-    """Whether a dialect that holds no tilt loses one that is within what noise makes of none, 99 times in 100."""
+    """Whether a dialect without tilt loses only a tilt that is not significant at 99 per cent."""
     tilt = rounding.d_rot[:2]
     if dialect.numbers is None or not isinstance(dialect.numbers.orientation, TurnAboutZ) or not tilt.any():
         return False
@@ -187,19 +187,20 @@ def _is_level(dialect: Dialect, pose: Pose, rounding: Rounding) -> bool:
 
 
 def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
-    """One standard deviation of each of the dialect's numbers (n,), in their own units; pose in numbers.units.
+    """One standard deviation of each number of the dialect (n,), in its unit; pose in numbers.units.
 
-    First order, by central differences of the numbers over a rotation about each base axis. In gimbal lock angles have
-    none (nan): first and last are only known together, and the middle one folds back at its limit.
+    First order, by central differences of the numbers over a rotation about each base axis. In gimbal lock the
+    angles have none (nan): first and last are determined only together, and the middle one folds back at its limit.
     """
     if pose.covariance is None:
         raise ValueError("the covariance of this pose is not known")
     orientation, rotation = numbers.orientation, pose.rotation
-    here = orientation.numbers(rotation)
+    reference = orientation.numbers(rotation)
     columns = []
     for step in _ANGLE_STEP * np.eye(3):
         ahead, behind = (
-            orientation.nearest(orientation.numbers(rotation_from_vector(s) @ rotation), here) for s in (step, -step)
+            orientation.nearest(orientation.numbers(rotation_from_vector(s) @ rotation), reference)
+            for s in (step, -step)
         )
         columns.append((ahead - behind) / (2 * _ANGLE_STEP))
     jacobian = np.column_stack(columns)
@@ -210,18 +211,18 @@ def sigmas_of_numbers(numbers: Numbers, pose: Pose) -> Floats:
 
 
 def _locked(orientation: EulerAngles, pose: Pose) -> bool:
-    """Whether the middle angle is so near its lock that first and last cannot be told apart."""
+    """Whether the middle angle is so close to gimbal lock that first and last angle are not determined separately."""
     return orientation.lock_distance(pose.rotation) < max(_LOCK, _LOCK_SIGMAS * _rotation_sigma(pose))
 
 
 def _rotation_sigma(pose: Pose) -> float:
-    """Sigma in rad of the rotation about its worst axis."""
+    """Largest sigma (rad) of the rotation about any axis."""
     assert pose.covariance is not None
     return float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
 
 
 def _sigmas(numbers: Numbers, pose: Pose) -> str:
-    """The sigmas in a line; in gimbal lock that of the rotation about its worst axis instead of single angles."""
+    """The sigmas as one line; in gimbal lock the largest sigma of the rotation instead of those of the angles."""
     sigmas = sigmas_of_numbers(numbers, pose)
     units = [numbers.units] * 3 + [numbers.angle_unit] * (len(sigmas) - 3)
     rows = list(zip(numbers.labels, sigmas, units, strict=True))

@@ -1,4 +1,4 @@
-"""What a dialect is: a name, and the two ways between a pose and its text.
+"""Definition of a dialect: a name, and the conversions between a pose and its text.
 
 A line of numbers in a controller's literal syntax is written from a template and read back by the same template.
 """
@@ -28,11 +28,11 @@ _ENDS = r"(?![A-Za-z0-9_.]|,[0-9])"
 
 @frozen_value(eq=True)
 class NumberSyntax:
-    """Numbers set into literal text: template has one printf field (%.6f) for each.
+    """Numbers in literal text: template has one printf field (%.6f) for each number.
 
-    degrees: which numbers are angles in degrees, whose -180 is written as 180.
-    comment: what opens and what closes a comment; ("", "") where the syntax has none.
-    around: what stands around the line when written, "{}" being the line. A reader looks for the line alone.
+    degrees: which numbers are angles in degrees; -180 is written as 180.
+    comment: opening and closing mark of a comment; ("", "") if the syntax has none.
+    around: text around the line, which is "{}". It is written, but not needed to read the line.
     """
 
     template: str
@@ -42,11 +42,11 @@ class NumberSyntax:
 
     @property
     def half_steps(self) -> Floats:
-        """The most by which each number (n,) is rounded."""
+        """Largest rounding error of each number (n,)."""
         return np.array([0.5 * 10.0 ** -int(digits) for digits in _FIELD.findall(self.template)])
 
     def write(self, numbers: Floats, remarks: tuple[str, ...] = ()) -> str:
-        """The text, with a comment line before it for each remark where the syntax has comments."""
+        """The text, after one comment line for each remark, if the syntax has comments."""
         fields = iter(zip(numbers, self.degrees, strict=True))
         line = _FIELD.sub(lambda field: _printed(field.group(), *next(fields)), self.template)
         opening, closing = self.comment
@@ -56,10 +56,10 @@ class NumberSyntax:
     def read(self, text: str) -> Floats:
         """The numbers (n,) of the one line of this syntax in text, or PoseSyntaxError."""
         pattern = self._pattern()
-        spoken = without_comments(text, self._comments())
-        if self._whole_line and sum(bool(_DIGIT.search(line)) for line in spoken.splitlines()) > 1:
+        content = without_comments(text, self._comments())
+        if self._whole_line and sum(bool(_DIGIT.search(line)) for line in content.splitlines()) > 1:
             raise syntax_error("holds more than one line with numbers", f"write one, like {self._example()}")
-        return the_one(spoken, pattern, lambda lexer: self._numbers(lexer, pattern), self._example())
+        return the_one(content, pattern, lambda lexer: self._numbers(lexer, pattern), self._example())
 
     def _numbers(self, lexer: Lexer, pattern: re.Pattern[str]) -> Floats:
         found = lexer.match(pattern)
@@ -78,7 +78,7 @@ class NumberSyntax:
 
     def _pattern(self) -> re.Pattern[str]:
         """The template as a pattern: any case, any number in a field, blanks anywhere between its words."""
-        literals = _FIELD.split(self.template)[::2]  # the odd ones are the digits of the fields
+        literals = _FIELD.split(self.template)[::2]  # the others are the digits of the fields
         parts = [r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", literal))) for literal in literals]
         pattern = rf"\s*({NUMBER.pattern})\s*".join(parts).removesuffix(r"\s*") + _ENDS
         if self._whole_line:
@@ -89,7 +89,7 @@ class NumberSyntax:
 
     @property
     def _whole_line(self) -> bool:
-        """A line that starts with a number has nothing that says where it starts: it must be alone."""
+        """Whether the syntax begins with a number, not a keyword or bracket; then it must be the whole line."""
         return self.template.startswith("%")
 
 
@@ -103,7 +103,7 @@ def _printed(field: str, number: float, in_degrees: bool) -> str:
 
 @frozen_value(eq=True)
 class Numbers:
-    """The numbers of a dialect: x, y, z in units, then those of the orientation; labels are the vendor's names."""
+    """The numbers of a dialect: x, y, z in units, then the orientation in angle_unit; labels are the vendor's names."""
 
     labels: tuple[str, ...]
     units: str
@@ -122,12 +122,12 @@ class Numbers:
 
 @frozen_value(eq=True)
 class Dialect:
-    """One way to write a pose.
+    """A text format of a pose.
 
-    write: pose in units (in its own where units is None) and remarks -> text; read: text -> pose.
-    numbers: the dialect's own numbers, whose sigmas are in the remarks; None where the text is the matrix itself.
-    most_rounding: by how much (length in units, rad) a text may differ from its pose; (0, 0) with all digits.
-    comments: whether the text can have remarks. has_units: whether it gives units, or the dialect fixes them.
+    write: pose in units (any unit if units is None) and remarks -> text; read: text -> pose.
+    numbers: the numbers of the dialect, whose sigmas are in the remarks; None if the text is the matrix itself.
+    most_rounding: largest rounding of the text (length in units, rad); (0, 0) if it has all digits.
+    comments: whether the text can have comments. has_units: whether text or dialect determine the unit.
     """
 
     name: PoseFormat
@@ -142,13 +142,13 @@ class Dialect:
 
 
 NumberReader: TypeAlias = Callable[[str], tuple[Floats, str | None]]
-"""Text -> the numbers (n,) of its one pose, and the unit of their lengths where the text says another than usual."""
+"""Text -> the numbers (n,) of its one pose, and the unit of their lengths, None for that of the dialect."""
 
 
 def numeric(
     name: PoseFormat, title: str, numbers: Numbers, syntax: NumberSyntax, reader: NumberReader | None = None
 ) -> Dialect:
-    """The dialect that writes numbers in syntax, and reads them with reader, without one by the same syntax."""
+    """The dialect that writes numbers in syntax, and reads them with reader or, by default, in the same syntax."""
 
     def write(pose: Pose, remarks: tuple[str, ...]) -> str:
         return syntax.write(numbers.of(pose.base_from_fixture), remarks)
@@ -165,7 +165,7 @@ def numeric(
 
 
 def decoded(text: str | bytes) -> str:
-    """Text as it came, or from UTF-8 with or without byte order mark."""
+    """Text unchanged; bytes decoded from UTF-8 with or without byte order mark."""
     if isinstance(text, str):
         return text
     try:

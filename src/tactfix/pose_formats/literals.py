@@ -1,7 +1,7 @@
-"""One pose in a text, wherever it stands: found by how it begins, then read whole.
+"""Finds the one pose literal in a text by its beginning, and reads it.
 
-The literals of KUKA, ABB, FANUC and Universal Robots: each reader passes one of them and gives its numbers; readers of
-pose files and of logs share them.
+Each reader of the literals of KUKA, ABB, FANUC and Universal Robots consumes one literal and returns its numbers; pose
+files and logs share them.
 """
 
 import re
@@ -17,12 +17,12 @@ _BLANKED: Final = re.compile(r"[^\r\n]")
 
 
 def without_comments(text: str, comment: re.Pattern[str]) -> str:
-    """The text with blanks for its comments: each character that is left keeps its line and column."""
+    """The text with comments replaced by blanks, so that lines and columns are kept."""
     return comment.sub(lambda found: _BLANKED.sub(" ", found.group()), text)
 
 
 def the_one(text: str, begins: re.Pattern[str], read: Callable[[Lexer], Found], example: str) -> Found:
-    """What read gives at the one place that begins finds; PoseSyntaxError for none, two, or a damaged one."""
+    """The result of read at the only match of begins; PoseSyntaxError for no match, several, or malformed text."""
     lexer = Lexer(text)
     found: list[Found] = []
     while (beginning := begins.search(text, lexer.position)) is not None:
@@ -35,7 +35,7 @@ def the_one(text: str, begins: re.Pattern[str], read: Callable[[Lexer], Found], 
 
 
 def single(found: Sequence[Found], example: str) -> Found:
-    """What was found where it is one; PoseSyntaxError for none or several."""
+    """The only element of found; PoseSyntaxError for none or several."""
     if len(found) != 1:
         what = f"holds {len(found)} poses of this form" if found else "holds no pose of this form"
         raise syntax_error(what, f"write one, like {example}")
@@ -53,37 +53,39 @@ UR_EXAMPLE: Final = "write p[x, y, z, rx, ry, rz]"
 _KUKA_TYPE: Final = re.compile(r"\s*(?:E6POS|POS|FRAME)\s*:", re.IGNORECASE)
 _KUKA_BITS: Final = re.compile(r"\s*'(?:B[01]{1,32}|H[0-9A-F]{1,8})'", re.IGNORECASE)
 _ABB_ABSENT: Final = 9e9
-"""ABB writes 9E9 for an axis that is not there."""
+"""ABB writes 9E9 for an absent axis."""
 
 
 def kuka_position(lexer: Lexer) -> dict[str, float]:
-    """{X 1,Y 2,Z 3,A 0,B 90,C 0}, with S, T and E1 to E6 or without, by name; S and T are read and say nothing."""
+    """{X 1,Y 2,Z 3,A 0,B 90,C 0}, with optional S, T and E1 to E6, by name; S and T do not affect the pose."""
     lexer.mark("{", KUKA_EXAMPLE)
     lexer.match(_KUKA_TYPE)
-    said = kuka_items(lexer)
+    numbers = kuka_items(lexer)
     lexer.mark("}", KUKA_EXAMPLE)
-    return said
+    return numbers
 
 
 def kuka_items(lexer: Lexer, *, loose: bool = False) -> dict[str, float]:
     """X 1,Y 2,Z 3,A 0,B 90,C 0 by name. loose: names may be followed by = or :, and blanks alone may separate."""
-    said: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     while True:
         name = lexer.name(KUKA_EXAMPLE).upper()
         if name not in (*KUKA_LABELS, *KUKA_AXES, "S", "T"):
             lexer.refuse(f"{name} is not known in a position", KUKA_EXAMPLE)
-        if name in said:
+        if name in numbers:
             lexer.refuse(f"{name} stands twice", KUKA_EXAMPLE)
         if loose and not lexer.take("="):
             lexer.take(":")
         bits = name in ("S", "T") and lexer.match(_KUKA_BITS)
-        said[name] = 0.0 if bits else lexer.integer(KUKA_EXAMPLE) if name in ("S", "T") else lexer.number(KUKA_EXAMPLE)
+        numbers[name] = (
+            0.0 if bits else lexer.integer(KUKA_EXAMPLE) if name in ("S", "T") else lexer.number(KUKA_EXAMPLE)
+        )
         if not lexer.take(",") and not (loose and lexer.blanks().rest[:1].isalpha()):
             break
-    lacking = [label for label in KUKA_LABELS if label not in said]
-    if lacking:
-        lexer.refuse(f"the position lacks {', '.join(lacking)}", KUKA_EXAMPLE)
-    return said
+    absent = [label for label in KUKA_LABELS if label not in numbers]
+    if absent:
+        lexer.refuse(f"the position lacks {', '.join(absent)}", KUKA_EXAMPLE)
+    return numbers
 
 
 def abb_pose(lexer: Lexer) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -103,7 +105,7 @@ def abb_pose(lexer: Lexer) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def group(lexer: Lexer, count: int) -> tuple[float, ...]:
-    """[1,2,...] of so many numbers."""
+    """[1,2,...] with count numbers."""
     lexer.mark("[", ABB_EXAMPLE)
     numbers = lexer.numbers(count, ABB_EXAMPLE)
     lexer.mark("]", ABB_EXAMPLE)
@@ -111,13 +113,13 @@ def group(lexer: Lexer, count: int) -> tuple[float, ...]:
 
 
 def fanuc_pose(lexer: Lexer) -> tuple[float, ...]:
-    """X, Y, Z, W, P, R in this order, each with = or : and mm or deg or no unit; commas between or none."""
-    said = []
+    """X, Y, Z, W, P, R in this order, each after = or :, with optional unit mm or deg, and optional commas."""
+    numbers = []
     for label in FANUC_LABELS:
         lexer.mark(label, FANUC_EXAMPLE)
-        said.append(fanuc_item(lexer, "mm" if label in "XYZ" else "deg"))
+        numbers.append(fanuc_item(lexer, "mm" if label in "XYZ" else "deg"))
         lexer.take(",")
-    return tuple(said)
+    return tuple(numbers)
 
 
 def fanuc_item(lexer: Lexer, *units: str) -> float:

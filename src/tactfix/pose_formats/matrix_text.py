@@ -1,4 +1,4 @@
-"""A 4 x 4 or 3 x 4 matrix as people paste it: rows, one line, brackets of numpy, Python and MATLAB."""
+"""Reads a 4 x 4 or 3 x 4 matrix in common notations: rows, one line, brackets of numpy, Python and MATLAB."""
 
 import re
 from typing import Final
@@ -17,7 +17,7 @@ _LAST: Final = [0.0, 0.0, 0.0, 1.0]
 
 
 def read_matrix(text: str, first_line: int = 1) -> list[list[float]]:
-    """The rows (4 x 4) that a text says; the last one where only three are there."""
+    """The rows (4 x 4) of a text; the last one is added if it has only three."""
     lexer = Lexer(text, first_line)
     lexer.match(_ARRAY_OPENS)
     try:
@@ -36,9 +36,7 @@ def read_matrix(text: str, first_line: int = 1) -> list[list[float]]:
 
 
 def _rows(lexer: Lexer) -> list[list[float]]:
-    """Numbers with blanks or commas between; a semicolon, a bracket, or a line's end outside a row's own brackets ends
-    a row.
-    """
+    """Numbers separated by blanks or commas; a row ends at ;, a bracket, or a line end outside a bracketed row."""
     rows: list[list[float]] = [[]]
     depth, apart = 0, True
     while True:

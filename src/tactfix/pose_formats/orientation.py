@@ -1,7 +1,7 @@
-"""How controllers write a rotation in numbers: Euler angles, quaternions, rotation vectors, one angle.
+"""Rotations as numbers of controllers: Euler angles, quaternions, rotation vectors, one angle.
 
 scipy's Rotation does the arithmetic. Canonical numbers: angles in (-180, 180]; the middle angle in [-90, 90], or in
-[0, 180] where the first and last axis are the same; in gimbal lock the last intrinsic angle is 0; of q and -q the one
+[0, 180] if the first and last axis are the same; in gimbal lock the last intrinsic angle is 0; of q and -q the one
 whose first non-zero number of (w, x, y, z) is positive; of two rotation vectors at 180 degrees the one whose first
 non-zero number is positive; 0.0 instead of -0.0.
 """
@@ -17,25 +17,24 @@ from tactfix.pose_formats.pose import syntax_error
 from tactfix.values import frozen_value
 
 _ZERO = 1e-12
-"""Numbers smaller than this are what rounding leaves of a zero (some 1e-16, times a chain of products); they do not
-settle a sign."""
+"""Numbers smaller than this are rounded zeros (some 1e-16, times a chain of products), and their sign is ignored."""
 LOCK_SLACK = 2e-7
-"""Rad by which a rotation may change at gimbal lock: scipy takes a middle angle within 1e-7 rad of one for the lock
-itself, and then drops a rotation up to that size; twice that with the angle itself."""
+"""Largest change (rad) of a rotation near gimbal lock: scipy treats a middle angle within 1e-7 rad as locked and drops
+a rotation up to that size; together with that of the angle, twice 1e-7."""
 
 
 def _refuse_turns(angle: float) -> None:
-    """Raise PoseSyntaxError for an angle in rad that is beyond a full turn."""
+    """Raise PoseSyntaxError for an angle (rad) of more than a full turn."""
     if angle > MOST_RADIANS:
         raise syntax_error(f"an angle of {angle:.6g} rad is more than a full turn", "write it in rad, not in degrees")
 
 
 class Orientation(Protocol):
-    """A rotation in numbers: rotation (3, 3) in, numbers (n,) out, and back."""
+    """A representation of rotations (3, 3) by numbers (n,)."""
 
     @property
     def radians(self) -> float:
-        """The most rad that a rotation turns when one number changes by one."""
+        """Largest rotation angle (rad) per unit change of one number."""
         ...
 
     def numbers(self, rotation: Floats) -> Floats:
@@ -47,7 +46,7 @@ class Orientation(Protocol):
         ...
 
     def nearest(self, numbers: Floats, reference: Floats) -> Floats:
-        """Of all numbers (n,) that say the same rotation, those nearest to reference (n,)."""
+        """Of all numbers (n,) of the same rotation, those nearest to reference (n,)."""
         ...
 
 
@@ -55,7 +54,7 @@ class Orientation(Protocol):
 class EulerAngles:
     """Three angles about the intrinsic axes of sequence ("ZYX": R = Rz(a) Ry(b) Rx(c)).
 
-    order says which written number is which intrinsic angle: written[i] = intrinsic[order[i]].
+    order: written[i] = intrinsic[order[i]].
     """
 
     sequence: Literal["ZYX", "XYZ", "ZYZ", "ZXZ"]
@@ -73,7 +72,7 @@ class EulerAngles:
         return self.sequence[0] == self.sequence[2]
 
     def lock_distance(self, rotation: Floats) -> float:
-        """How far (rad) the middle angle is from where the first and the last angle turn about one line."""
+        """Distance (rad) of the middle angle from gimbal lock."""
         middle = self._intrinsic(rotation)[1]
         return float(min(middle, np.pi - middle) if self.same_axis else np.pi / 2 - abs(middle))
 
@@ -98,7 +97,7 @@ class EulerAngles:
         return _unwrapped(numbers, reference, 360.0 if self.degrees else 2 * np.pi)
 
     def _intrinsic(self, rotation: Floats) -> Floats:
-        """Intrinsic angles (3,) in rad; in gimbal lock scipy warns and sets the last one to zero, as it should."""
+        """Intrinsic angles (3,) in rad; in gimbal lock scipy warns and sets the last one to zero, as wanted."""
         from scipy.spatial.transform import Rotation
 
         with warnings.catch_warnings():
@@ -114,7 +113,7 @@ class Quaternion:
 
     @property
     def radians(self) -> float:
-        """A rotation turns by twice what its quaternion turns."""
+        """A rotation angle is twice that of its quaternion."""
         return 2.0
 
     def numbers(self, rotation: Floats) -> Floats:
@@ -164,7 +163,7 @@ class RotationVector:
         return np.asarray(Rotation.from_rotvec(numbers).as_matrix())
 
     def nearest(self, numbers: Floats, reference: Floats) -> Floats:
-        """The vector, or the one that turns the other way round its axis."""
+        """The vector, or the one with the opposite sense of rotation."""
         angle = float(np.linalg.norm(numbers))
         other = numbers if angle == 0 else numbers * (1 - 2 * np.pi / angle)
         return other if np.linalg.norm(other - reference) < np.linalg.norm(numbers - reference) else numbers
@@ -172,7 +171,7 @@ class RotationVector:
 
 @frozen_value(eq=True)
 class TurnAboutZ:
-    """One angle about z in degrees; what tilt there was is lost."""
+    """One angle about z in degrees; any tilt is lost."""
 
     @property
     def radians(self) -> float:
@@ -180,12 +179,12 @@ class TurnAboutZ:
         return np.pi / 180
 
     def numbers(self, rotation: Floats) -> Floats:
-        """The angle (1,) of the turn about z that comes nearest to rotation."""
+        """The angle (1,) of the rotation about z nearest to rotation."""
         angle = np.arctan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1])
         return np.array([180.0 if angle <= -np.pi else np.rad2deg(angle) + 0.0])
 
     def rotation(self, numbers: Floats) -> Floats:
-        """R (3, 3) of a turn about z."""
+        """R (3, 3) of a rotation about z."""
         cosine, sine = np.cos(np.deg2rad(numbers[0])), np.sin(np.deg2rad(numbers[0]))
         return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 

@@ -1,4 +1,4 @@
-"""The dialects that hold the matrix itself, to the last bit: matrix, json, yaml, csv, npy; and ROS TransformStamped."""
+"""The dialects with the exact matrix, all digits: matrix, json, yaml, csv, npy; and ROS TransformStamped."""
 
 import io
 import json
@@ -25,8 +25,8 @@ from tactfix.yaml_tree import read_tree
 
 POSE_SCHEMA: Final = "tactfix/pose/1"
 _MOST_BYTES: Final = 1 << 16
-"""Of a file that may hold a pose: far more than the header and the 16 numbers of one."""
-# Directly behind a number or a word it begins no remark, neither in YAML nor in a shell: -20#.5 is damaged.
+"""Largest .npy file that is read: far more than its header and the 16 numbers of a pose."""
+# As in YAML and shells, # directly after a number or word does not begin a comment: -20#.5 is malformed.
 _REMARK: Final = re.compile(r"(?<![\w.+-])#")
 _ROS: Final = Numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), "m", Quaternion(scalar_first=False), "")
 
@@ -43,15 +43,15 @@ def _write_rows(separator: str) -> Any:
 
 
 def _read_rows(text: str | bytes) -> Pose:
-    """The matrix, with or without brackets; '# units: mm' in a line of its own says the unit."""
-    units, spoken = None, []
+    """The matrix, with or without brackets; '# units: mm' on a line of its own gives the unit."""
+    units, rows = None, []
     for number, line in enumerate(decoded(text).splitlines(), 1):
         content, remark = (*_REMARK.split(line, maxsplit=1), "")[:2]
         key, _, value = remark.partition(":")
         if key.strip().lower() == "units":
             units = _units(value.strip(), number)
-        spoken.append(content)
-    return Pose(rigid_matrix(read_matrix("\n".join(spoken))), units)
+        rows.append(content)
+    return Pose(rigid_matrix(read_matrix("\n".join(rows))), units)
 
 
 def _units(value: object, line: int | None = None) -> str | None:
@@ -61,7 +61,7 @@ def _units(value: object, line: int | None = None) -> str | None:
 
 
 def _fields(pose: Pose) -> dict[str, object]:
-    """What JSON and YAML say; the keys are those of the JSON of locate."""
+    """The keys and values for JSON and YAML, as in the JSON of locate."""
     covariance = None if pose.covariance is None else pose.covariance.tolist()
     return {
         "schema": POSE_SCHEMA,
@@ -99,7 +99,7 @@ def _read_json(text: str | bytes) -> Pose:
 
 
 def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object; PoseSyntaxError where a key stands in it twice, of which json would keep the last in silence."""
+    """A JSON object; PoseSyntaxError for a duplicate key, of which json would silently keep the last."""
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
@@ -109,26 +109,26 @@ def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _read_yaml(text: str | bytes) -> Pose:
-    """One document, or the same pose in each of several: a topic that is echoed ends each message with ---."""
-    spoken = decoded(text)
-    if is_echo(spoken):
-        return Pose(_ROS.pose(read_echo(spoken)), "m")
-    poses = [_read_document(document) for document in _documents(spoken)]
+    """One document, or the same pose in each of several: ros2 topic echo ends each message with ---."""
+    content = decoded(text)
+    if is_echo(content):
+        return Pose(_ROS.pose(read_echo(content)), "m")
+    poses = [_read_document(document) for document in _documents(content)]
     if any(not np.array_equal(pose.base_from_fixture, poses[0].base_from_fixture) for pose in poses):
         raise syntax_error(f"holds {len(poses)} poses, and they differ", "keep one of them")
     return poses[0]
 
 
 def _documents(text: str) -> list[str]:
-    """The documents of a YAML text that hold something, each with empty lines for those before it."""
-    found, begun = [], 0
+    """The non-empty documents of a YAML text, each after empty lines that keep its line numbers."""
+    found, first = [], 0
     lines = text.splitlines()
     for number, line in enumerate([*lines, "---"]):
         if line.rstrip() == "---":
-            inside = lines[begun:number]
-            if any(said.strip() and not said.lstrip().startswith("#") for said in inside):
-                found.append("\n" * begun + "\n".join(inside))
-            begun = number + 1
+            inside = lines[first:number]
+            if any(row.strip() and not row.lstrip().startswith("#") for row in inside):
+                found.append("\n" * first + "\n".join(inside))
+            first = number + 1
     return found or [text]
 
 
@@ -170,7 +170,7 @@ def _ros_parts(tree: Mapping[str, Any]) -> tuple[object, object] | None:
             value = value[0]
         if isinstance(value, Mapping):
             return _ros_parts(value)
-    if isinstance(tree.get("transformation"), Mapping):  # a calibration of easy_handeye
+    if isinstance(tree.get("transformation"), Mapping):  # calibration file of easy_handeye
         flat = tree["transformation"]
         return flat, {axis: flat.get(f"q{axis}") for axis in "xyzw"}
     if "translation" in tree or "rotation" in tree:
@@ -206,11 +206,11 @@ def _array(values: object, name: str) -> Floats:
 
 
 def _covariance(matrix: Floats) -> Floats:
-    """A covariance (6, 6), symmetric and not negative, or PoseSyntaxError."""
+    """A covariance (6, 6), symmetric and positive semidefinite, or PoseSyntaxError."""
     remedy = "give the covariance of locate, rx ry rz (rad) tx ty tz (units), or none"
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
         raise syntax_error("covariance is not 6 x 6 finite numbers", remedy)
-    # Rotation and translation have different units: judge the correlations, which have none.
+    # Rotation and translation have different units: check the correlations, which have none.
     sigma = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     scale = np.outer(sigma, sigma)
     correlation = np.divide(matrix, scale, out=np.zeros_like(matrix), where=scale > 0)
@@ -227,7 +227,7 @@ def _write_npy(pose: Pose, remarks: tuple[str, ...]) -> bytes:
 
 
 def _plain_array(data: bytes) -> object:
-    """The array of a .npy file; raises whatever numpy does where its header is damaged, and warns of nothing."""
+    """The array of a .npy file; raises the error of numpy for a damaged file, without warnings."""
     if len(data) > _MOST_BYTES:
         raise ValueError
     with warnings.catch_warnings():

@@ -1,7 +1,7 @@
-"""A pose as it goes into a file and comes out of one, the errors of that trip, and poses inverted and composed.
+"""A pose with its unit and covariance, its syntax errors, and inversion and composition of poses.
 
 Covariances are of (d_rot, d_t) with R_true = exp([d_rot]) R and t_true = t + d_t, base axes. Inverses and products
-carry them to first order in the errors; those of two poses are taken as independent.
+propagate them to first order; the errors of two poses are taken as independent.
 """
 
 from collections.abc import Sequence
@@ -20,16 +20,16 @@ from tactfix.values import frozen_value
 from tactfix.wording import decimals, fixed
 
 MOST_SKEW = 1e-5
-"""Entry of R^T R - 1 that a rotation may have: a matrix printed with six decimals is off by up to 1e-6 in each
-entry, a sheared, scaled or mirrored one by far more."""
+"""Largest accepted entry of R^T R - 1: about 1e-6 for a matrix printed with six decimals, far more for a sheared,
+scaled or mirrored one."""
 _NO_COVARIANCE = 1e-4
-"""Share of the sigmas by which a covariance printed with five digits may be asymmetric or indefinite."""
+"""Largest asymmetry or negative eigenvalue, relative to the sigmas, of a covariance printed with five digits."""
 LEAST_SKEW = 1e-12
-"""The same that double arithmetic leaves: a matrix this good is taken as it is, to the last bit."""
+"""Largest entry of R^T R - 1 due to double arithmetic: such a matrix is kept unchanged."""
 
 
 class PoseSyntaxError(TactfixError):
-    """A text is not a pose in the dialect it should be in; whoever knows the file's name makes a FileError of it."""
+    """A text is not a pose in its dialect; callers that know the name of the file convert this to FileError."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
@@ -52,7 +52,7 @@ def _frozen_covariance(given: ArrayLike) -> Floats:
     covariance = frozen(given)
     if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
         raise UsageError("the covariance of a pose is 6 x 6 finite numbers, or None")
-    # By the largest sigma of a turn and of a shift: a held direction has no variance; files have few digits.
+    # Scaled by the largest sigma of rotation and of translation: a fixed direction has no variance, files few digits.
     sigmas = np.sqrt(np.abs(np.diag(covariance))).reshape(2, 3).max(axis=1)
     scale = np.repeat(np.where(sigmas > 0, sigmas, 1.0), 3)
     scaled = covariance / np.outer(scale, scale)
@@ -69,23 +69,23 @@ def _known_unit(units: str) -> str:
 
 @frozen_value
 class Pose:
-    """base_from_fixture with its unit, and what else its file tells.
+    """A pose base_from_fixture with its unit, covariance and fixture name.
 
     Parameters
     ----------
     base_from_fixture : (4, 4) array
         x_base = R x_fixture + t, in base, lengths in units.
     units : str or None
-        None where the file does not say.
+        Unit of lengths, None if unknown.
     covariance : (6, 6) array, optional
-        Of (d_rot in rad, d_t in units), base axes, rotation about the fixture's origin; None where unknown.
+        Of (d_rot in rad, d_t in units), base axes, rotation about the fixture's origin; None if unknown.
     fixture : str
-        Its name, "" where unknown.
+        Name of the fixture, "" if unknown.
 
     Raises
     ------
     UsageError
-        What is no rigid motion (a scale, a shear, a mirror image, nan), no covariance, or no unit.
+        Not a rigid motion (scaled, sheared, mirrored, nan), not a covariance, or not a unit.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Pose:
 
     def __repr__(self) -> str:
         sigmas = [0.0] * 3 if self.covariance is None else np.sqrt(np.diag(self.covariance)[3:]).tolist()
-        # Without a sigma three decimals do to know a pose by.
+        # Without a sigma, three decimals identify a pose well enough.
         digits = [decimals(sigma) if sigma > 0 else 3 for sigma in sigmas]
         origin = ", ".join(fixed(value, n) for value, n in zip(self.translation.tolist(), digits, strict=True))
         cosine = (np.trace(self.rotation) - 1) / 2
@@ -132,10 +132,10 @@ class Pose:
 
 
 def rigid_matrix(values: ArrayLike, place: str = "the matrix") -> Floats:
-    """The rigid motion (4, 4) that values say, or a PoseSyntaxError that tells why they are none.
+    """The rigid motion (4, 4) of values; PoseSyntaxError, with the reason, if they are not one.
 
-    A rotation that is orthonormal to double precision is kept bit for bit; one that was printed with few digits (off
-    by up to 1e-5) is replaced by the nearest rotation.
+    A rotation that is orthonormal to double precision is kept unchanged; one printed with few digits (off by up to
+    1e-5) is replaced by the nearest rotation.
     """
     matrix = np.asarray(values, dtype=np.float64)
     if matrix.shape != (4, 4):
@@ -171,10 +171,10 @@ def inverted(pose: Pose) -> Pose:
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """outer @ inner: the pose in the frame in which outer is given; units of inner, or of outer where it has none.
+    """outer @ inner: the inner pose in the reference frame of outer; units of inner, or of outer if it has none.
 
     d_rot = d_outer + R_outer d_inner, and d_t = d_t_outer + d_outer x (R_outer t_inner) + R_outer d_t_inner.
-    Raises UsageError where the unit of only one of them is known.
+    Raises UsageError if only one of them has a unit.
     """
     if (outer.units is None) != (inner.units is None):
         raise UsageError("one of the two poses does not say its unit; give " + Setting.UNITS.word)

@@ -1,6 +1,6 @@
-"""ROS and URDF as people have them: origin tags, static_transform_publisher, the print of tf2_echo.
+"""Reads poses of ROS and URDF: origin tags, static_transform_publisher, output of tf2_echo.
 
-Metres and radians. A rotation that is told twice (tf2_echo: quaternion, angles, matrix) must be the same one.
+Metres and radians. A rotation given in several forms (tf2_echo: quaternion, angles, matrix) must be the same in each.
 """
 
 import re
@@ -15,8 +15,8 @@ from tactfix.pose_formats.orientation import EulerAngles, Quaternion
 from tactfix.pose_formats.pose import PoseSyntaxError, syntax_error
 
 _MOST_OFF: Final = 3e-3
-"""Entry of R^T R - 1 that numbers with three digits, as tf2_echo prints them, may leave of a rotation: each entry is
-off by 5e-4, and a sum of three products of two by 3e-3."""
+"""Largest entry of R^T R - 1 of a rotation printed with three decimals, as by tf2_echo: entries are off by up to 5e-4,
+and sums of three products of two entries by 3e-3."""
 _RPY: Final = EulerAngles("ZYX", order=(2, 1, 0), degrees=False)
 _XYZW: Final = Quaternion(scalar_first=False)
 
@@ -38,40 +38,40 @@ _ECHO_EXAMPLE: Final = "- Translation: [x, y, z] and - Rotation: in Quaternion [
 
 
 def read_urdf(text: str) -> Floats:
-    """x, y, z, roll, pitch, yaw (6,) of the one origin tag; what it leaves out is zero."""
+    """x, y, z, roll, pitch, yaw (6,) of the one origin tag; omitted attributes are zero."""
     return the_one(without_comments(text, _XML_COMMENT), _ORIGIN, _origin, _ORIGIN_EXAMPLE)
 
 
 def _origin(lexer: Lexer) -> Floats:
     lexer.match(_ORIGIN)
     remedy = f"write {_ORIGIN_EXAMPLE}"
-    said: dict[str, tuple[float, ...]] = {}
+    attributes: dict[str, tuple[float, ...]] = {}
     while not (lexer.take("/>") or lexer.take(">")):
         name = lexer.name(remedy).lower()
-        if name not in ("xyz", "rpy") or name in said:
+        if name not in ("xyz", "rpy") or name in attributes:
             lexer.refuse(f"the attribute {name} is not known, or stands twice", remedy)
         lexer.mark("=", remedy)
         mark = "'" if lexer.follows("'") else '"'
         lexer.mark(mark, remedy)
-        said[name] = tuple(lexer.number(remedy) for _ in range(3))
+        attributes[name] = tuple(lexer.number(remedy) for _ in range(3))
         lexer.mark(mark, remedy)
-    if not said:
+    if not attributes:
         lexer.refuse("origin without xyz and rpy", remedy)
-    return np.array([*said.get("xyz", (0.0,) * 3), *said.get("rpy", (0.0,) * 3)])
+    return np.array([*attributes.get("xyz", (0.0,) * 3), *attributes.get("rpy", (0.0,) * 3)])
 
 
 def read_static(text: str) -> Floats:
-    """x, y, z, qx, qy, qz, qw (7,) of the one static_transform_publisher; what its options leave out is zero."""
-    spoken = without_comments(text, _HASH_COMMENT)
-    if len(_PUBLISHER.findall(spoken)) > 1:
+    """x, y, z, qx, qy, qz, qw (7,) of the one static_transform_publisher; omitted options are zero."""
+    content = without_comments(text, _HASH_COMMENT)
+    if len(_PUBLISHER.findall(content)) > 1:
         raise syntax_error("holds more than one static_transform_publisher", "write one")
-    publisher = _PUBLISHER.search(spoken)
+    publisher = _PUBLISHER.search(content)
     begin = publisher.end() if publisher else 0
-    arguments = _ARGUMENTS.search(spoken, begin) or _ARGUMENTS.search(spoken)
+    arguments = _ARGUMENTS.search(content, begin) or _ARGUMENTS.search(content)
     if arguments is not None:
         words = next(inside for inside in arguments.groups() if inside is not None)
     else:
-        words = spoken[begin:].replace("\\\n", " ")  # to the end: a line that is broken is no shorter one
+        words = content[begin:].replace("\\\n", " ")  # all the rest, so that a broken line is an error
     cut = re.sub(r"[\s,'\"\[\]]+", " ", words).split()
     try:
         return _by_options(cut) if any(word.startswith("--") for word in cut) else _by_place(cut)
@@ -81,21 +81,21 @@ def read_static(text: str) -> Floats:
 
 def _by_options(words: list[str]) -> Floats:
     """--x 1 --yaw 2 ... in any order."""
-    said: dict[str, float] = {}
+    values: dict[str, float] = {}
     position = 0
     while position < len(words) and words[position] != "--ros-args":
         name = words[position].removeprefix("--")
         known = name in (*_FRAME_NAMES, "x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
-        if not words[position].startswith("--") or not known or name in said or position + 1 == len(words):
+        if not words[position].startswith("--") or not known or name in values or position + 1 == len(words):
             raise syntax_error(f"{words[position][:40]!r} is not known, stands twice or has no value", _STATIC)
-        said[name] = 0.0 if name in _FRAME_NAMES else _number(words[position + 1])
+        values[name] = 0.0 if name in _FRAME_NAMES else _number(words[position + 1])
         position += 2
-    turn = [name for name in said if name in ("qx", "qy", "qz", "qw")]
-    angles = [name for name in said if name in ("roll", "pitch", "yaw")]
-    if not said.keys() & {"x", "y", "z"} or (turn and angles) or len(turn) in (1, 2, 3):
+    turn = [name for name in values if name in ("qx", "qy", "qz", "qw")]
+    angles = [name for name in values if name in ("roll", "pitch", "yaw")]
+    if not values.keys() & {"x", "y", "z"} or (turn and angles) or len(turn) in (1, 2, 3):
         raise syntax_error("is not one whole transform", _STATIC)
-    rotation = tuple(said[name] for name in ("qx", "qy", "qz", "qw")) if turn else _of_angles(said)
-    return np.array([*(said.get(axis, 0.0) for axis in "xyz"), *rotation])
+    rotation = tuple(values[name] for name in ("qx", "qy", "qz", "qw")) if turn else _of_angles(values)
+    return np.array([*(values.get(axis, 0.0) for axis in "xyz"), *rotation])
 
 
 def _by_place(words: list[str]) -> Floats:
@@ -119,18 +119,18 @@ def _number(word: str) -> float:
     return number
 
 
-def _of_angles(said: dict[str, float]) -> tuple[float, ...]:
-    rotation = _RPY.rotation(np.array([said.get(name, 0.0) for name in ("roll", "pitch", "yaw")]))
+def _of_angles(values: dict[str, float]) -> tuple[float, ...]:
+    rotation = _RPY.rotation(np.array([values.get(name, 0.0) for name in ("roll", "pitch", "yaw")]))
     return tuple(_XYZW.numbers(rotation).tolist())
 
 
 def is_echo(text: str) -> bool:
-    """Whether a text is what tf2_echo prints."""
+    """Whether a text is output of tf2_echo."""
     return _ECHO.search(text) is not None
 
 
 def read_echo(text: str) -> Floats:
-    """x, y, z, qx, qy, qz, qw (7,) that tf2_echo printed, once or the same ones again and again."""
+    """x, y, z, qx, qy, qz, qw (7,) printed by tf2_echo, once or repeatedly; repetitions must be equal."""
     lexer = Lexer(text)
     found: list[Floats] = []
     try:
@@ -145,7 +145,7 @@ def read_echo(text: str) -> Floats:
 
 
 def _echoed(lexer: Lexer) -> Floats:
-    """One print after its word Translation: translation, then the rotation in one way or several."""
+    """One output after the word Translation: translation, then the rotation in one or several forms."""
     remedy = f"write {_ECHO_EXAMPLE}"
     translation = _list(lexer, 3, remedy)
     rotations: list[Floats] = []
@@ -172,11 +172,11 @@ def _echoed(lexer: Lexer) -> Floats:
 
 def _in(lexer: Lexer) -> bool:
     """- Rotation: in, or in alone."""
-    here = lexer.position
+    start = lexer.position
     lexer.take("- Rotation:")
     if lexer.take("in "):
         return True
-    lexer.position = here
+    lexer.position = start
     return False
 
 

@@ -3,8 +3,8 @@
     [LOCAL|TASK] CONST|VAR|PERS robtarget p10:=[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[eax_a, ... eax_f]];
     MoveL [[...],[...],[...],[...]],v100,fine,tool0\\WObj:=wobj1;
 
-or the value alone, or three or seven columns. External axes must stand still; 9E+09 is one that is not there. Tool and
-work object are those of the motions to a target, and must be the same for all.
+or the value alone, or three or seven columns. External axes must not move; 9E+09 means an absent axis. Tool and
+work object are taken from the motions to each target, and must be the same for all.
 """
 
 import re
@@ -38,7 +38,7 @@ _AFTER_MOTION: Final = re.compile(
 _POSITION_TYPES: Final = ("ROBTARGET", "POSE", "POS")
 _NUMBER_LINE: Final = re.compile(r"\s*[-+.0-9]")
 _POSITION_LINES: Final = 200
-"""Lines over which one position may be spread."""
+"""Greatest number of lines of one position."""
 
 
 @dataclass(slots=True)
@@ -71,20 +71,20 @@ class _Reader:
             self.other.append(lexer.line)
 
     def _motion(self, lexer: Lexer, motion: re.Match[str]) -> None:
-        """MoveL p10,v100,fine,tool0\\WObj:=wobj1; tool and work object of the targets that it names."""
+        """MoveL p10,v100,fine,tool0\\WObj:=wobj1; records tool and work object of the targets it names."""
         for name in re.findall(r"[A-Za-z_]\w*", motion.group(1)):
             self.motions.setdefault(name.upper(), []).append((lexer.line, motion.group(2), motion.group(3) or "wobj0"))
         self.other.append(lexer.line)
 
     def check_motions(self, problems: list[Problem]) -> None:
-        """All targets must be of one tool and work object, where motions name them."""
+        """Reject targets whose motions name different tools or work objects."""
         for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
             for line, tool, work_object in self.motions.get(name.upper(), []):
                 for what, value in (("the tool", tool), ("the work object", work_object)):
                     try_reading(Lexer("", line), problems, partial(self.columns.standing.keep, what, value))
 
     def _bare(self, lexer: Lexer) -> None:
-        """A value with a name before it, in a motion, or alone."""
+        """A position: declared with a name, inside a motion, or alone."""
         if lexer.match(_MOVE_TO_PLACE):
             self.contacts.append(self._target(lexer, None))
             after = lexer.match(_AFTER_MOTION)
@@ -116,13 +116,13 @@ class _Reader:
 
     def _target(self, lexer: Lexer, name: str | None) -> LogContact:
         """[[x,y,z],[quaternion]], with configuration and external axes for a robtarget; [x,y,z] for a pos."""
-        here = lexer.position
+        start = lexer.position
         lexer.mark("[", ABB_EXAMPLE)
         if not lexer.follows("["):
             point = vector(lexer.numbers(3, ABB_EXAMPLE))
             lexer.mark("]", ABB_EXAMPLE)
             return LogContact(lexer.line, point, id=name)
-        lexer.position = here
+        lexer.position = start
         values, axes = abb_pose(lexer)
         if axes:
             self.columns.standing.keep("external axes", axes, lexer)
@@ -134,21 +134,21 @@ class _Reader:
 
 
 def _statements(text: str) -> list[Lexer]:
-    """Lines without comments, joined as long as brackets are open, and divided where a statement ends within one."""
+    """Lines without comments, joined as long as brackets are open, and split at the end of each statement."""
     found: list[Lexer] = []
-    begun: list[str] = []
+    pending: list[str] = []
     for number, line in enumerate(text_lines(text), 1):
-        begun.append(_MOD_COMMENT.sub("", line))
-        joined = "\n".join(begun)
-        if joined.count("[") > joined.count("]") and len(begun) < _POSITION_LINES:
+        pending.append(_MOD_COMMENT.sub("", line))
+        joined = "\n".join(pending)
+        if joined.count("[") > joined.count("]") and len(pending) < _POSITION_LINES:
             continue
-        first = number - len(begun) + 1
+        first = number - len(pending) + 1
         found.extend(
             _divided(Lexer(joined, first)) if "[" in joined else [Lexer(joined, first)] if joined.strip() else []
         )
-        begun = []
-    rest = "\n".join(begun)
-    return [*found, Lexer(rest, text.count("\n") + 2 - len(begun))] if rest.strip() else found
+        pending = []
+    rest = "\n".join(pending)
+    return [*found, Lexer(rest, text.count("\n") + 2 - len(pending))] if rest.strip() else found
 
 
 def _divided(lexer: Lexer) -> list[Lexer]:

@@ -1,10 +1,10 @@
-"""Lines of bare numbers: one separator for the whole file, and a decimal comma only where it is certain.
+"""Lines of bare numbers: one separator for the whole file, and a decimal comma only if it is unambiguous.
 
-Semicolons divide before tabs, tabs before commas, commas before blanks. A comma is a decimal mark where semicolons or
-tabs divide and no number of the file has a point.
+The separator of a line is the first of semicolon, tab, comma and blank that it contains. A comma is a decimal mark if
+the separator is a semicolon or tab and no number of the file has a point.
 
-Poses of a robot may have a row of names above. Without names a line holds the numbers of the controller's own pose in
-their order, or x, y and z alone. With names the columns may stand in any order; those of external axes must not
+Robot poses may have a header row. Without one a line holds the numbers of the controller's own pose in
+their order, or x, y and z alone. With one the columns may be in any order; those of external axes must not
 change; those of a recorder (RTDE) that do not belong to the pose are skipped.
 """
 
@@ -28,7 +28,7 @@ _SEPARATOR_NAMES: Final = {";": "semicolons", "\t": "tabs", ",": "commas", " ": 
 
 @frozen_value(eq=True)
 class Cell:
-    """What stands between two separators, without blanks around, and the column of its first character."""
+    """The text between two separators, stripped, and the column (from 1) of its first character."""
 
     text: str
     column: int
@@ -38,11 +38,11 @@ NAMING: Final = frozenset({"NAME", "ID", "POINT", "POINT ID", "POINT NAME", "LAB
 COUNTING: Final = frozenset(
     {"NO", "NO.", "NR", "NR.", "N", "#", "INDEX", "COUNT", "TIME", "TIMESTAMP", "DATE", "GROUP"}
 )
-"""Columns beside the coordinates: names of contacts, and numbers or times without a meaning here."""
+"""Columns other than coordinates: names of contacts; counters and times, which are ignored."""
 
 
 def is_header(text: str) -> bool:
-    """Whether a line names columns: X, Y and Z are among its cells, and no number is."""
+    """Whether a line is a header row: its cells include X, Y and Z and no number."""
     separator = separator_of(text)
     parts = [part.strip().strip('"') for part in (text.split(separator) if separator != " " else text.split())]
     names = {part.split("[")[0].split("(")[0].strip().upper() for part in parts}
@@ -50,12 +50,12 @@ def is_header(text: str) -> bool:
 
 
 def separator_of(line: str) -> str:
-    """What divides this line."""
+    """The separator of this line."""
     return next((mark for mark in ";\t," if mark in line.strip()), " ")
 
 
 def cells_of(lexer: Lexer, standing: Standing) -> tuple[Cell, ...]:
-    """The cells of a line; refused where it is divided otherwise than the lines before."""
+    """The cells of a line; an error if its separator differs from that of the lines before."""
     separator = separator_of(lexer.rest)
     if len(lexer.rest.split()) > 1 or separator != " ":
         standing.keep("what divides the numbers", _SEPARATOR_NAMES[separator], lexer, _COLUMNS_REMEDY)
@@ -99,7 +99,7 @@ _PASSED: Final = frozenset({"S", "T"})
 _EXTERNAL: Final = re.compile(r"E[1-6]|EAX_[A-F]")
 _OF_TOOL: Final = re.compile(r"(?:TCP|POSE)[_.](?=\w)")
 _SCALAR_FIRST: Final = (("Q0", "Q1", "Q2", "Q3"), ("QW", "QX", "QY", "QZ"), ("U0", "U1", "U2", "U3"))
-"""Other names of a quaternion q1 to q4 with its scalar first."""
+"""Other column names of the quaternion q1 to q4, scalar first."""
 
 
 @dataclass(slots=True)
@@ -124,7 +124,7 @@ class PoseColumns:
         return f"write {', '.join(self.numbers.labels)} with one separator throughout"
 
     def line(self, lexer: Lexer) -> LogContact | None:
-        """The contact of a line; None for the row of names."""
+        """The contact of a line; None for the header row."""
         cells = cells_of(lexer, self.standing)
         if not self.columns and not any(map(is_number, cells)):
             self._names(lexer, cells)
@@ -145,7 +145,7 @@ class PoseColumns:
         return self._contact(lexer, found, name or None)
 
     def _names(self, lexer: Lexer, cells: tuple[Cell, ...]) -> None:
-        """The row of names: each one must be known, and those of the position be there."""
+        """The header row: every name must be known, and none of the position missing."""
         by_capitals = {label.upper(): label for label in self.numbers.labels}
         self.open_end = not cells[-1].text
         cells = cells[:-1] if self.open_end else cells
@@ -166,9 +166,9 @@ class PoseColumns:
                 lexer.refuse(f"the column {cell.text[:40]!r} is not known", self._remedy)
             if names.count(name) > 1:
                 lexer.refuse(f"the column {cell.text[:40]!r} stands twice", self._remedy)
-        lacking = [label for label in self.numbers.labels if label not in columns]
-        if lacking and lacking != list(self.numbers.labels[3:]):
-            lexer.refuse(f"there is no column {', '.join(lacking)}", self._remedy)
+        absent = [label for label in self.numbers.labels if label not in columns]
+        if absent and absent != list(self.numbers.labels[3:]):
+            lexer.refuse(f"there is no column {', '.join(absent)}", self._remedy)
         self.columns = columns
         self.passed = [name.lower() for name, column in zip(names, columns, strict=True) if _says_nothing(column)]
 

@@ -1,8 +1,8 @@
-"""Lines of consoles: what a sender or terminal adds to a report of the machine, and the commands that it repeats.
+"""Console lines: what a sender or terminal adds around a report of the machine, and the commands that it echoes.
 
 Before a report there may be, in any order and number: time stamps, with brackets or without; prompts such as
->>> and <-; labels of letters; a repeated command, in brackets or with < or a tab behind it; colours; and what noise on
-a serial line leaves. Servers and scripts put the whole line into quotes, or as a string into JSON.
+>>> and <-; labels; an echoed command, in brackets or followed by < or a tab; colour codes; and noise of a serial line.
+Servers and scripts quote the whole line, or send it as a string in JSON.
 """
 
 import json
@@ -28,19 +28,19 @@ _REPEATED: Final = re.compile(
 )
 _QUOTED: Final = re.compile(r"\s*b?(['\"])((?:(?!\1).)*?)(?:\\[rn])*\1\s*")
 _CARRIERS: Final = ("D", "Data", "data", "line", "message", "msg", "text")
-"""Under these names servers and senders send a line of the console in JSON; D is the Serial Port JSON Server's."""
+"""JSON keys under which servers and senders send a console line; D is that of the Serial Port JSON Server."""
 
 
 @frozen_value(eq=True)
 class Opening:
-    """What stood before a report: the command repeated in brackets, and whether there was noise."""
+    """The text before a report: the command echoed in brackets, and whether there was noise."""
 
     command: Block | None = None
     noise: bool = False
 
 
 def read_opening(lexer: Lexer) -> Opening:
-    """Skip all that a console may write before a report."""
+    """Skip everything that a console may write before a report."""
     command: Block | None = None
     noise = False
     while True:
@@ -72,9 +72,9 @@ def read_closing(lexer: Lexer, remedy: str) -> None:
 
 
 def unwrapped(lexer: Lexer) -> Lexer:
-    """The line that a script has put into quotes, or a server into JSON; the same line where none has.
+    """The line inside quotes or JSON, without them; any other line unchanged.
 
-    What stands in JSON as an escape has no column of its own: there the column is that of the string.
+    If the JSON string holds an escape, columns within it are unknown: the column is then that of the string.
     """
     quoted = _QUOTED.fullmatch(lexer.text)
     if quoted is not None:
@@ -86,19 +86,19 @@ def unwrapped(lexer: Lexer) -> Lexer:
     except (ValueError, RecursionError):
         return lexer
     if not isinstance(tree, dict) or any(isinstance(value, dict) for value in tree.values()):
-        return lexer  # the machine's own words, which may hold a message too
+        return lexer  # a report of the machine itself, which may hold such a key too
     carried = [tree[name] for name in _CARRIERS if isinstance(tree.get(name), str)]
     return Lexer(carried[0].strip(), lexer.line, lexer.text.find("{") + 1) if len(carried) == 1 else lexer
 
 
 def _bracketed(inside: str) -> Block | None:
-    """A command in brackets; without words where it is a stamp or a label; None where it is neither."""
+    """A command in brackets; an empty Block for a time stamp or label; None for anything else."""
     block = block_of(inside)
     return Block(()) if block is None and (_STAMP.fullmatch(inside) or _WORD.fullmatch(inside)) else block
 
 
 def block_of(text: str) -> Block | None:
-    """The text as a block of G-code, None where it is none."""
+    """The text as a block of G-code, None if it is not one."""
     try:
         return read_block(Lexer(text))
     except TextError:

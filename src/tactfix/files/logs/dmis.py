@@ -1,6 +1,6 @@
 """DMIS: PTMEAS/CART,x,y,z,i,j,k in the unit of UNITS/; i, j, k is the normal out of the material.
 
-A statement goes on in the next line after a $ at its end; $$ begins a comment. Other statements hold no
+A $ at the end of a line continues the statement on the next; $$ begins a comment. Other statements hold no
 contacts, but unit, part coordinate system, sensor, tip compensation and rotary table must not change between contacts.
 """
 
@@ -62,13 +62,15 @@ class _Reader:
             self.frame = lexer.text.strip() if _FRAME_LINE.match(lexer.text) else self.frame
             for what, statement in _STATES:
                 if statement.match(lexer.text):
-                    said = re.sub(r"\s+", "", lexer.text)
-                    # Every move of the table is another place of it, even if it is told in the same words.
-                    self.states[what] = f"{said} in line {lexer.line}" if said.upper().startswith("ROT") else said
+                    content = re.sub(r"\s+", "", lexer.text)
+                    # Every ROTAB statement moves the table, even if its text is the same.
+                    self.states[what] = (
+                        f"{content} in line {lexer.line}" if content.upper().startswith("ROT") else content
+                    )
             self.other.append(lexer.line)
 
     def _unit(self, lexer: Lexer, name: str) -> None:
-        """UNITS/ holds for what follows; all touches are in one unit."""
+        """UNITS/ applies to what follows; all touches must be in one unit."""
         if name not in _KNOWN_UNITS:
             lexer.refuse(f"UNITS/{name} is not known here", "write it in MM, M or INCH")
         unit = _KNOWN_UNITS[name]
@@ -99,18 +101,18 @@ class _Reader:
 
 
 def _statements(text: str) -> list[Lexer]:
-    """Each statement with all its lines, without comments."""
+    """Each statement, its lines joined, without comments."""
     found: list[Lexer] = []
-    begun: list[str] = []
+    pending: list[str] = []
     for number, line in enumerate(text_lines(text), 1):
         inside = line.split("$$", 1)[0]
         goes_on = inside.rstrip().endswith("$")
-        begun.append(inside.rstrip()[:-1] if goes_on else inside)
+        pending.append(inside.rstrip()[:-1] if goes_on else inside)
         if not goes_on:
-            if "".join(begun).strip():
-                found.append(Lexer("\n".join(begun), number - len(begun) + 1))
-            begun = []
-    return [*found, Lexer("\n".join(begun), 1)] if "".join(begun).strip() else found
+            if "".join(pending).strip():
+                found.append(Lexer("\n".join(pending), number - len(pending) + 1))
+            pending = []
+    return [*found, Lexer("\n".join(pending), 1)] if "".join(pending).strip() else found
 
 
 def read_dmis(text: str, problems: list[Problem]) -> Log:

@@ -30,9 +30,9 @@ _SELECTIONS: Final = {
     "UF": ("the user frame, UF,", re.compile(r"[^!\n]*\bUFRAME_NUM[ \t]*=[ \t]*([^;\n]*)", re.IGNORECASE)),
     "UT": ("the tool, UT,", re.compile(r"[^!\n]*\bUTOOL_NUM[ \t]*=[ \t]*([^;\n]*)", re.IGNORECASE)),
 }
-"""What a position says of its frame and tool: how that is called, and the statement that selects it in a program."""
+"""Frame and tool of a position: name of each state, and the statement that selects it in a program."""
 _SELECTED_FRAME: Final = "F"
-"""A position without a number of its own is in the frame, and of the tool, that the program has selected."""
+"""Value for a position without its own number: it uses the frame or tool that the program has selected."""
 _SHOWN: Final = re.compile(r"[ \t]*Frame[ \t]*#[ \t]*:[ \t]*(\w+)[ \t]+Tool[ \t]*#[ \t]*:[ \t]*(\w+)", re.IGNORECASE)
 _COORDINATE: Final = re.compile(r"(?<![A-Za-z])X[ \t]*[=:][ \t]*[-+.0-9][^\n]*(?<![A-Za-z])Y[ \t]*[=:][ \t]*[-+.0-9]")
 _CONFIGURATION: Final = re.compile(
@@ -63,8 +63,8 @@ class _Reader:
             pose = fanuc_pose(lexer)
             lexer.end(FANUC_EXAMPLE)
             self._contact(lexer, pose, f"{item.group(1)}[{item.group(2)}]" if item.group(1) else None)
-        elif begun := _PROGRAM_LIST.match(lexer.text):
-            self.now["the list"] = begun.group(1).upper()
+        elif match := _PROGRAM_LIST.match(lexer.text):
+            self.now["the list"] = match.group(1).upper()
             self.other.append(lexer.line)
         elif heading := _POSITION_HEADING.match(lexer.text):
             self.now["the frame of the positions"] = heading.group(1).upper()
@@ -83,7 +83,7 @@ class _Reader:
             self.other.append(lexer.line)
 
     def _select(self, lexer: Lexer) -> bool:
-        """1: UTOOL_NUM=2 ; remembered for positions that are of the selected tool."""
+        """1: UTOOL_NUM=2 ; recorded for positions that use the selected tool or frame."""
         found = [
             (label, match.group(1).strip()) for label, one in _SELECTIONS.values() if (match := one.match(lexer.text))
         ]
@@ -92,16 +92,16 @@ class _Reader:
         return bool(found)
 
     def check_selected(self, problems: list[Problem]) -> None:
-        """Positions without a frame or tool of their own: the program must select one throughout."""
+        """Positions without their own frame or tool: the program must select the same one throughout."""
         for label, selected in self.selected.items():
-            if self.columns.standing.said.get(label, ("", 0))[0] == _SELECTED_FRAME:
+            if self.columns.standing.values.get(label, ("", 0))[0] == _SELECTED_FRAME:
                 for line, number in selected:
                     try_reading(
                         Lexer("", line), problems, partial(self.columns.standing.keep, f"{label} selected", number)
                     )
 
     def _is_row(self, text: str) -> bool:
-        """Whether a line is one of columns: their names, numbers, or cells below names; a line of a program is none."""
+        """Whether a line is a row of columns (header, numbers, or cells below a header) and not a line of a program."""
         numbers = _LISTED_NUMBER.match(text) and not re.match(r"\s*[0-9]+\s*:", text)
         return bool(numbers) or is_header(text) or (self.columns.columns != () and any(mark in text for mark in ",;\t"))
 
@@ -141,7 +141,7 @@ class _Reader:
             lexer.mark(",", FANUC_EXAMPLE)
 
     def _listed(self, lexer: Lexer, name: str) -> None:
-        """What stands after [1,2] = in a list of position registers or frames."""
+        """The rest of an entry after [1,2] = in a list of position registers or frames."""
         if lexer.follows("'"):
             name = lexer.quoted("'", FANUC_EXAMPLE).strip() or name
         if lexer.take("Uninitialized") or _UNTAUGHT.search(lexer.text):
@@ -193,28 +193,28 @@ def _axes(lexer: Lexer) -> list[float]:
 def _parts(text: str) -> list[Lexer]:
     """Positions with all their lines, and single lines between them."""
     found: list[Lexer] = []
-    begun: list[str] = []
+    pending: list[str] = []
     for number, line in enumerate(text.split("\n"), 1):
-        opened = bool(begun)
-        taught = opened and _POSITION_OPENS.match(begun[0])
-        again = opened and _ITEM.match(begun[0]) and _ITEM.match(line)
+        opened = bool(pending)
+        taught = opened and _POSITION_OPENS.match(pending[0])
+        again = opened and _ITEM.match(pending[0]) and _ITEM.match(line)
         goes_on = opened and (taught or (line.strip() and not again and not _begins(line)))
         if opened and not goes_on:
-            found.append(Lexer("\n".join(begun), number - len(begun)))
-            begun = []
-        begun.append(line)
-        if not _POSITION_OPENS.match(begun[0]) and not _LISTED.match(begun[0]) and not _ITEM.match(begun[0]):
+            found.append(Lexer("\n".join(pending), number - len(pending)))
+            pending = []
+        pending.append(line)
+        if not _POSITION_OPENS.match(pending[0]) and not _LISTED.match(pending[0]) and not _ITEM.match(pending[0]):
             found.append(Lexer(line, number)) if line.strip() else None
-            begun = []
+            pending = []
         elif taught and "}" in line:
-            found.append(Lexer("\n".join(begun), number - len(begun) + 1))
-            begun = []
-    rest = "\n".join(begun)
-    return [*found, Lexer(rest, text.count("\n") + 2 - len(begun))] if rest.strip() else found
+            found.append(Lexer("\n".join(pending), number - len(pending) + 1))
+            pending = []
+    rest = "\n".join(pending)
+    return [*found, Lexer(rest, text.count("\n") + 2 - len(pending))] if rest.strip() else found
 
 
 def _begins(line: str) -> bool:
-    """Whether a line begins something of its own."""
+    """Whether a line begins a new entry."""
     return bool(
         _POSITION_OPENS.match(line)
         or _LISTED.match(line)

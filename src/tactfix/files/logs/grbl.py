@@ -1,8 +1,8 @@
 """Consoles of grbl and its relatives: [PRB:x,y,z:1] for a hit, in machine coordinates; [PRB:...:0] for a miss.
 
-TinyG and g2core say it in JSON: {"prb":{"e":1,"x":..,"y":..,"z":..}}. Marlin answers G30, which probes straight down,
-with Bed X: .. Y: .. Z: .., in mm and in the active coordinates. The rest of a console is talk, of which the
-probe commands tell the approach, G90 and G91 how they are meant, and $13 or G20 the unit.
+TinyG and g2core report in JSON: {"prb":{"e":1,"x":..,"y":..,"z":..}}. Marlin answers G30, which probes straight down,
+with Bed X: .. Y: .. Z: .., in mm and in the active coordinates. Of the other lines, probe
+commands give the approach, G90 and G91 their distance mode, and $13 or G20 the unit.
 """
 
 import json
@@ -27,7 +27,7 @@ _FAILED: Final = re.compile(r"\b(?:ALARM|error):", re.IGNORECASE)
 _ROTARY: Final = "the axes beyond X Y Z"
 _BED: Final = "write Bed X: 1.00 Y: 2.00 Z: 3.00"
 _DOWN: Final = (0.0, 0.0, -1.0)
-"""How the probe travels where no command says otherwise."""
+"""Approach of Marlin's G30: straight down."""
 
 
 _TOWARDS_WORK: Final = (38.2, 38.3)
@@ -38,10 +38,10 @@ _OUT_OF: Final = (38.4, 38.5)
 
 @dataclass(slots=True)
 class _ProbeCommands:
-    """Commands heard that no report has answered yet, and the mode that they are meant in.
+    """Probe commands without a report yet, and their distance mode.
 
-    G38.2 Z-20 in G91 moves towards -z. In G90 the words are the end of the move, from which no direction follows
-    without its start. Without G90 or G91 a command of one axis is taken as incremental, with a note.
+    G38.2 Z-20 in G91 moves towards -z. In G90 the words are the end point, which gives no direction without the
+    start. Without G90 or G91 a command of one axis is taken as incremental, with a note.
     """
 
     incremental: bool | None = None
@@ -49,7 +49,7 @@ class _ProbeCommands:
     assumed: bool = False
     absolute: bool = False
 
-    def heard(self, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """A command on a line of its own."""
         if self._probes(block):
             self.waiting.append(self._direction(block))
@@ -61,17 +61,17 @@ class _ProbeCommands:
         self.waiting.clear()
 
     def approach(self, command: Block | None) -> Vector | None:
-        """The approach of a report: of the command in its own line, else of those that wait, if all say the same."""
+        """The approach of a report: of the command in its own line, else of the waiting ones if they agree."""
         if command is not None and self._probes(command):
             return self._direction(command)
         if not self.waiting:
             return None
-        first, same = self.waiting[0], len(set(self.waiting)) == 1
+        first, is_unanimous = self.waiting[0], len(set(self.waiting)) == 1
         del self.waiting[0]
-        return first if same else None
+        return first if is_unanimous else None
 
     def notes(self) -> tuple[str, ...]:
-        """What was assumed, or could not be told."""
+        """Notes on assumed and undetermined approaches."""
         notes = []
         if self.assumed:
             notes.append("approaches are read from probe commands, taken as incremental (G91): nothing says which")
@@ -80,7 +80,7 @@ class _ProbeCommands:
         return tuple(notes)
 
     def mode(self, block: Block) -> None:
-        """G90 and G91 of a command hold for those that follow."""
+        """Set the distance mode (G90, G91), which is modal."""
         for code in block.codes("G"):
             self.incremental = {90.0: False, 91.0: True}.get(code, self.incremental)
 
@@ -88,7 +88,7 @@ class _ProbeCommands:
         return any(code in _TOWARDS_WORK or code in _OUT_OF for code in block.codes("G"))
 
     def _direction(self, block: Block) -> Vector | None:
-        """Unit direction of the probe into the material, None where the command does not determine it."""
+        """Unit direction of the probe into the material, None if the command does not determine it."""
         self.mode(block)
         move = [sum(block.codes(axis)) for axis in "XYZ"]
         axes = sum(value != 0 for value in move)
@@ -140,7 +140,7 @@ class _Reader:
             self.noisy.append(lexer.line)
 
     def _report(self, lexer: Lexer, command: Block | None) -> None:
-        """[PRB:x,y,z:1], with more axes after z where the controller has them."""
+        """[PRB:x,y,z:1], with more axes after z if the controller has them."""
         lexer.take("[PRB:")
         literals = [lexer.literal(_GRBL_REMEDY)]
         while lexer.take(","):
@@ -207,13 +207,13 @@ class _Reader:
         self.contacts.append(LogContact(lexer.line, now[0], approach))
 
     def _talk(self, lexer: Lexer, command: Block | None) -> None:
-        """A line that is no report: commands are remembered, and what says that a list of parameters is being shown."""
-        said = lexer.rest.strip()
+        """A line that is no report: record commands, settings, and the start of a parameter listing ($#)."""
+        content = lexer.rest.strip()
         self.talk.append(lexer.line)
-        setting, modes = _UNIT_SETTING.match(said), _MODES.fullmatch(said)
-        if said == "$#" or _PARAMETER.match(said):
+        setting, modes = _UNIT_SETTING.match(content), _MODES.fullmatch(content)
+        if content == "$#" or _PARAMETER.match(content):
             self.listing = True
-        elif said.lower() == "ok":
+        elif content.lower() == "ok":
             self.listing = False
             self._modes(command)
         elif _FAILED.search(lexer.text):
@@ -221,10 +221,10 @@ class _Reader:
         elif setting:
             self._unit(lexer, "in" if setting.group(1) == "1" else "mm")
         else:
-            self._command(block_of(modes.group(1)) if modes else block_of(said) or command)
+            self._command(block_of(modes.group(1)) if modes else block_of(content) or command)
 
     def _unit(self, lexer: Lexer, unit: str) -> None:
-        """$13 holds for the reports before it too, where none said otherwise: consoles list it at any time."""
+        """$13 applies to earlier reports too, unless one had another unit: consoles list it at any time."""
         if self.contacts and self.units not in (None, unit):
             lexer.refuse(f"the unit changes to {unit} below reports in {self.units}", ONE_STATE_REMEDY)
         self.units = unit
@@ -233,11 +233,11 @@ class _Reader:
         if block is None:
             return
         self.listing = False
-        self.commands.heard(block)
+        self.commands.add(block)
         self._modes(block)
 
     def _modes(self, block: Block | None) -> None:
-        """What a command sets for those that follow; its probing, if it does any, is answered already."""
+        """Apply the modal codes of a command; its probing, if any, has been reported already."""
         if block is None:
             return
         self.commands.mode(block)
@@ -267,7 +267,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_grbl(text: str, problems: list[Problem]) -> Log:
-    """The hits of a console, with the approach where the console repeats the probe command before them."""
+    """The hits of a console, with the approach if the console echoes the probe command before them."""
     reader = _Reader()
     read_lines(text, problems, reader.line)
     return reader.log()

@@ -1,4 +1,4 @@
-"""I++ DME answers (version 1.4.3): tag, # and what OnPtMeasReport asked for, in millimetres.
+"""I++ DME answers (version 1.4.3): tag, #, and the properties that OnPtMeasReport selects, in millimetres.
 
 X() Y() Z() are the tip's centre, IJK() the outward normal, ER() the effective radius of the tip, Q() the quality (0
 is good), R() the rotary table and Tool.A() Tool.B() Tool.C() the head, in degrees. Some servers write PtMeas(...)
@@ -56,7 +56,7 @@ class _Reader:
             self._command(lexer, tag.group())
 
     def _command(self, lexer: Lexer, tag: str) -> None:
-        """What the client asked for; frame and tool are remembered until a contact comes."""
+        """A command of the client; frame and tool are recorded for the contacts that follow."""
         command = _COMMAND.match(lexer.rest)
         if command is None:
             lexer.refuse("this is neither a command nor an answer", _IPPDME_REMEDY)
@@ -69,44 +69,44 @@ class _Reader:
             self.now[_TOOL] = lexer.rest.strip()
 
     def _answer(self, lexer: Lexer, tag: str) -> None:
-        """A contact, where the answer holds a coordinate and does not answer another command than a measurement."""
-        asked = self.commands.get(tag, "PTMEAS")
-        if not _COORDINATE_OPENS.search(lexer.rest) or tag.startswith("E") or asked.startswith("GET"):
+        """A contact, if the answer holds a coordinate and its command was a measurement."""
+        command = self.commands.get(tag, "PTMEAS")
+        if not _COORDINATE_OPENS.search(lexer.rest) or tag.startswith("E") or command.startswith("GET"):
             self.talk.append(lexer.line)
             return
         wrapped = lexer.take("PtMeas")
         if wrapped:
             lexer.mark("(", _IPPDME_REMEDY)
-        said = _properties(lexer)
+        properties = _properties(lexer)
         if wrapped:
             lexer.mark(")", _IPPDME_REMEDY)
         lexer.end(_IPPDME_REMEDY)
-        self._contact(lexer, tag, said, wrapped)
+        self._contact(lexer, tag, properties, wrapped)
 
-    def _contact(self, lexer: Lexer, tag: str, said: dict[str, tuple[float, ...]], wrapped: bool) -> None:
-        lacking = [f"{axis}()" for axis in "XYZ" if axis not in said]
-        if lacking:
-            lexer.refuse(f"the answer lacks {', '.join(lacking)}", "ask for X(), Y(), Z() with OnPtMeasReport")
-        if said.get("Q", (0.0,))[0] != 0:
-            self.notes.append(f"line {lexer.line}: the machine reports bad quality, Q({said['Q'][0]:g}); dropped")
+    def _contact(self, lexer: Lexer, tag: str, properties: dict[str, tuple[float, ...]], wrapped: bool) -> None:
+        absent = [f"{axis}()" for axis in "XYZ" if axis not in properties]
+        if absent:
+            lexer.refuse(f"the answer lacks {', '.join(absent)}", "ask for X(), Y(), Z() with OnPtMeasReport")
+        if properties.get("Q", (0.0,))[0] != 0:
+            self.notes.append(f"line {lexer.line}: the machine reports bad quality, Q({properties['Q'][0]:g}); dropped")
             return
-        radius = said.get("ER")
-        if wrapped and radius is None and not any(name in said for name in _HEAD_ANGLES) and "R" in said:
-            radius = said.pop("R")
+        radius = properties.get("ER")
+        if wrapped and radius is None and not any(name in properties for name in _HEAD_ANGLES) and "R" in properties:
+            radius = properties.pop("R")
             self.notes.append(f"line {lexer.line}: {_RADIUS}") if not self.contacts else None
         for name, what in _STANDING.items():
-            if name in said:
-                self.standing.keep(what, said[name], lexer)
+            if name in properties:
+                self.standing.keep(what, properties[name], lexer)
         for what, value in self.now.items():
             self.standing.keep(what, value, lexer)
-        point = vector([said[axis][0] for axis in "XYZ"])
+        point = vector([properties[axis][0] for axis in "XYZ"])
         tip_radius = None if radius is None else radius[0]
-        normal = said.get("IJKACT", said.get("IJK", (0.0, 0.0, 0.0)))
+        normal = properties.get("IJKACT", properties.get("IJK", (0.0, 0.0, 0.0)))
         self.contacts.append(LogContact(lexer.line, point, against(normal), tip_radius=tip_radius, id=tag))
 
     def log(self) -> Log:
-        told = (*self.notes, *self.standing.notes(*_STANDING.values()))
-        return Log(tuple(self.contacts), "mm", (*told, *passed_over(self.talk, "lines that are no measurements")))
+        notes = (*self.notes, *self.standing.notes(*_STANDING.values()))
+        return Log(tuple(self.contacts), "mm", (*notes, *passed_over(self.talk, "lines that are no measurements")))
 
 
 _RADIUS: Final = (
@@ -116,8 +116,8 @@ _RADIUS: Final = (
 
 
 def _properties(lexer: Lexer) -> dict[str, tuple[float, ...]]:
-    """NAME(number, ...) by name in capitals, commas between."""
-    said: dict[str, tuple[float, ...]] = {}
+    """NAME(number, ...) by name in upper case, separated by commas."""
+    properties: dict[str, tuple[float, ...]] = {}
     while True:
         name = lexer.name(_IPPDME_REMEDY).upper()
         if lexer.text.startswith(".", lexer.position):
@@ -125,13 +125,13 @@ def _properties(lexer: Lexer) -> dict[str, tuple[float, ...]]:
             name += "." + lexer.name(_IPPDME_REMEDY).upper()
         if name not in _WIDTHS and name not in _HEAD_ANGLES:
             lexer.refuse(f"{name}() is not known in a measurement", _IPPDME_REMEDY)
-        if name in said:
+        if name in properties:
             lexer.refuse(f"{name}() stands twice", _IPPDME_REMEDY)
         lexer.mark("(", _IPPDME_REMEDY)
-        said[name] = lexer.numbers(_WIDTHS.get(name, 1), _IPPDME_REMEDY)
+        properties[name] = lexer.numbers(_WIDTHS.get(name, 1), _IPPDME_REMEDY)
         lexer.mark(")", _IPPDME_REMEDY)
         if not lexer.take(","):
-            return said
+            return properties
 
 
 def read_ippdme(text: str, problems: list[Problem]) -> Log:

@@ -3,7 +3,7 @@
     {X 1,Y 2,Z 3,A 0,B 90,C 0,S 2,T 35,E1 0.0, ...}      also {POS: ...}, {E6POS: ...}, {FRAME: ...}
     DECL E6POS XP1={...}    GLOBAL FRAME P1={...}    $POS_ACT={...}    LIN {...} C_DIS    P1: X 1 Y 2 Z 3 A 0 B 90 C 0
 
-or six columns. External axes must stand still; DECL FDAT, $TOOL, $BASE, BAS and FDAT_ACT tell tool and base, which must
+or six columns. External axes must not move; DECL FDAT, $TOOL, $BASE, BAS and FDAT_ACT give tool and base, which must
 be the same throughout. TOOL_DATA, BASE_DATA, $WORLD and $ROBROOT are frames, not touches.
 """
 
@@ -78,7 +78,7 @@ class _Reader:
             self._row(lexer)
 
     def _selects(self, lexer: Lexer) -> bool:
-        """$TOOL=..., BAS(#BASE,2) and FDAT_ACT=... hold for the positions below."""
+        """$TOOL=..., BAS(#BASE,2) and FDAT_ACT=... apply to the positions below."""
         active = _ACTIVE.match(lexer.text)
         if active is not None:
             what, value = active.group(1) or f"${active.group(3)}", active.group(2) or active.group(4) or ""
@@ -97,7 +97,7 @@ class _Reader:
             self.contacts.append(contact)
 
     def _position(self, lexer: Lexer) -> None:
-        """One position with what stands before and after it."""
+        """One position, with the declaration or motion around it."""
         if lexer.match(_PTP_OR_LIN):
             name = None
         else:
@@ -105,14 +105,14 @@ class _Reader:
             name = before.group(2) if before else None
             if before is None:
                 read_opening(lexer)
-        said = kuka_position(lexer)
+        numbers = kuka_position(lexer)
         lexer.match(_APPROXIMATE)
         lexer.blanks().match(_DAT_COMMENT)
         lexer.end(KUKA_EXAMPLE)
-        self._contact(lexer, said, name)
+        self._contact(lexer, numbers, name)
 
     def _labelled(self, lexer: Lexer) -> None:
-        """P1: X 1 Y 2 Z 3 A 0 B 90 C 0, as programs write it without braces."""
+        """P1: X 1 Y 2 Z 3 A 0 B 90 C 0, without braces."""
         if not _LABELLED.match(lexer.text.lstrip()):
             before = lexer.match(_DECLARATION)
             if before is None:
@@ -123,15 +123,15 @@ class _Reader:
             name = None
         if not _LABELLED.match(lexer.blanks().rest):
             lexer.refuse("this is not a whole position", KUKA_EXAMPLE)
-        said = kuka_items(lexer, loose=True)
+        numbers = kuka_items(lexer, loose=True)
         lexer.end(KUKA_EXAMPLE)
-        self._contact(lexer, said, name)
+        self._contact(lexer, numbers, name)
 
-    def _contact(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
+    def _contact(self, lexer: Lexer, numbers: dict[str, float], name: str | None) -> None:
         for what in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
             self.columns.standing.keep(what, self.active.get(what, "that before the program"), lexer)
-        self.columns.standing.keep("external axes", tuple(said.get(axis, 0.0) for axis in KUKA_AXES), lexer)
-        self.contacts.append(pose_contact(lexer, self.columns.numbers, [said[label] for label in KUKA_LABELS], name))
+        self.columns.standing.keep("external axes", tuple(numbers.get(axis, 0.0) for axis in KUKA_AXES), lexer)
+        self.contacts.append(pose_contact(lexer, self.columns.numbers, [numbers[label] for label in KUKA_LABELS], name))
 
     def _tool(self, lexer: Lexer) -> None:
         """DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,...}: the tool and base that the point XP1 was taught with."""
@@ -143,7 +143,7 @@ class _Reader:
         self.talk.append(lexer.line)
 
     def check_taught(self, problems: list[Problem]) -> None:
-        """All contacts must have been taught with one tool and base, where FDAT names them."""
+        """Reject contacts whose FDAT name different tools or bases."""
         for contact in self.contacts:
             line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
             for what, number in numbers:

@@ -31,8 +31,8 @@ class _Reader:
 
 
 def read_linuxcnc(text: str, problems: list[Problem]) -> Log:
-    """A log of straight probes (G38.2 to G38.5). Rotary and parallel axes must stand still throughout."""
+    """A log of straight probes (G38.2 to G38.5). Rotary and parallel axes must not move."""
     reader = _Reader()
     read_lines(text, problems, reader.line)
-    told = (_MISS_LIKE_HIT, *reader.standing.notes("A B C U V W"), *passed_over(reader.comments, "comments"))
-    return Log(tuple(reader.contacts), notes=told)
+    notes = (_MISS_LIKE_HIT, *reader.standing.notes("A B C U V W"), *passed_over(reader.comments, "comments"))
+    return Log(tuple(reader.contacts), notes=notes)

@@ -20,15 +20,15 @@ from tactfix.values import frozen_value
 from tactfix.wording import did_you_mean
 
 _MOST_TIP_MM = 3000.0
-"""No probe reaches farther from its flange: a longer offset is in another unit."""
+"""Upper limit of the length of a tip offset: a longer one is taken to be in the wrong unit."""
 
 
 @frozen_value
 class LogContacts:
-    """What a log says with the help of options: in units; tip_radius and sigma None where nothing says them.
+    """The contacts of a log and their settings, in units; tip_radius and sigma are None if not given.
 
-    contacts: as the log has them, with the options' approaches, in the frame of the work offset. points (n, 3): with
-    the tip's offset. tip_offset (3,): None where it is not given.
+    contacts: in the log's unit, with the approaches of the options, in the frame of the work offset. points (n, 3):
+    with the tip offset applied. tip_offset (3,): in the flange frame, None if not given.
     """
 
     name: str
@@ -45,7 +45,7 @@ class LogContacts:
 
     @property
     def rotations(self) -> Floats | None:
-        """base_from_flange, or that of the tool (n, 3, 3); None where a contact has no pose."""
+        """Rotations base_from_flange or base_from_tool (n, 3, 3); None if any contact has no pose."""
         found = [contact.rotation for contact in self.contacts if contact.rotation is not None]
         return np.array(found) if len(found) == len(self.contacts) else None
 
@@ -57,12 +57,12 @@ def load_log(
     options: ContactOptions | None = None,
     log_options: LogOptions | None = None,
 ) -> tuple[ContactFile, tuple[str, ...]]:
-    """The contacts of a machine log in the fixture's units, and notes on what was dropped, passed over or overruled.
+    """The contacts of a machine log in the fixture's units, and notes on what was dropped, skipped or overridden.
 
-    Options beat the log, which beats the fixture's probe; the fixture's units do not stand in for those of the log,
-    and its tip radius not for that of a format whose points may be compensated (xyzijk).
+    Options take precedence over the log, and the log over the fixture's probe. The fixture's units are no default for
+    those of the log, nor its tip radius for a format whose points may be tip-compensated (xyzijk).
 
-    Raises FileError with all that is wrong or missing; UsageError for options that do not fit the format.
+    Raises FileError with every problem of the log; UsageError for options that do not fit the format.
     """
     read = read_log(format_name, source, fixture, options, log_options, complete=True)
     assert read.tip_radius is not None
@@ -91,28 +91,28 @@ def read_log(
     *,
     complete: bool,
 ) -> LogContacts:
-    """What a machine log says, in the fixture's units, or in its own without a fixture; see load_log.
+    """The contacts of a machine log in the fixture's units, without a fixture in its own; see load_log.
 
-    complete: whether tip radius and sigma must be known.
+    complete: whether a missing tip radius or sigma is a problem.
     """
-    said, wanted = options or ContactOptions(), log_options or LogOptions()
+    chosen, wanted = options or ContactOptions(), log_options or LogOptions()
     log_format = find_format(format_name)
     name, text = read_log_text(source)
     problems: list[Problem] = []
     log = log_format.read(text, problems)
-    units = said.units or log.units or "mm"  # none of all is a problem below
+    units = chosen.units or log.units or "mm"  # if neither gives it, a problem is added below
     contacts, repeated = last_of_each_place(log.contacts, units) if wanted.repeats == "last" else (log.contacts, ())
     dropped = (*log.notes, *repeated)
     _check_tip_offset(format_name, units, contacts, wanted.tip_offset)
     _check_features(contacts, dropped, wanted, fixture, problems)
     header = ContactOptions(units=log.units, tip_radius=_tip_radius(contacts, problems))
-    if said.units is None and log.units is None:
+    if chosen.units is None and log.units is None:
         problems.append(
             Problem(
                 f"{format_name} does not say its units", "give " + Setting.UNITS.to("mm") + ", or what the machine uses"
             )
         )
-    settings = _settings(said, header, log_format, fixture)
+    settings = _settings(chosen, header, log_format, fixture)
     if complete:
         problems.extend(_missing(settings))
     if problems:
@@ -132,12 +132,12 @@ def read_log(
         tip_radius=settings.tip_radius,
         sigma=settings.sigma,
         tip_offset=None if wanted.tip_offset is None else vector([x * settings.scale for x in wanted.tip_offset]),
-        notes=(*dropped, *_overruled(said, header), *_frame_notes(log_format, contacts, wanted)),
+        notes=(*dropped, *_overruled(chosen, header), *_frame_notes(log_format, contacts, wanted)),
     )
 
 
 def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContact], tip_offset: Vector | None) -> None:
-    """A tip offset needs poses, and no tip is farther from the flange than a robot is long."""
+    """A tip offset needs poses; a length that no robot has means a wrong unit."""
     if tip_offset is None:
         return
     if any(contact.rotation is None for contact in contacts):
@@ -152,7 +152,7 @@ def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContac
 
 
 def find_format(format_name: str) -> LogFormat:
-    """The machine log of this name; UsageError where there is none."""
+    """The log format of this name; UsageError if there is none."""
     if format_name not in LOG_FORMATS:
         raise UsageError(
             f"no format of machine logs is called {format_name!r}; {did_you_mean(format_name, LOG_FORMATS)}"
@@ -163,22 +163,22 @@ def find_format(format_name: str) -> LogFormat:
 def _settings(
     options: ContactOptions, header: ContactOptions, log_format: LogFormat, fixture: Fixture | None
 ) -> Settings:
-    """What options, log and the fixture's probe say together.
+    """The settings that follow from options, log and the fixture's probe.
 
-    The probe's tip does not count where the log's points may be compensated. A unit that nothing says is a problem
-    already; what it is then does not matter.
+    The probe's tip radius is ignored if the log's points may be tip-compensated. A missing unit has been reported
+    already, so any unit will do.
     """
     probe = Probe() if fixture is None else fixture.probe
     if log_format.compensated:
         probe = Probe(sigma=probe.sigma)
-    said = replace(options, units=options.units or header.units or "mm")
-    settings = settle(said, header, probe, fixture.units if fixture else None)
+    completed = replace(options, units=options.units or header.units or "mm")
+    settings = settle(completed, header, probe, fixture.units if fixture else None)
     assert settings is not None
     return settings
 
 
 def _missing(settings: Settings) -> list[Problem]:
-    """A problem for tip radius and sigma each, where nothing says it."""
+    """A problem for each of tip radius and sigma that is not given."""
     problems = []
     if settings.tip_radius is None:
         remedy = (
@@ -209,37 +209,38 @@ def _check_features(
     for feature, _ in wanted.approaches:
         if feature != EVERY and feature not in {run.feature for run in runs}:
             raise UsageError(Setting.APPROACH.word + f" names {feature!r}, which is none of " + Setting.FEATURES.word)
-    found, told = len(contacts), sum(run.count for run in runs)
+    found, assigned = len(contacts), sum(run.count for run in runs)
     if not found:
         if not problems:
             problems.append(Problem("there are no contacts", "check the file and " + Setting.LOG_FORMAT.word))
     elif not runs:
         remedy = f"say which of the {found} contacts are on which, in order: " + Setting.FEATURES.to("bar:5,ball:4")
         problems.append(Problem("a machine log does not say which feature was touched", remedy))
-    elif found != told and not problems:
-        said = f" ({'; '.join(notes)})" if notes else ""
+    elif found != assigned and not problems:
+        remarks = f" ({'; '.join(notes)})" if notes else ""
         problems.append(
             Problem(
-                f"there are {found} contacts{said}, and features for {told}",
+                f"there are {found} contacts{remarks}, and features for {assigned}",
                 "make " + Setting.FEATURES.word + " name each",
             )
         )
 
 
 def _tip_radius(contacts: Sequence[LogContact], problems: list[Problem]) -> float | None:
-    """The one tip radius that the log says; a problem where a line says another one."""
-    said = [contact for contact in contacts if contact.tip_radius is not None]
-    for contact in said:
-        if contact.tip_radius != said[0].tip_radius:
-            what = f"the tip radius is {contact.tip_radius:g}, in line {said[0].line} it is {said[0].tip_radius:g}"
+    """The tip radius of the log, in its unit; a problem for each line with a different one."""
+    with_radius = [contact for contact in contacts if contact.tip_radius is not None]
+    for contact in with_radius:
+        if contact.tip_radius != with_radius[0].tip_radius:
+            first = with_radius[0]
+            what = f"the tip radius is {contact.tip_radius:g}, in line {first.line} it is {first.tip_radius:g}"
             problems.append(Problem(what, "log the contacts of each tip in a file of their own", line=contact.line))
         elif contact.tip_radius is not None and contact.tip_radius < 0:
             problems.append(Problem("the tip radius is negative", "write 0 or more", line=contact.line))
-    return said[0].tip_radius if said and (said[0].tip_radius or 0) >= 0 else None
+    return with_radius[0].tip_radius if with_radius and (with_radius[0].tip_radius or 0) >= 0 else None
 
 
 def _points(contacts: Sequence[LogContact], tip_offset: Vector | None) -> Floats:
-    """Points (n, 3) in the log's unit; with a tip offset, the tip's centre at the end of it."""
+    """Points (n, 3) in the log's unit; with a tip offset, the tip centres."""
     points = np.array([contact.point for contact in contacts])
     if tip_offset is None:
         return points
@@ -248,26 +249,26 @@ def _points(contacts: Sequence[LogContact], tip_offset: Vector | None) -> Floats
 
 
 def _approaches(contacts: Sequence[LogContact]) -> Floats:
-    """Unit approaches (n, 3), nan where the log has none."""
+    """Unit approaches (n, 3); nan for a contact without one."""
     return np.array(
         [np.full(3, np.nan) if contact.approach is None else unit(contact.approach) for contact in contacts]
     )
 
 
 def _overruled(options: ContactOptions, header: ContactOptions) -> tuple[str, ...]:
-    """A note for each thing that the log says and an option says otherwise."""
+    """A note for each setting of the log that an option overrides."""
     notes = []
-    for word, said, option in (
+    for word, logged, option in (
         ("units", header.units, options.units),
         ("tip radius", header.tip_radius, options.tip_radius),
     ):
-        if said is not None and option is not None and said != option:
-            notes.append(f"the log says {word} {said}, the option says {option}: the option holds")
+        if logged is not None and option is not None and logged != option:
+            notes.append(f"the log says {word} {logged}, the option says {option}: the option holds")
     return tuple(notes)
 
 
 def _frame_notes(log_format: LogFormat, contacts: Sequence[LogContact], wanted: LogOptions) -> tuple[str, ...]:
-    """What the results stand in, wherever the format leaves that open."""
+    """Notes on the frame of the results if the format does not fix it."""
     notes = []
     if log_format.frame and wanted.work_offset is None:
         notes.append(

@@ -21,15 +21,15 @@ from tactfix.values import frozen_value
 
 ONE_STATE_REMEDY: Final = "move it back, or log the contacts of one state in a file of their own"
 _NORMAL_OFF_UNIT: Final = 0.01
-"""Of the length of a normal that was printed with few digits; numbers of another kind are off by far more."""
+"""Tolerance of the length of a unit normal printed with few digits; numbers that are no normal miss 1 by far more."""
 
 
 @frozen_value
 class LogContact:
-    """One touch in a log: its line, and the numbers there in the log's own unit.
+    """One touch in a log: its line number, and its values in the log's unit.
 
-    point: tip centre or surface point, as the format has it; origin of the pose where rotation (3, 3) is given.
-    approach: the probe's travel, into the material, any length but zero; None where the log does not give it.
+    point (3,): tip centre or surface point, depending on the format; origin of the pose if rotation (3, 3) is given.
+    approach (3,): direction of probe travel, into the material, any non-zero length; None if the log does not give it.
     """
 
     line: int
@@ -42,7 +42,7 @@ class LogContact:
 
 @frozen_value
 class Log:
-    """All contacts of a log, in order. units: None where the format does not say. notes: what was passed over."""
+    """All contacts of a log, in order. units: None if not given. notes: warnings, such as skipped lines."""
 
     contacts: tuple[LogContact, ...]
     units: str | None = None
@@ -50,16 +50,16 @@ class Log:
 
 
 LogReader: TypeAlias = Callable[[str, list[Problem]], Log]
-"""The text of a log and a list for what is wrong with it -> what the log says."""
+"""Reader of a format: the text of a log, and a list to which problems are appended -> Log."""
 
 
 @frozen_value(eq=True)
 class LogFormat:
     """A log format by name.
 
-    compensated: whether its points may already be points of the surface, so that only an option can give the tip.
-    frame: the frame that it reports in where somebody has to choose it, such as the active work coordinates; "" where
-    the format itself fixes the frame.
+    compensated: whether its points may already be tip-compensated surface points, so that only an option can give the
+    tip radius. frame: the frame of its points if the user selects it, such as the active work coordinates; "" if the
+    format fixes it.
     """
 
     name: LogName
@@ -73,19 +73,19 @@ class LogFormat:
 class Standing:
     """States that must not change between the contacts of one log, by name: rotary axes, tool, frame, unit."""
 
-    said: dict[str, tuple[object, int]] = field(default_factory=dict)
+    values: dict[str, tuple[object, int]] = field(default_factory=dict)
 
     def keep(self, what: str, value: object, lexer: Lexer, remedy: str = ONE_STATE_REMEDY) -> None:
-        """Record the value of a state; a value that differs from the one before is an error, once for each change."""
-        before, line = self.said.setdefault(what, (value, lexer.line))
+        """Record the value of a state; a change of the value is an error, reported once per change."""
+        before, line = self.values.setdefault(what, (value, lexer.line))
         if before != value:
-            self.said[what] = (value, lexer.line)
+            self.values[what] = (value, lexer.line)
             lexer.refuse(f"{what} changes: {_shown(value)}, in line {line} {_shown(before)}", remedy)
 
     def notes(self, *names: str) -> tuple[str, ...]:
-        """A note for each of names that stands at anything but zero."""
-        said = {name: self.said[name][0] for name in names if name in self.said}
-        return tuple(f"{name} stands at {_shown(value)} throughout" for name, value in said.items() if _says(value))
+        """A note for each state among names whose value is not zero."""
+        values = {name: self.values[name][0] for name in names if name in self.values}
+        return tuple(f"{name} stands at {_shown(value)} throughout" for name, value in values.items() if _says(value))
 
 
 def _says(value: object) -> bool:
@@ -99,14 +99,14 @@ def _shown(value: object) -> str:
 
 
 def read_lines(text: str, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
-    """Read each line that is not empty; a TextError becomes a problem, and reading goes on with the next line."""
+    """Read each non-empty line; a TextError is appended to problems, and reading continues with the next line."""
     for number, line in enumerate(text_lines(text), 1):
         if line.strip():
             try_reading(Lexer(line, number), problems, read)
 
 
 def try_reading(lexer: Lexer, problems: list[Problem], read: Callable[[Lexer], None]) -> None:
-    """Read a text; a TextError becomes a problem."""
+    """Read a text; a TextError is appended to problems."""
     try:
         read(lexer)
     except TextError as error:
@@ -120,7 +120,7 @@ def vector(numbers: Sequence[float]) -> Vector:
 
 
 def against(normal: Sequence[float]) -> Vector | None:
-    """The approach against an outward normal; None for a normal of zeros, by which machines say that they know none."""
+    """The approach opposite to an outward normal; None for a zero normal, which machines print if it is unknown."""
     if not any(normal):
         return None
     x, y, z = normal
@@ -128,7 +128,7 @@ def against(normal: Sequence[float]) -> Vector | None:
 
 
 def check_normal(lexer: Lexer, normal: Sequence[float], remedy: str) -> None:
-    """Refuse a normal whose length is neither 1 nor 0: its numbers mean something else, or have decimal commas."""
+    """Reject a normal whose length is neither 1 nor 0: its numbers are something else, or have decimal commas."""
     length = math.hypot(*normal)
     if length and abs(length - 1) > _NORMAL_OFF_UNIT:
         lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", remedy)
@@ -144,11 +144,12 @@ def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:
 
 
 ONE_PLACE_MM: Final = 1.0
-"""Consecutive touches nearer than this are of one place: a fast touch overruns by less, other places are farther."""
+"""Consecutive touches closer than this repeat one point: the overtravel of a fast touch is less, distinct points are
+farther apart."""
 
 
 def last_of_each_place(contacts: Sequence[LogContact], units: str) -> tuple[tuple[LogContact, ...], tuple[str, ...]]:
-    """Of consecutive touches of one place the last one; and a note for each that is left out."""
+    """The last of each run of consecutive touches of one point, and a note for each touch left out."""
     near = ONE_PLACE_MM * factor("mm", units)
     kept: list[LogContact] = []
     notes = []
@@ -163,17 +164,17 @@ def last_of_each_place(contacts: Sequence[LogContact], units: str) -> tuple[tupl
 def with_approaches(
     contacts: Sequence[LogContact], features: Sequence[str], approaches: Sequence[tuple[str, Vector]]
 ) -> tuple[LogContact, ...]:
-    """The contacts, those without an approach with the one of their feature."""
+    """The contacts; one without an approach gets that of its feature."""
     by_feature = dict(approaches)
-    said = [by_feature.get(feature, by_feature.get(EVERY)) for feature in features]
+    by_contact = [by_feature.get(feature, by_feature.get(EVERY)) for feature in features]
     return tuple(
         contact if contact.approach is not None else replace(contact, approach=approach)
-        for contact, approach in zip(contacts, said, strict=True)
+        for contact, approach in zip(contacts, by_contact, strict=True)
     )
 
 
 def in_base(contacts: Sequence[LogContact], base_from_reported: Pose) -> tuple[LogContact, ...]:
-    """The contacts in the frame in which the work offset is written; all lengths in its units."""
+    """The contacts in the frame that the work offset is relative to; all lengths in its units."""
     turn, shift = base_from_reported.rotation, base_from_reported.translation
 
     def moved(contact: LogContact) -> LogContact:

@@ -1,7 +1,7 @@
 """MSR results files of machine tools: G800 nominal point with outward normal, G801 measured centre of the tip.
 
-START and END, names, stamps and other text stand around the blocks; a block begins with G, or with N and G. G330 is
-the work plane that the points are given in, G331 where the model stands, G802 a deviation that the machine worked out.
+START and END, names, time stamps and other text may surround the blocks; a block begins with G, or with N and G.
+G330 is the work plane of the points, G331 the position of the model, G802 a deviation computed by the machine.
 """
 
 import re
@@ -26,7 +26,7 @@ _SHIFTED: Final = "give the points in coordinates that are not shifted: X, Y, Z,
 
 @dataclass(slots=True)
 class _Reader:
-    """What the file has said so far: contacts, nominal normals by point name, the lines of those not yet measured."""
+    """State while reading: contacts, nominal normals by point name, lines of points not yet measured."""
 
     contacts: list[LogContact] = field(default_factory=list)
     normals: dict[str, Vector | None] = field(default_factory=dict)
@@ -57,14 +57,14 @@ class _Reader:
                 lexer.refuse(f"G{code} is no block of a results file", "write G330, G331, G800, G801 or G802")
 
     def _plane(self, lexer: Lexer) -> None:
-        """G330: points measured in different work planes, or in a shifted one, are not in one frame."""
+        """G330: reject a change of work plane between points, which would not be in one frame."""
         words = _words(lexer, "GNABCXYZIR", "", _PLANE)
         if any(words.get(letter, 0.0) for letter in "XYZIR"):
             lexer.refuse("G330 shifts the points", _SHIFTED)
         self.standing.keep("A B C of G330", tuple(words.get(axis, 0.0) for axis in "ABC"), lexer)
 
     def _nominal(self, lexer: Lexer) -> None:
-        """G800: remember the normal of a point that G801 will name."""
+        """G800: record the normal of a point; its G801 follows."""
         words = _words(lexer, "GNXYZIJKOUL", "NIJK", _NOMINAL_REMEDY)
         name = f"N{words['N']:g}"
         self._unmeasured(name)
@@ -89,19 +89,19 @@ class _Reader:
     def log(self) -> Log:
         for name in list(self.waiting):
             self._unmeasured(name)
-        told = (*self.notes, *self.standing.notes("A B C of G330", _MODEL))
-        return Log(tuple(self.contacts), notes=(*told, *passed_over(self.other, "lines of text")))
+        notes = (*self.notes, *self.standing.notes("A B C of G330", _MODEL))
+        return Log(tuple(self.contacts), notes=(*notes, *passed_over(self.other, "lines of text")))
 
 
 def _words(lexer: Lexer, known: str, needed: str, remedy: str) -> dict[str, float]:
-    """The words of the block; a line number before it (N5 G801 N1 ...) is none of them."""
+    """The words of the block; a line number before it (N5 G801 N1 ...) is skipped."""
     number = _NUMBER_BEFORE.match(lexer.text)
     if number and _ROW_NUMBER.search(lexer.text, number.end()):
         lexer.position = number.end()
     words = read_block(lexer, comments=False).only(known, lexer, remedy)
-    lacking = missing(words, needed)
-    if lacking:
-        lexer.refuse(f"G{words['G']:g} without {', '.join(lacking)}", remedy)
+    absent = missing(words, needed)
+    if absent:
+        lexer.refuse(f"G{words['G']:g} without {', '.join(absent)}", remedy)
     return words
 
 

@@ -1,7 +1,7 @@
 """Universal Robots: p[x, y, z, rx, ry, rz] a line, columns, or the recorder of RTDE; metres, rotation vector.
 
-A list without p, as Python prints it, is a pose too, where no name stands before it: in the robot's own script a named
-list may be joints.
+A list without p, as Python prints it, is a pose too, unless it is assigned to a name: in URScript such a list may hold
+joint angles.
 """
 
 import re
@@ -16,7 +16,7 @@ from tactfix.lexer import Lexer
 from tactfix.pose_formats.literals import UR_EXAMPLE, ur_pose
 
 _POSE: Final = re.compile(r"(?<![A-Za-z0-9_])p\s*\[")
-# A time stamp, then a name or a remark of words, which may end in a count, then = or :.
+# An optional time stamp, a name or words that may end in a number, and = or :.
 _BRACKETED: Final = re.compile(r"([\[(])([^\[\]()]*)[\])]\s*")
 _VARIABLE: Final = re.compile(r"\s*(?:(?:global|local)\s+)?[A-Za-z_]\w*\s*=", re.ASCII)
 _ENTRY_NAME: Final = re.compile(
@@ -44,7 +44,7 @@ class _Reader:
             self.contacts.append(contact)
 
     def _list(self, lexer: Lexer) -> LogContact | None:
-        """[x, y, z, rx, ry, rz], as Python prints it, with a stamp before or none; else columns."""
+        """[x, y, z, rx, ry, rz], as Python prints it, with an optional time stamp; else columns."""
         begin = lexer.position
         read_opening(lexer)
         if lexer.rest[:1] not in ("[", "(") or _BRACKETED.fullmatch(lexer.rest) is None:

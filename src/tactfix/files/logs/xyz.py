@@ -1,9 +1,9 @@
-"""XYZ files of measuring software: points, or points with the outward normal, a line each.
+"""XYZ files of measuring software: points, or points with the outward normal, one per line.
 
 The number of numbers in a line has the meaning of PC-DMIS: 3 or 5 a point (the last two are not used), 6 or 8 a point
-with its normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is refused. A name may come
-first. A row of names gives the columns, and perhaps the unit: X [mm]. Each number may have a letter, X1.0 Y2.0 Z3.0,
-as controllers write point clouds; further axes must not change.
+with its normal, 7 a circle with its normal and diameter, 4 a circle without normal, which is an error. A name may come
+first. A header row gives the columns, and optionally the unit: X [mm]. Each number may have a letter, X1.0 Y2.0 Z3.0,
+as controllers write point clouds; other axes must not change.
 """
 
 import re
@@ -29,7 +29,7 @@ _XYZ_REMEDY: Final = "write x,y,z or x,y,z,i,j,k"
 _HEADER: Final = "write XYZIJK METRIC, or XYZIJK for inch, above"
 _COMMA: Final = "write a decimal point in each of x, y and z: a comma divides numbers here"
 _WITH_NORMAL: Final = (6, 7, 8)
-"""Numbers of a line that has a normal behind the coordinates."""
+"""Counts of numbers of a line that has a normal after the coordinates."""
 _COLUMN_NAME: Final = re.compile(r'"?[A-Za-z_][A-Za-z0-9_ #-]*"?')
 _NORMALS: Final = (("I", "J", "K"), ("NX", "NY", "NZ"))
 _COORDINATES: Final = frozenset({"X", "Y", "Z", "I", "J", "K", "NX", "NY", "NZ"})
@@ -64,14 +64,14 @@ class _Reader:
             self._point(lexer)
 
     def _header(self, lexer: Lexer, words: list[str]) -> None:
-        said = " ".join(words[1:]).upper()
-        if said not in ("", "METRIC", "INCH"):
+        system = " ".join(words[1:]).upper()
+        if system not in ("", "METRIC", "INCH"):
             lexer.refuse(f"{' '.join(words[1:])!r} stands after XYZIJK", _HEADER)
-        self.units = "mm" if said == "METRIC" else "in"
+        self.units = "mm" if system == "METRIC" else "in"
         self.begun = True
 
     def _names(self, lexer: Lexer) -> None:
-        """A row of names: each one must be known, and those of the point be there."""
+        """The header row: every name must be known, and none of the point missing."""
         columns: list[str] = []
         for cell in cells_of(lexer, self.standing):
             lexer.position = cell.column - 1
@@ -90,40 +90,40 @@ class _Reader:
         self.columns = tuple(columns)
 
     def _named(self, lexer: Lexer) -> None:
-        """A line below a row of names."""
+        """A line below a header row."""
         cells = cells_of(lexer, self.standing)
         if len(cells) != len(self.columns):
             lexer.refuse(f"{len(cells)} cells where there are {len(self.columns)} columns", _XYZ_REMEDY)
         by_name = dict(zip(self.columns, cells, strict=True))
         numbered = {name: cell for name, cell in by_name.items() if name in _COORDINATES}
-        said = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
-        called = next((cell.text.strip('"') for name, cell in by_name.items() if name in NAMING), None)
-        self._add(lexer, said, called or None)
+        values = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
+        name = next((cell.text.strip('"') for name, cell in by_name.items() if name in NAMING), None)
+        self._add(lexer, values, name or None)
 
     def _lettered(self, lexer: Lexer, name: str | None) -> None:
-        """X1.0 Y2.0 Z3.0, with = between or none, I J K after them or not, and axes that stand still."""
-        said: dict[str, float] = {}
+        """X1.0 Y2.0 Z3.0, with optional =, optional I J K, and rotary axes, which must not change."""
+        values: dict[str, float] = {}
         while lexer.blanks().rest:
             letter = lexer.rest[0].upper()
-            if letter not in "XYZIJK" + _ROTARY_AXES or letter in said:
+            if letter not in "XYZIJK" + _ROTARY_AXES or letter in values:
                 lexer.refuse(f"{lexer.rest[0]!r} is no letter of a point, or stands twice", _LETTERS)
             lexer.position += 1
             if not lexer.take("="):
                 lexer.take(":")
-            said[letter] = lexer.number(_LETTERS, glued=True)
+            values[letter] = lexer.number(_LETTERS, glued=True)
             if not lexer.take(","):
                 lexer.take(";")
-        if not {"X", "Y", "Z"} <= said.keys() or len(said.keys() & set("IJK")) not in (0, 3):
+        if not {"X", "Y", "Z"} <= values.keys() or len(values.keys() & set("IJK")) not in (0, 3):
             lexer.refuse("a point has X, Y and Z, and I, J and K or none of them", _LETTERS)
         for axis in _ROTARY_AXES:
-            if axis in said:
-                self.standing.keep(f"the axis {axis}", said[axis], lexer)
-        self._add(lexer, said, name)
+            if axis in values:
+                self.standing.keep(f"the axis {axis}", values[axis], lexer)
+        self._add(lexer, values, name)
 
-    def _add(self, lexer: Lexer, said: dict[str, float], name: str | None) -> None:
-        normal = next(([said[axis] for axis in axes] for axes in _NORMALS if axes[0] in said), [0.0, 0.0, 0.0])
+    def _add(self, lexer: Lexer, values: dict[str, float], name: str | None) -> None:
+        normal = next(([values[axis] for axis in axes] for axes in _NORMALS if axes[0] in values), [0.0, 0.0, 0.0])
         check_normal(lexer, normal, _XYZ_REMEDY)
-        self.contacts.append(LogContact(lexer.line, vector([said[axis] for axis in "XYZ"]), against(normal), id=name))
+        self.contacts.append(LogContact(lexer.line, vector([values[axis] for axis in "XYZ"]), against(normal), id=name))
 
     def _point(self, lexer: Lexer) -> None:
         begun, self.begun = self.begun, True
@@ -139,7 +139,7 @@ class _Reader:
             self._numbers(lexer)
 
     def _numbers(self, lexer: Lexer) -> None:
-        """A line of numbers, perhaps with a name before them."""
+        """A line of numbers, optionally after a name."""
         cells = cells_of(lexer, self.standing)
         name = cells[0].text if not is_number(cells[0]) else None
         if name is not None and not _COLUMN_NAME.fullmatch(name):
@@ -159,7 +159,7 @@ class _Reader:
         self.contacts.append(LogContact(lexer.line, vector(numbers[:3]), against(normal), id=name))
 
     def _check(self, lexer: Lexer, cells: tuple[Cell, ...], numbers: tuple[float, ...]) -> None:
-        """Lines of 5, 7 and 8 numbers could be shorter ones with a decimal comma in them."""
+        """Lines of 5, 7 and 8 numbers could be shorter ones with decimal commas."""
         if len({"." in cell.text for cell in cells[:3]}) > 1:
             lexer.refuse(f"{len(numbers)} numbers, some with a decimal point and some without", _COMMA)
         if len(numbers) == 7 and numbers[-1] != 0:
@@ -175,14 +175,14 @@ class _Reader:
 
 
 def read_xyzijk(text: str, problems: list[Problem]) -> Log:
-    """An XYZ file of PC-DMIS: XYZIJK above, inch unless METRIC."""
+    """An XYZ file of PC-DMIS: XYZIJK in the first line, inch unless METRIC."""
     reader = _Reader(needs_header=True)
     read_lines(text, problems, reader.line)
     return reader.log()
 
 
 def read_xyz(text: str, problems: list[Problem]) -> Log:
-    """Any XYZ file; the unit is only known where XYZIJK stands above, or a row of names says it."""
+    """Any XYZ file; the unit is known only from XYZIJK in the first line or from a header row."""
     reader = _Reader(needs_header=False)
     read_lines(text, problems, reader.line)
     return reader.log()
