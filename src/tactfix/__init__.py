@@ -1,4 +1,4 @@
-"""tactfix: where a fixture stands, from a handful of touches.
+"""tactfix: locate a fixture from a handful of touches.
 
     fixture = tactfix.load_fixture("fixtures/cylinder-sphere.yaml")
     contacts = tactfix.load_contacts("samples/cylinder-sphere/contacts.csv", fixture)
@@ -14,14 +14,14 @@ Out:         write_pose, html_report; to_json and to_dict of results, from_json 
 Stacks:      cylinders_through_five, sphere_centers: many minimal problems at once
 Errors:      all are TactfixError; FileError has every problem of a file
 
-`help(tactfix.locate)` tells one of them; tactfix.parts has the types of what results hold. Lengths are in the unit of
-the fixture, angles in rad, poses are base_from_fixture. Each name is imported when it is first asked for, so that
-`import tactfix` costs next to nothing.
+`help(tactfix.locate)` documents one of them; tactfix.parts has the types of the parts of results. Lengths are in the
+unit of the fixture, angles in rad, poses are base_from_fixture. Each name is imported on first access, so that
+`import tactfix` is fast.
 """
 
 from tactfix.version import VERSION
 
-# Not imported from typing, which takes longer than all else that happens before the command line can tell a Ctrl-C.
+# Not imported from typing, whose import takes longer than all else before the command line can handle a Ctrl-C.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from tactfix.batching.row import BatchRow
@@ -197,5 +197,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """The public names, whether asked for yet or not."""
+    """The public names, whether imported yet or not."""
     return list(__all__)

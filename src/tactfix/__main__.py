@@ -1,4 +1,4 @@
-"""`python -m tactfix`: the command line, also where the script is not on the PATH."""
+"""`python -m tactfix`: the command line, even if the script is not on the PATH."""
 
 import sys
 

@@ -23,7 +23,7 @@ def worst_sigma(covariances: Floats) -> Floats:
 
 
 def sigma_at(result: LocateResult, point_fixture: Floats | None = None) -> float | None:
-    """The worst sigma (units) of a point (3,) of the fixture frame, of its origin where None; None where unknown."""
+    """The worst sigma (units) of a point (3,) of the fixture frame, by default its origin; None if unknown."""
     if result.base_from_fixture is None or result.covariance is None:
         return None
     point = np.zeros(3) if point_fixture is None else point_fixture
@@ -31,20 +31,20 @@ def sigma_at(result: LocateResult, point_fixture: Floats | None = None) -> float
 
 
 def shown_sigma(result: LocateResult, point_fixture: Floats | None = None) -> str:
-    """The worst sigma of a point (3,) of the fixture frame, of its origin where None, with its unit."""
+    """The worst sigma of a point (3,) of the fixture frame, by default its origin, as text with its unit."""
     return _shown(sigma_at(result, point_fixture), result.units)
 
 
 def exceeded_gates(
     result: LocateResult, point_fixture: Floats | None, max_sigma: float | None, max_rms: float | None
 ) -> list[str]:
-    """What a located result exceeds, in words; empty where it keeps to both limits. An unknown value exceeds its limit.
+    """Messages about the limits that a located result exceeds, if any. An unknown value exceeds any limit.
 
-    max_sigma holds for the worst sigma of point_fixture (3,), of the origin where None; both limits in units.
+    max_sigma: limit of the worst sigma of point_fixture (3,), by default the origin; both limits in units.
     """
-    where = "the origin" if point_fixture is None else f"({', '.join(f'{x:g}' for x in point_fixture)})"
+    point = "the origin" if point_fixture is None else f"({', '.join(f'{x:g}' for x in point_fixture)})"
     checks = (
-        (f"the worst sigma of {where}", sigma_at(result, point_fixture), max_sigma),
+        (f"the worst sigma of {point}", sigma_at(result, point_fixture), max_sigma),
         ("the rms of the residuals", result.rms, max_rms),
     )
     return [

@@ -1,4 +1,4 @@
-"""Contacts made of arrays, which are checked."""
+"""Contacts from arrays, with checks."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH, UNITS, which_unit
 
 _NOT_A_ROTATION = 1e-3
 """Largest entry by which a rotation matrix times its transpose may differ from the identity. Entries typed with four
-digits are off by 5e-5 and the product by up to 2e-4; a sheared matrix, or one of something else, by far more."""
+digits are off by 5e-5 and the product by up to 2e-4; a sheared or unrelated matrix by far more."""
 
 
 def contacts_from_arrays(
@@ -26,7 +26,7 @@ def contacts_from_arrays(
     tip_offset: ArrayLike | None = None,
     units: str | None = None,
 ) -> Contacts:
-    """Make contacts of arrays; nothing is guessed.
+    """Make contacts from arrays; nothing is guessed.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def contacts_from_arrays(
         In base, in units: centres of the tip where tip_radius > 0, points of the surface where it is 0.
     approaches : (n, 3) array, optional
         The direction of the probe's travel into the material, in base, of any length but zero; a row of nan, or None
-        for all, where it is not known.
+        for all, if unknown.
     sigma : float or (n,) array
         One standard deviation of a contact along the surface normal.
     tip_radius : float
@@ -55,11 +55,11 @@ def contacts_from_arrays(
     Raises
     ------
     UsageError
-        Shapes that do not go together, and values that no contact can have.
+        Inconsistent shapes, and values that are invalid for a contact.
 
     Notes
     -----
-    The contact with a surface of outward normal n lies at x - tip_radius n, wherever the probe came from.
+    The contact with a surface of outward normal n lies at x - tip_radius n, whatever the approach.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def contacts_from_arrays(
 
 
 def _refuse_bad_flange(count: int, flanges: Floats | None, offset: Floats | None) -> None:
-    """Raise UsageError for flange rotations that are none, or not as many as the contacts, and a tip that is none."""
+    """Raise UsageError for flange rotations that are invalid or not one per contact, and for an invalid tip offset."""
     if offset is not None and (offset.shape != (3,) or not (np.abs(offset) <= MOST_LENGTH).all()):
         raise UsageError("tip_offset must be three lengths: the tip's centre in the flange frame")
     if flanges is None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Unknown: TypeAlias = Literal["tip", "tip-radius"]
-"""What of the tip is found from the contacts: where its centre is in the flange frame, its effective radius."""
+"""Parameters of the tip to estimate from the contacts: its centre in the flange frame, its effective radius."""
 
 GRAZING = 0.5
 """Sine of the angle between approach and surface above which the side of the probe is certain, whatever the sigma of
@@ -34,7 +34,7 @@ class Contacts:
     points : (n, 3) array
         Centre of the tip where tip_radius > 0, point of the surface where it is 0.
     approaches : (n, 3) array
-        Unit direction of the probe's travel, into the material; a row of nan where it is not known.
+        Unit direction of the probe's travel, into the material; a row of nan if unknown.
     sigmas : (n,) array
         One standard deviation of each contact along the surface normal, the probe's alone (no feature sigma).
     tip_radius : float
@@ -42,17 +42,17 @@ class Contacts:
     rows : tuple of int
         Data row (n,) in the contact file, counted from 1.
     ids : tuple of str or None
-        What the file calls each contact (n), None without a name.
+        Names of the contacts in the file (n), None without a name.
     flange_rotations : (n, 3, 3) array, optional
-        base_from_flange at each touch; None where it is not known.
+        base_from_flange at each touch; None if unknown.
     tip_offset : (3,) array, optional
-        The tip's centre in the flange frame with which the points were made; None where nothing says it.
+        The tip's centre in the flange frame with which the points were computed; None if unknown.
     units : str, optional
-        Of all lengths here; None where nothing says it: then they are taken to be the fixture's.
+        Of all lengths here; None: that of the fixture.
 
     Notes
     -----
-    Contacts are taken by mask, slice or index, and joined by `+`. `contacts_from_arrays` checks what it is given.
+    Select contacts by mask, slice or index, and join them by `+`. `contacts_from_arrays` checks its arguments.
 
     Examples
     --------
@@ -89,13 +89,13 @@ class Contacts:
 
     @cached_property
     def spread(self) -> float:
-        """The root mean square distance of the points from their centre; 1 where there is none."""
+        """The root mean square distance of the points from their centre; 1 if that is 0."""
         arms = self.points - self.centre
         return float(np.sqrt((arms * arms).sum() / len(self))) or 1.0
 
     @cached_property
     def has_approach(self) -> Bools:
-        """Which contacts (n,) say how the probe came."""
+        """Which contacts (n,) have a known approach."""
         return np.asarray(np.isfinite(self.approaches).all(axis=1))
 
     def on(self, feature: str) -> "Contacts":
@@ -115,7 +115,7 @@ class Contacts:
     def __add__(self, other: "Contacts") -> "Contacts":
         """These contacts and then the other ones; rows keep their numbers.
 
-        Raises UsageError where tip radius, tip offset, units, or whether flange rotations are known differ.
+        Raises UsageError if tip radius, tip offset, units, or whether flange rotations are known differ.
         """
         if self.units and other.units and self.units != other.units:
             raise UsageError(f"contacts in {self.units} and in {other.units} cannot be joined; give both in one unit")
@@ -142,7 +142,7 @@ class Contacts:
     def to_dataframe(self) -> "DataFrame":
         """The contacts as a pandas DataFrame: feature, x, y, z, ax, ay, az, sigma, id, by row.
 
-        Raises MissingExtraError where pandas is not installed.
+        Raises MissingExtraError if pandas is not installed.
         """
         try:
             from pandas import DataFrame, Index
@@ -164,7 +164,7 @@ class Contacts:
     def subset(self, indices: Sequence[int] | Sequence[bool] | Ints | Bools) -> "Contacts":
         """The contacts with these indices (from 0), in that order, or of a mask (n,) of booleans.
 
-        Raises UsageError for a mask that is not as long as the contacts are many.
+        Raises UsageError for a mask whose length is not the number of contacts.
         """
         index = np.asarray(indices)
         if index.dtype == np.bool_:
@@ -193,7 +193,7 @@ class Contacts:
         )
 
     def with_tip(self, change: Floats, tip_radius: float) -> "Contacts":
-        """The same touches had the tip's centre stood off by change (3,), in the flange frame, and had this radius.
+        """The same touches with the tip's centre displaced by change (3,), flange frame, and with this tip radius.
 
         Without flange rotations change must be zero.
         """
@@ -218,7 +218,7 @@ class Contacts:
         return replace(self, features=tuple(features))
 
     def label(self, index: int) -> str:
-        """How messages call a contact: its row, and its id where the file gives one."""
+        """The name of a contact in messages: its row, and its id if the file gives one."""
         return f"row {self.rows[index]}" + (f" ({self.ids[index]})" if self.ids[index] else "")
 
 

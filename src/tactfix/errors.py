@@ -1,6 +1,6 @@
 """Everything that tactfix raises on purpose.
 
-One base, few leaves. An error carries its facts as attributes and says in its text what to do. Only `tactfix.cli`
+One base, few subclasses. An error has its facts as attributes, and its text gives the remedy. Only `tactfix.cli`
 knows exit codes; nothing else catches more than these.
 """
 
@@ -18,7 +18,7 @@ class TactfixError(Exception):
     Attributes
     ----------
     on_command_line : str
-        Its text there, where settings are options; str() names them as keyword arguments.
+        Its text with settings as command-line options; str() names them as keyword arguments.
     """
 
     @property
@@ -38,7 +38,7 @@ class Problem:
     remedy : str
         What to do instead.
     line, column : int, optional
-        Of the file, counted from 1; None where it does not apply.
+        Of the file, counted from 1; None if not applicable.
     row : int, optional
         Of the data rows of a contact file, counted from 1.
 
@@ -65,19 +65,19 @@ class Problem:
 
 
 class FileError(TactfixError):
-    """A file cannot be read or says something impossible. Holds all problems of that file at once.
+    """A file cannot be read or its content is invalid. Has all problems of that file at once.
 
     Parameters
     ----------
     path : str
-        The file, as it was named.
+        The file name as given.
     problems : sequence of Problem
-        All that is wrong with it.
+        All problems of the file.
 
     Attributes
     ----------
     lines : tuple of str
-        The same for a person, one mistake in many rows in one line, and no more lines than are read.
+        The problems for display: one line for a mistake repeated in many rows, and a limited number of lines.
     """
 
     def __init__(self, path: str, problems: Sequence[Problem]) -> None:
@@ -90,7 +90,7 @@ class FileError(TactfixError):
 PROBLEMS_TOLD: Final = 20
 """Problems of one file that are listed."""
 _MANY_PROBLEMS: Final = 4
-"""If so many problems are of one kind, only the first is listed, with their number."""
+"""Number of problems of one kind from which only the first is listed, with their number."""
 _VALUE: Final = re.compile(r"^(\S+ is )('(?:[^'\\]|\\.)*'|[^\s,]+)")
 """The value in a message: problems that differ only in it are of one kind."""
 
@@ -112,20 +112,20 @@ def _lines(problems: Sequence[Problem]) -> list[str]:
 
 
 class UsageError(TactfixError):
-    """Arguments that do not go together, or a value that an argument cannot have; the message says what to write."""
+    """Inconsistent arguments, or an invalid value; the message says what to write."""
 
 
 class DegenerateContactsError(TactfixError):
-    """The contacts lie so that no finite number of surfaces passes through them.
+    """The contacts are degenerate: infinitely many surfaces pass through them.
 
     Parameters
     ----------
     kind : str
-        The surface that was looked for.
+        The surface sought.
     reason : str
-        How they lie.
+        How the contacts are arranged.
     ratio, limit : float
-        The measured, dimensionless quantity, and what it fell below (or rose above).
+        The dimensionless quantity that was tested, and the limit that it violates.
     remedy : str
         Where to touch instead.
     """
@@ -136,11 +136,11 @@ class DegenerateContactsError(TactfixError):
 
 
 class NotQualifiedError(TactfixError):
-    """The touches are too few, or badly placed, to qualify the probe."""
+    """The touches are too few, or too badly distributed, to qualify the probe."""
 
 
 class TipDoesNotFitError(TactfixError):
-    """The tip is not smaller than the bore that it should have touched.
+    """The tip is not smaller than the bore that the contacts name.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ class TipDoesNotFitError(TactfixError):
 
 
 class NotLocatedError(TactfixError):
-    """A pose is asked of a result that has none.
+    """A pose is requested from a result without one.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class NotLocatedError(TactfixError):
 
 
 class OtherFixtureError(TactfixError):
-    """Two poses that are to be compared are of two fixtures.
+    """The two poses to compare belong to different fixtures.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ class OtherFixtureError(TactfixError):
 
 
 class PoseRefusedError(TactfixError):
-    """A pose cannot be said in a dialect without losing more than its own uncertainty allows.
+    """A pose cannot be written in a format without losing more than its own uncertainty allows.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class PoseRefusedError(TactfixError):
 
 
 class MissingExtraError(TactfixError):
-    """An optional extra is needed for this and not installed.
+    """An optional extra that is needed is not installed.
 
     Parameters
     ----------

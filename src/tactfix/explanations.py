@@ -1,6 +1,6 @@
 """Explanations of codes, as `locate --explain CODE` and `design-check --explain CODE` print them.
 
-Each room holds its own in explanations.txt beside its modules: a line [code], and then its text of about ten lines.
+Each package has its own in explanations.txt: a line [code], followed by a text of about ten lines.
 """
 
 from functools import cache
@@ -11,7 +11,7 @@ from tactfix.errors import UsageError
 from tactfix.wording import did_you_mean
 
 Room: TypeAlias = Literal["localization", "design"]
-"""Whose codes: those of what locate tells, those of the findings of design-check."""
+"""The command of the codes: those of results of locate, or of findings of design-check."""
 _CODES_OF: Final = {"localization": "status, reason or diagnosis", "design": "finding"}
 
 

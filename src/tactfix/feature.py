@@ -1,4 +1,4 @@
-"""One thing of a fixture to touch: a plane, a sphere, a cylinder or a point."""
+"""A feature of a fixture: a plane, a sphere, a cylinder or a point."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,14 +11,14 @@ from tactfix.values import frozen_value
 
 @frozen_value
 class Feature:
-    """One thing to touch; `Feature.plane`, `sphere`, `cylinder` and `point` make one that is checked.
+    """A feature to touch; `Feature.plane`, `sphere`, `cylinder` and `point` make one with checks.
 
     Parameters
     ----------
     name : str
         As in the fixture file.
     type : {"plane", "sphere", "cylinder", "point"}
-        What it is.
+        Kind of surface.
     radius : float or None
         In the fixture's units; None for a plane and a point.
     side : {"outer", "inner"}
@@ -26,7 +26,7 @@ class Feature:
     sigma : float
         Its own form and calibration error along the normal, added to the probe's in quadrature.
     surface : Plane, Sphere, Cylinder, Point or None
-        Its place in the fixture frame; None where only relations say where it is.
+        Its place in the fixture frame; None if it is given by relations only.
 
     Examples
     --------
@@ -45,7 +45,7 @@ class Feature:
     def plane(cls, point: ArrayLike | None = None, normal: ArrayLike | None = None, *, sigma: float = 0.0) -> "Feature":
         """A plane; point (3,), normal (3,) out of the material, of any length: its place, or neither.
 
-        Raises UsageError for what no plane can be, as the other features do.
+        Raises UsageError for invalid values, as the other features do.
         """
         place = _place("plane", point=point, normal=normal)
         return _checked(cls("", "plane", None, "outer", sigma, None if place is None else Plane(place[0], place[1])))
@@ -54,7 +54,7 @@ class Feature:
     def sphere(
         cls, radius: float, center: ArrayLike | None = None, *, side: Side = "outer", sigma: float = 0.0
     ) -> "Feature":
-        """A sphere, outer (a ball) or inner (a socket); center (3,): its place, or none."""
+        """A sphere, outer (a ball) or inner (a socket); center (3,): its place, optional."""
         place = _place("sphere", center=center)
         return _checked(
             cls(
@@ -84,18 +84,18 @@ class Feature:
 
     @classmethod
     def point(cls, point: ArrayLike | None = None, *, sigma: float = 0.0) -> "Feature":
-        """A seat, cone, nest or mark that holds the tip's centre; point (3,): its place, or none."""
+        """A seat, cone, nest or mark that holds the tip's centre; point (3,): its place, optional."""
         place = _place("point", point=point)
         return _checked(cls("", "point", None, "outer", sigma, None if place is None else Point(place[0])))
 
     @property
     def equations(self) -> int:
-        """How many equations a contact on it gives: three on a point, one on all others."""
+        """The number of equations of a contact on it: three on a point, one on all others."""
         return 3 if self.type == "point" else 1
 
 
 def _place(kind: str, **vectors: ArrayLike | None) -> list[Floats] | None:
-    """The vectors (3,) that place a feature, None where none is given."""
+    """The vectors (3,) that place a feature, None if not given."""
     given = {name: np.asarray(vector, dtype=np.float64) for name, vector in vectors.items() if vector is not None}
     if not given:
         return None
@@ -110,7 +110,7 @@ def _place(kind: str, **vectors: ArrayLike | None) -> list[Floats] | None:
 
 
 def _checked(feature: Feature) -> Feature:
-    """The feature; UsageError where its numbers can be none."""
+    """The feature; raises UsageError for invalid numbers."""
     if feature.radius is not None and not 0 < feature.radius < np.inf:
         raise UsageError(f"the radius of a {feature.type} is a finite number above 0, not {feature.radius:g}")
     if not 0 <= feature.sigma < np.inf:

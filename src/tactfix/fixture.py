@@ -1,6 +1,6 @@
-"""What a fixture is, once its file has been read: plain frozen values in the fixture's units, angles in rad.
+"""The fixture as frozen values, independent of its file: lengths in the fixture's units, angles in rad.
 
-`tactfix.fixture_format` makes these from the YAML file; nothing else knows how the file looks.
+`tactfix.fixture_format` makes these from the YAML file; no other package knows the file format.
 """
 
 from collections.abc import Iterable, Mapping
@@ -27,7 +27,7 @@ class Relation:
 
 @frozen_value(eq=True)
 class OriginRule:
-    """Where the fixture's origin is.
+    """The origin of the fixture frame.
 
     center_of: (sphere,); foot_of: (A, B), the point of axis or plane B nearest to A; meet_of: three planes, or
     (cylinder, plane).
@@ -39,7 +39,7 @@ class OriginRule:
 
 @frozen_value(eq=True)
 class AxisRule:
-    """A direction: along: (cylinder or plane,); from_to: (A, B). opposite turns it round."""
+    """A direction: along: (cylinder or plane,); from_to: (A, B). opposite reverses it."""
 
     kind: Literal["along", "from_to"]
     features: tuple[str, ...]
@@ -48,7 +48,7 @@ class AxisRule:
 
 @frozen_value(eq=True)
 class FrameRecipe:
-    """How the fixture frame is built: the first axis holds exactly, the second is made square to it."""
+    """How the fixture frame is built: the first axis holds exactly, the second is made perpendicular to it."""
 
     origin: OriginRule
     first: tuple[Axis, AxisRule]
@@ -57,7 +57,7 @@ class FrameRecipe:
 
 @frozen_value
 class TouchBox:
-    """Where a surface may be touched: low (3,) <= x_fixture <= high (3,), infinite where open."""
+    """Where a surface may be touched: low (3,) <= x_fixture <= high (3,), infinite if unbounded."""
 
     low: Frozen
     high: Frozen
@@ -65,7 +65,7 @@ class TouchBox:
 
 @frozen_value(eq=True)
 class Probe:
-    """What the fixture file says of the probe, None where it says nothing; lengths in the fixture's units.
+    """The probe block of the fixture file, None for values not given; lengths in the fixture's units.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ class Probe:
     sigma : float, optional
         One standard deviation of a contact along the surface normal.
     approach_distance : float, optional
-        How far the probe comes in a straight line before it touches; None: from far away.
+        Length of the probe's straight path before it touches; None: unlimited.
     tip_offset : tuple of three floats, optional
         The tip's centre (3,) in the flange frame.
     tip_within : float, optional
-        How far from there it can be at most.
+        Largest distance of the true centre from tip_offset.
 
     Examples
     --------
@@ -95,14 +95,14 @@ class Probe:
 
 @frozen_value
 class Fixture:
-    """A fixture: what can be touched, what is known of it, and the frame that is looked for.
+    """A fixture: its features, their relations, and the frame to locate.
 
     Parameters
     ----------
     name : str
-        As in the file.
+        As in the fixture file.
     units : {"mm", "m", "um", "in"}
-        Of every length here; angles are rad.
+        Of all lengths here; angles are rad.
     probe : Probe
         Defaults of the probe.
     features : mapping of str to Feature
@@ -110,15 +110,15 @@ class Fixture:
     relations : tuple of Relation
         Distances and angles between features.
     frame : FrameRecipe or None
-        How the fixture frame is built from the features; None where the features say their places.
+        How the fixture frame is built from the features; None if the features have places.
     touch : mapping of str to TouchBox
         Where each surface may be touched, in the fixture frame.
     placement : Placement, optional
-        What is known of where it stands; None where nothing is.
+        Prior knowledge of the pose; None without any.
 
     Notes
     -----
-    `Fixture.from_features`, `from_dict` and `from_text` make one that is checked; `to_yaml` writes it.
+    `Fixture.from_features`, `from_dict` and `from_text` make one with checks; `to_yaml` writes it.
 
     Examples
     --------
@@ -146,10 +146,10 @@ class Fixture:
         probe: Probe | None = None,
         touch: Mapping[str, Mapping[str, tuple[float | None, float | None]]] | None = None,
     ) -> "Fixture":
-        """A fixture by geometry, of features that carry their places; held to all that a fixture file is held to.
+        """A fixture by geometry, from features with places; checked like a fixture file.
 
-        touch: where a feature may be touched, such as {"pin": {"z": (6.0, None)}}, None being open.
-        Raises FileError with all that is wrong with it.
+        touch: where a feature may be touched, such as {"pin": {"z": (6.0, None)}}; None is unbounded.
+        Raises FileError with all problems.
         """
         from tactfix.files.fixture_file import fixture_from_dict
 
@@ -159,9 +159,9 @@ class Fixture:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> "Fixture":
-        """The fixture that the mapping of a fixture file describes.
+        """The fixture from the mapping of a fixture file.
 
-        Raises FileError with all that is wrong with it.
+        Raises FileError with all problems.
         """
         from tactfix.files.fixture_file import fixture_from_dict
 
@@ -169,22 +169,22 @@ class Fixture:
 
     @classmethod
     def from_text(cls, text: str) -> "Fixture":
-        """The fixture that the text of a fixture file (YAML) describes.
+        """The fixture from the text of a fixture file (YAML).
 
-        Raises FileError with all that is wrong with it, by line and column.
+        Raises FileError with all problems, by line and column.
         """
         from tactfix.files.fixture_file import fixture_from_text
 
         return fixture_from_text(text)
 
     def to_dict(self) -> dict[str, Any]:
-        """The mapping that a fixture file of it holds."""
+        """The mapping of its fixture file."""
         from tactfix.fixture_format.write import fixture_document
 
         return fixture_document(self)
 
     def to_yaml(self) -> str:
-        """The text of a fixture file that describes it."""
+        """The text of its fixture file."""
         from tactfix.files.fixture_file import fixture_text
 
         return fixture_text(self)
@@ -194,15 +194,15 @@ class Fixture:
         return f"<Fixture {self.name!r}: {features}; {self.units}>"
 
     def equations(self, features: Iterable[str]) -> int:
-        """How many equations contacts on these features, one named for each contact, give in all."""
+        """The total number of equations of contacts on these features, one name for each contact."""
         return sum(self.features[name].equations for name in features)
 
     def dof(self, features: Iterable[str]) -> int:
-        """How many equations contacts on these features, and a measured pose, give beyond the unknowns of the pose."""
+        """Equations of contacts on these features, and of a measured pose, less the unknowns of the pose."""
         known = self.placement
         return self.equations(features) - 6 if known is None else self.equations(features) + known.dof
 
     @property
     def is_placed(self) -> bool:
-        """Whether each feature carries its place in the fixture frame (by geometry, not by relations)."""
+        """Whether each feature has its place in the fixture frame (by geometry, not by relations)."""
         return all(feature.surface is not None for feature in self.features.values())

@@ -1,7 +1,7 @@
 """The fixture frame from its features, by the recipe of the fixture file.
 
-The first axis written holds exactly, the second is made square to it, the third is the right-handed rest. An axis of a
-cylinder has no sign of its own: every choice gives a frame, and approach and touch boxes tell later which one it is.
+The first axis in the file holds exactly, the second is made perpendicular to it, the third completes a right-handed
+frame. The axis of a cylinder has no sign: each choice gives a frame, and approaches and touch boxes later decide.
 """
 
 from collections.abc import Mapping
@@ -19,15 +19,15 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, r
 NO_DIRECTION = 1e-6
 """Sine of the angle, and share of the features' distance, below which a direction cannot be built."""
 ONE_PLACE_ROUNDING = 1e-6
-"""Share of the coordinates of points, times NO_DIRECTION, that rounding may have made of one place."""
+"""Times NO_DIRECTION: distance of two points, relative to their coordinates, that rounding may cause."""
 
 
 class FrameError(TactfixError):
-    """The features lie so that the recipe gives no frame."""
+    """The features are arranged so that the recipe gives no frame."""
 
 
 def recipe_of(fixture: Fixture) -> FrameRecipe:
-    """The frame recipe of a fixture by relations; raises FrameError where it has none."""
+    """The frame recipe of a fixture by relations; raises FrameError if it has none."""
     if fixture.frame is None:
         raise FrameError(f"frame: {fixture.name} is given by relations and has no frame recipe; write one")
     return fixture.frame
@@ -36,13 +36,13 @@ def recipe_of(fixture: Fixture) -> FrameRecipe:
 def frames(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[Floats]:
     """Every frame (4, 4), from fixture to the frame of surfaces, that the recipe allows: one per choice of axis signs.
 
-    Raises FrameError where an axis or the origin is not defined: features that coincide, directions that are parallel.
+    Raises FrameError if an axis or the origin is undefined: features coincide, or directions are parallel.
     """
     return [frame(recipe, surfaces, signs) for signs in sign_choices(recipe, surfaces)]
 
 
 def sign_choices(recipe: FrameRecipe, surfaces: Mapping[str, Surface]) -> list[tuple[float, float]]:
-    """The signs of the two given axes that the recipe leaves open: both where an axis is along a cylinder."""
+    """The sign choices of the two given axes: both signs for an axis along a cylinder."""
     rules = (recipe.first[1], recipe.second[1])
     free = [rule.kind == "along" and isinstance(surfaces[rule.features[0]], Cylinder) for rule in rules]
     return [(one, two) for one, two in product((1.0, -1.0), repeat=2) if (one > 0 or free[0]) and (two > 0 or free[1])]
@@ -56,10 +56,10 @@ def frame(recipe: FrameRecipe, surfaces: Mapping[str, Surface], signs: tuple[flo
 
 
 def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
-    """The rotation matrix (..., 3, 3) with the first axis exact and the second square to it."""
+    """The rotation matrix (..., 3, 3) with the first axis exact and the second perpendicular to it."""
     names = "xyz"
     i, j = names.index(recipe.first[0]), names.index(recipe.second[0])
-    # A surface keeps a direction that is a unit vector to a few roundings; a frame's axes are square to the last one.
+    # A surface keeps a direction that is a unit vector to a few roundings; a frame's axes must be orthonormal to one.
     first = unit(first)
     across = second - dot(second, first) * first
     if lengths(across).min() < NO_DIRECTION:
@@ -73,7 +73,7 @@ def _rotation(recipe: FrameRecipe, first: Floats, second: Floats) -> Floats:
 
 
 def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
-    """The unit direction (..., 3) of an axis rule; of a cylinder with the sign that its direction happens to have."""
+    """The unit direction (..., 3) of an axis rule; for a cylinder with the arbitrary sign of its direction."""
     sign = -1.0 if rule.opposite else 1.0
     one = surfaces[rule.features[0]]
     if rule.kind == "along":
@@ -84,7 +84,7 @@ def _direction(rule: AxisRule, surfaces: Mapping[str, Surface]) -> Floats:
     other = surfaces[rule.features[1]]
     a, b = nearest_points(one, other)
     gap = b - a
-    # Two points have no radius: there the rounding of their places decides.
+    # Two points have no radius as a length scale: the rounding of their coordinates is the limit.
     scale = max(radius_of(one), radius_of(other), float(np.abs([a, b]).max()) * ONE_PLACE_ROUNDING)
     if lengths(gap).min() < NO_DIRECTION * scale:
         raise FrameError(f"frame: {' and '.join(rule.features)} coincide, so that no axis leads from one to the other")

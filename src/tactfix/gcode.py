@@ -1,4 +1,4 @@
-"""Blocks of G-code: letters with numbers, glued or not; comments say nothing."""
+"""Blocks of G-code: letters with numbers, with or without blanks between; comments are ignored."""
 
 import re
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ class Block:
         return tuple(number for found, number in self.words if found == letter)
 
     def only(self, letters: str, lexer: Lexer, remedy: str) -> dict[str, float]:
-        """The words by letter; refused where one stands twice, or is none of letters."""
+        """The words by letter; a repeated letter, or one not in letters, is an error."""
         found: dict[str, float] = {}
         for letter, number in self.words:
             if letter not in letters:
@@ -34,7 +34,7 @@ class Block:
 
 
 def read_block(lexer: Lexer, *, comments: bool = True) -> Block:
-    """All words up to the end of the text, without its comments, where it may have any."""
+    """All words up to the end of the text, without its comments, if these are allowed."""
     words: list[tuple[str, float]] = []
     while True:
         if comments and lexer.blanks().match(GCODE_COMMENT):
@@ -49,5 +49,5 @@ def read_block(lexer: Lexer, *, comments: bool = True) -> Block:
 
 
 def missing(words: dict[str, float], letters: str) -> Sequence[str]:
-    """Those of letters that no word has."""
+    """Those of letters that are missing in words."""
     return [letter for letter in letters if letter not in words]

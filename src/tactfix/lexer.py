@@ -1,8 +1,8 @@
-"""Reading text that machines write, character by character: whoever asks for a part gets it whole or a TextError.
+"""A lexer for text written by machines: each part is read whole, or a TextError is raised.
 
-A grammar asks a Lexer for words, numbers and marks in turn and at last for the end, so that no character is passed
-over. A number ends where its last character ends: a letter, a digit or a second decimal point that is glued to it
-makes the whole no number. Only ASCII digits are digits.
+A grammar requests words, numbers and marks from a Lexer in turn and finally the end, so that no character is
+skipped. A letter, a digit or a second decimal point directly after a number makes the whole invalid. Only ASCII digits
+are digits.
 """
 
 import re
@@ -13,17 +13,17 @@ from tactfix.decimal_text import FIXED_POINT, NUMBER
 from tactfix.errors import Problem, TactfixError
 
 LARGEST_NUMBER: Final = 1e30
-"""No length, angle or count that a machine writes is larger; a larger one is damaged."""
+"""Largest length, angle or count accepted; a larger one comes from a damaged file."""
 _LINE_END: Final = re.compile(r"\r*\n|\r")
 _LONGEST_NUMBER: Final = 40
-"""Characters of a number; a double has 17 digits."""
+"""Largest number of characters of a number; a double has 17 digits."""
 _LIKE_A_NUMBER: Final = re.compile(r"[+-]?[0-9A-Za-z_.]*")
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _BLANKS: Final = re.compile(r"[ \t\r\n]*")
 
 
 class TextError(TactfixError):
-    """A text does not follow its grammar at one place; whoever knows the file's name makes a FileError of it."""
+    """A syntax error at one place of a text; a caller that knows the file's name turns it into a FileError."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -31,13 +31,13 @@ class TextError(TactfixError):
 
 
 def text_lines(text: str) -> list[str]:
-    """The lines of a text; consoles end them with any number of carriage returns."""
+    """The lines of a text; consoles write any number of carriage returns before a line end."""
     return _LINE_END.split(text)
 
 
 @dataclass(slots=True)
 class Lexer:
-    """A place in text, of which the first character stands in line first_line at column first_column of its file."""
+    """A position in text, which starts in line first_line at column first_column of its file."""
 
     text: str
     first_line: int = 1
@@ -57,15 +57,15 @@ class Lexer:
 
     @property
     def rest(self) -> str:
-        """What has not been read."""
+        """The text not read yet."""
         return self.text[self.position :]
 
     def refuse(self, what: str, remedy: str) -> NoReturn:
-        """Refuse the text at the next character."""
+        """Raise TextError at the next character."""
         raise TextError(Problem(what, remedy, line=self.line, column=self.column))
 
     def blanks(self) -> "Lexer":
-        """Pass blanks."""
+        """Skip blanks."""
         found = _BLANKS.match(self.text, self.position)
         self.position = found.end() if found else self.position
         return self
@@ -76,19 +76,19 @@ class Lexer:
         return self.text[self.position : self.position + len(mark)].upper() == mark.upper()
 
     def take(self, mark: str) -> bool:
-        """Pass mark (any case) and the blanks before it, if it comes next."""
+        """Skip mark (any case) and the blanks before it, if it comes next."""
         if not self.follows(mark):
             return False
         self.position += len(mark)
         return True
 
     def mark(self, mark: str, remedy: str) -> None:
-        """Pass mark, which must come next."""
+        """Skip mark, which must come next."""
         if not self.take(mark):
             self.refuse(f"{mark!r} is missing before {self._shown()}", remedy)
 
     def match(self, pattern: re.Pattern[str]) -> re.Match[str] | None:
-        """Pass what pattern finds right here, and give it."""
+        """Skip and return the match of pattern at the current position, if any."""
         found = pattern.match(self.text, self.position)
         if found is not None:
             self.position = found.end()
@@ -125,7 +125,7 @@ class Lexer:
         return float(self.literal(remedy, glued=glued)) + 0.0
 
     def numbers(self, count: int, remedy: str, separator: str = ",") -> tuple[float, ...]:
-        """So many numbers with separator between."""
+        """The next count numbers, with separator between them."""
         found = [self.number(remedy)]
         for _ in range(count - 1):
             self.mark(separator, remedy)
@@ -152,7 +152,7 @@ class Lexer:
         return inside
 
     def end(self, remedy: str) -> None:
-        """Refuse what is left, if anything but blanks is."""
+        """Raise TextError if anything but blanks remains."""
         self.blanks()
         if self.position < len(self.text):
             self.refuse(f"{self._shown()} is left over", remedy)

@@ -1,6 +1,6 @@
-"""The answer of locate: a frozen value that writes itself as JSON and reads itself back.
+"""The result of locate: a frozen value with conversion to and from JSON.
 
-In base coordinates and the fixture's units unless a name says otherwise; the names of its fields are those of the JSON.
+In base coordinates and the fixture's units unless stated otherwise; the fields have the names of the JSON.
 """
 
 from collections.abc import Mapping
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
 @frozen_value
 class LocateResult(JsonResult):
-    """The answer of locate; "JSON of locate" in samples/README.md says more of each field.
+    """The result of locate; "JSON of locate" in samples/README.md describes each field.
 
     Attributes
     ----------
     fixture, units : str
         Name of the fixture, and the unit of all lengths.
     status : {"located", "underdetermined", "ambiguous", "inconsistent"}
-        "located" if and only if exactly one pose is left.
+        "located" if and only if exactly one pose is accepted.
     base_from_fixture : (4, 4) array or None
         The pose; None unless located.
     covariance : (6, 6) array or None
@@ -49,32 +49,32 @@ class LocateResult(JsonResult):
     dof : int
         Equations minus unknowns.
     chi2, chi2_limit, rms : float or None
-        Sum of squared residuals over sigma, what it was held against, and the rms of the residuals (units).
+        Sum of squared residuals over sigma, its limit, and the rms of the residuals (units).
     candidates : tuple of Candidate
-        Every pose that explains the contacts, and why it fell if it did.
+        Every pose that explains the contacts, with the reasons if it was eliminated.
     surfaces : mapping of str to surface
-        The features in base, whenever they are known.
+        The features in base, if known.
     contacts : tuple of ContactResidual
         Residual and approach of each contact.
     free_motions : tuple of FreeMotion
-        What the contacts leave free.
+        Motions that the contacts do not constrain.
     next_contact : NextContact or None
-        Where to touch next.
+        The best contact to make next.
     warnings : tuple of str
-        In words.
+        Messages.
     diagnosis : tuple of Diagnosis
-        What may be wrong, most plausible first.
+        Possible mistakes, most plausible first.
     unknowns : tuple of str
-        Names (u) of all that was found together: the pose, and the tip where it was unknown.
+        Names (u) of all parameters estimated together: the pose, and the tip if unknown.
     joint_covariance : (u, u) array or None
-        Of the unknowns in that order, where the tip was unknown.
+        Of the unknowns in that order, if the tip was unknown.
     tip : TipEstimate or None
-        Wherever the contacts determine it.
+        The estimated tip, if the contacts determine it.
     without_prior : WithoutPrior or None
-        What would be left without what was known beforehand; None where nothing was.
+        The status without the prior knowledge of the pose; None if there was none.
     touched : Touched or None
-        The fixture and the contacts that it was found from, for the scene in a notebook. The JSON does not hold them:
-        None in a result that was read from JSON.
+        The fixture and the contacts, for the scene in a notebook. They are not part of the JSON: None in a result read
+        from JSON.
 
     Notes
     -----
@@ -126,7 +126,7 @@ class LocateResult(JsonResult):
     def sigma_at(self, point_fixture: ArrayLike = (0.0, 0.0, 0.0)) -> float:
         """One standard deviation (units) of a point (3,) of the fixture frame along its worst direction.
 
-        Raises NotLocatedError unless status is "located", UsageError for what is no point.
+        Raises NotLocatedError unless status is "located", UsageError for an invalid point.
         """
         from tactfix.acceptance import sigma_at
 
@@ -146,9 +146,9 @@ class LocateResult(JsonResult):
 
     @classmethod
     def from_json(cls, text: str | bytes) -> "LocatedResult | NotLocatedResult":
-        """The result that `to_json`, or `tactfix locate --json`, has written.
+        """The result from the text of `to_json` or `tactfix locate --json`.
 
-        Raises UsageError for a text that is no such JSON. Surfaces of candidates are not written and come back empty.
+        Raises UsageError for any other text. Surfaces of candidates are not in the JSON and are empty here.
         """
         from tactfix.report.json_reader import locate_result
 
@@ -156,12 +156,12 @@ class LocateResult(JsonResult):
 
     @property
     def as_told(self) -> "LocatedResult | NotLocatedResult":
-        """The same values as the type that its status means."""
+        """The same values as the subclass for its status."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
         return LocatedResult(**values) if self.status == "located" else NotLocatedResult(**values)
 
     def _repr_html_(self) -> str:
-        """The summary and the scene for a notebook; the summary alone where the result was read from JSON."""
+        """The summary and the scene for a notebook; the summary alone if the result was read from JSON."""
         from tactfix.report.notebook import located_html
 
         return located_html(self)
@@ -173,12 +173,12 @@ class LocateResult(JsonResult):
 
 @frozen_value
 class LocatedResult(LocateResult):
-    """A result that is located: pose and covariance are there, as a type checker knows after asking for the status.
+    """A located result: pose and covariance are not None, which a type checker infers from the status.
 
     Attributes
     ----------
     status : {"located"}
-        One pose is left.
+        Exactly one pose is accepted.
     base_from_fixture : (4, 4) array
         The pose, in units.
     covariance : (6, 6) array
@@ -199,14 +199,14 @@ class LocatedResult(LocateResult):
 
 @frozen_value
 class NotLocatedResult(LocateResult):
-    """A result without a pose: free_motions, candidates, diagnosis and next_contact say why, and what to do.
+    """A result without a pose: free_motions, candidates, diagnosis and next_contact give the cause and the remedy.
 
     Attributes
     ----------
     status : {"underdetermined", "ambiguous", "inconsistent"}
-        Why there is none.
+        Why there is no pose.
     base_from_fixture, covariance : None
-        There is none.
+        Always None.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Every mistake that tactfix knows, named once: simulation makes it, diagnosis names it, design_check judges it.
+"""The table of all mistakes that simulation makes, diagnosis identifies and design_check assesses.
 
-Where one of the three does not know a mistake, `but` says why.
+If one of the three does not cover a mistake, `but` gives the reason.
 """
 
 from typing import Final, Literal, TypeAlias
@@ -72,9 +72,9 @@ BlindSpotCode: TypeAlias = Literal[
 
 @frozen_value(eq=True)
 class Mistake:
-    """One mistake in words; fault, cause, blind_spot: what simulate, diagnosis and design_check call it.
+    """One mistake in words; fault, cause, blind_spot: its codes in simulate, diagnosis and design_check.
 
-    None where one of them does not know it, and but: why. needs: without what it cannot be made.
+    A code is None if the tool does not cover the mistake; but: the reason. needs: what the mistake requires.
     """
 
     words: str

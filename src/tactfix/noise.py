@@ -8,22 +8,22 @@ import math
 from functools import lru_cache
 
 REJECTED_IN_ERROR = 1e-6
-"""How often the true surface or pose may be lost to noise alone. It must not be: a wrong one that is then left would be
-printed. So a candidate is kept while it is barely credible, and ambiguity is reported instead."""
+"""Probability that noise alone eliminates the true surface or pose. It is small because a wrong candidate that remained
+would be reported: candidates are kept while they are barely plausible, and ambiguity is reported instead."""
 
 SUSPICIOUS = 1e-3
-"""Residuals that true sigmas exceed this seldom are accepted, with a warning that sigma may be too small."""
+"""Probability of larger residuals below which residuals are accepted with a warning that sigma may be too small."""
 
 SURE = 5.0
-"""A sign (approach, touch box, path) speaks against a candidate only when it is wrong by this many sigma."""
+"""A necessary condition (approach, touch box, path) eliminates a candidate only if violated by this many sigma."""
 
 
 @lru_cache(maxsize=256)
 def chi_square_limit(dof: int, probability: float = REJECTED_IN_ERROR) -> float:
     """The chi-square that dof degrees of freedom exceed with this probability; dof below 1 counts as 1.
 
-    With no redundancy the residuals vanish, except next to a double root, where the contacts just fail to touch the
-    surface and one residual is left: that is what the one degree of freedom allows for.
+    With no redundancy the residuals vanish, except next to a double root, where the contacts just miss the surface
+    and one residual remains: the one degree of freedom allows for it.
     Bisection on the upper tail: importing scipy.special would cost as much as importing numpy.
     """
     shape = max(dof, 1) / 2

@@ -1,11 +1,11 @@
-"""The types of what the public values hold: for annotations, match statements and isinstance.
+"""The types of the parts of public values: for annotations, match statements and isinstance.
 
     from tactfix.parts import Diagnosis
 
     def worst(causes: tuple[Diagnosis, ...]) -> Diagnosis: ...
 
-Nobody needs to make them: they come with a `LocateResult`, a `DesignReport`, a `Fixture` and so on. CheckDrift is the
-drift over checks of a fixture, TouchDrift that over touches of one place.
+They need not be constructed: they are parts of a `LocateResult`, a `DesignReport`, a `Fixture` and so on. CheckDrift is
+the drift over checks of a fixture, TouchDrift that over touches of one place.
 """
 
 from tactfix.calibration.cell import Cell, Place, Prior

@@ -1,4 +1,4 @@
-"""What is known of where a fixture stands before it is touched: limits, a measured pose, directions held."""
+"""Prior knowledge of a fixture's pose: limits, a measured pose, constrained directions."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -18,7 +18,7 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 
 SINGULAR_CORRELATION = 1e-12
-"""Smallest eigenvalue of a correlation matrix below which the covariance holds a direction."""
+"""Smallest eigenvalue of a correlation matrix below which the covariance counts as singular."""
 
 
 def _frozen_if_array(sigma: tuple[float, float] | Floats) -> tuple[float, float] | Floats:
@@ -27,7 +27,7 @@ def _frozen_if_array(sigma: tuple[float, float] | Floats) -> tuple[float, float]
 
 @frozen_value
 class Placement:
-    """What is known of where the fixture stands before it is touched.
+    """Prior knowledge of the fixture's pose.
 
     Parameters
     ----------
@@ -67,22 +67,22 @@ class Placement:
             raise UsageError(f"nothing may differ from the pose known beforehand; name one of {', '.join(DIRECTIONS)}")
         covariance = self.covariance
         if covariance is not None and not _is_positive_definite(covariance):
-            what = "the sigma of the pose known beforehand must be above zero in every direction"
-            raise UsageError(f"{what}; where one is held, name the others as free")
+            problem = "the sigma of the pose known beforehand must be above zero in every direction"
+            raise UsageError(f"{problem}; where one is held, name the others as free")
 
     @property
     def is_in_fit(self) -> bool:
-        """Whether it takes part in the fit, as a measurement or by directions that are held; limits only eliminate."""
+        """Whether it enters the fit, as a measurement or by constrained directions; limits only eliminate poses."""
         return self.sigma is not None or self.free is not None
 
     @property
     def is_known(self) -> bool:
-        """Whether it says anything of poses; near alone does not."""
+        """Whether it restricts the pose; near alone does not."""
         return self.within is not None or self.is_in_fit
 
     @cached_property
     def covariance(self) -> Floats | None:
-        """The covariance (6, 6) of near where it is a measurement: rx ry rz (rad), tx ty tz (length)."""
+        """The covariance (6, 6) of near if it is a measurement: rx ry rz (rad), tx ty tz (length)."""
         if self.sigma is None or isinstance(self.sigma, np.ndarray):
             return self.sigma
         translation, rotation = self.sigma
@@ -95,17 +95,17 @@ class Placement:
 
     @property
     def dof(self) -> int:
-        """How many equations a measurement gives, less the unknowns of the pose."""
+        """The number of equations of a measurement less the unknowns of the pose."""
         return (6 if self.sigma is not None else 0) - int(self.turns.sum() + self.shifts.sum())
 
     @cached_property
     def turns(self) -> Bools:
-        """The base axes (3,) about which the fixture may be turned from near."""
+        """The base axes (3,) about which the fixture may be rotated from near."""
         return _are_free(self.free, ("rx", "ry", "rz"))
 
     @cached_property
     def shifts(self) -> Bools:
-        """The base axes (3,) along which the fixture may be shifted from near."""
+        """The base axes (3,) along which the fixture may be translated from near."""
         return _are_free(self.free, ("x", "y", "z"))
 
 

@@ -16,7 +16,7 @@ from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 def probe_settings(
     fixture: Fixture, contacts: Contacts | None, sigma: float | None, tip_radius: float | None
 ) -> tuple[float, float]:
-    """Sigma and tip radius: as given, else those of the contacts, else those of the fixture's probe block.
+    """Sigma and tip radius: the arguments, else those of the contacts, else those of the fixture's probe block.
 
     Raises UsageError if they are not given, or not lengths: nothing is guessed.
     """
@@ -26,8 +26,8 @@ def probe_settings(
         tip_radius = fixture.probe.tip_radius if contacts is None else contacts.tip_radius
     if sigma is None or tip_radius is None:
         what, setting = ("sigma", Setting.SIGMA) if sigma is None else ("tip radius", Setting.TIP_RADIUS)
-        where = f"{fixture.name}: the {what} is not given; "
-        raise UsageError(where + "give " + setting.word + ", or add it to the probe block of the fixture file")
+        problem = f"{fixture.name}: the {what} is not given; "
+        raise UsageError(problem + "give " + setting.word + ", or add it to the probe block of the fixture file")
     if not (LEAST_LENGTH <= sigma <= MOST_LENGTH and 0 <= tip_radius <= MOST_LENGTH):
         raise UsageError("sigma must be a length above zero and the tip radius one not below")
     return sigma, tip_radius
@@ -39,14 +39,14 @@ def residual_sigmas(fixture: Fixture, contacts: Contacts) -> Floats:
 
 
 def implied_probe_sigma(contacts: Contacts, sigmas: Floats, factor: float) -> float:
-    """The probe's sigma, of half the contacts, with which their residuals' sigmas (n,) are factor times what they are.
+    """The median sigma of the probe with which the sigmas (n,) of the residuals are multiplied by factor.
 
-    The features keep their own: s^2 = factor^2 sigma^2 - feature^2, 0 where the features' alone are more than that.
+    The features' sigmas are unchanged: s^2 = factor^2 sigma^2 - feature^2, or 0 if that is negative.
     """
     features = np.square(sigmas) - np.square(contacts.sigmas)
     return float(np.sqrt(max(np.median(np.square(factor * sigmas) - features), 0.0)))
 
 
 def with_feature_sigmas(probe_sigmas: Floats, features: Iterable[Feature]) -> Floats:
-    """The same (n,) for sigmas (n,) of the probe and the feature of each contact."""
+    """Sigmas (n,) of residuals: those (n,) of the probe and of the feature of each contact in quadrature."""
     return np.asarray(np.hypot(probe_sigmas, [feature.sigma for feature in features]))

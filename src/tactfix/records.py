@@ -1,4 +1,4 @@
-"""Whole files in, rows and records out: batch, report and calibrate as calls from Python."""
+"""Python functions for whole files: batch, calibrate and the HTML report."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -38,12 +38,12 @@ def batch(
     at: tuple[float, float, float] | None = None,
     jobs: int = 1,
 ) -> tuple[BatchRow, ...]:
-    """Locate every contact set in files, directories and tables: a row for each, in order, whatever becomes of it.
+    """Locate every contact set in files, directories and tables: one row for each, in order, whether located or not.
 
     Parameters
     ----------
     fixture : Fixture
-        What was touched in all of them.
+        The fixture touched in all sets.
     sources : sequence of str or Path
         Files, directories, and tables with a column set.
     options : ContactOptions, optional
@@ -51,7 +51,7 @@ def batch(
     format : str
         "csv", or the name of a machine's format.
     features : str, optional
-        What was touched, in order.
+        Names of the touched features, in order.
     approach : str, optional
         The direction in which the probe travelled.
     scale_sigma : bool
@@ -59,11 +59,11 @@ def batch(
     max_sigma : float, optional
         A located set is acceptable unless the worst sigma of the origin, or of the point at, is above it (units).
     max_rms : float, optional
-        Nor if the rms of its residuals is above this (units).
+        The same for the rms of its residuals (units).
     at : tuple of three floats, optional
         The point (3,) of the fixture frame at which max_sigma holds.
     jobs : int
-        Processes.
+        Number of processes.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def batch(
 
     Notes
     -----
-    A set that cannot be read or located is a row with its message; it stops nothing.
+    A set that cannot be read or located is a row with its message; the batch goes on.
 
     Examples
     --------
@@ -85,10 +85,10 @@ def batch(
     >>> [row.status for row in tactfix.batch(fixture, ["samples/robot-cell-plate/contacts.csv"])]
     ['located']
     """
-    said = options or ContactOptions()
+    given = options or ContactOptions()
     task = BatchTask(
         fixture=fixture,
-        read=SetReader(format, said, log_options(features, said.tip_offset, approach)),
+        read=SetReader(format, given, log_options(features, given.tip_offset, approach)),
         describe=sentence,
         scale_sigma=scale_sigma,
         max_sigma=max_sigma,
@@ -113,19 +113,19 @@ def calibrate(
     touches : Touches
         What `load_touches` read: joints in rad and the cell's units.
     hold_out : sequence of str
-        Places kept out of all of it; `left_out` tells their residuals with the nominal and the calibrated robot.
+        Places excluded from the fit; `left_out` has their residuals with the nominal and the calibrated robot.
     unchecked : bool
-        Let touches at one place do, which nothing can check.
+        Accept touches at a single place, without validation.
 
     Returns
     -------
     Calibration
-        status is "calibrated" only where places left out speak for the robot; `write_robot` writes it.
+        status is "calibrated" only if places left out confirm the robot; `write_robot` writes it.
 
     Raises
     ------
     UsageError
-        Places that are not there or not touched.
+        Places that do not exist or are not touched.
 
     Notes
     -----
@@ -165,11 +165,11 @@ def load_touches(source: Source, cell: CellFile) -> Touches:
     Raises
     ------
     FileError
-        With all that is wrong, by row and line.
+        With all problems, by row and line.
 
     Notes
     -----
-    A line "# joints: deg" or "# joints: rad" above the header says the unit of the joints.
+    A line "# joints: deg" or "# joints: rad" above the header gives the unit of the joints.
 
     Examples
     --------
@@ -200,9 +200,9 @@ def html_report(
     result : LocateResult
         What `locate` found of these contacts.
     inputs : mapping of str to path, optional
-        Files that the page names with their checksums, by what they are, such as {"fixture": "plate.yaml"}.
+        Files listed on the page with their checksums, by role, such as {"fixture": "plate.yaml"}.
     notes : mapping of str to str, optional
-        What stands on the record besides, such as {"operator": "Ada"}.
+        Additional entries, such as {"operator": "Ada"}.
 
     Returns
     -------
@@ -218,7 +218,7 @@ def html_report(
 
     Notes
     -----
-    The scene is drawn by plotly, which the page carries with it.
+    The scene is drawn by plotly, which is included in the page.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""What results are made of: poses, free motions, residuals, mistakes, as plain frozen values.
+"""The parts of results as frozen values: poses, free motions, residuals, mistakes.
 
-In base coordinates and the fixture's units unless a name says otherwise. The report layer turns them into text and
-JSON; the names here are the names there.
+In base coordinates and the fixture's units unless stated otherwise. The report package turns them into text and JSON
+with the same names.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ ReasonCode: TypeAlias = Literal["fit", "relation", "approach", "touch", "path", 
 
 @frozen_value(eq=True)
 class Reason:
-    """Why a candidate fell: which test, at which feature and which contact (row counts data rows from 1)."""
+    """Why a candidate was eliminated: which test, at which feature and which contact (row counts data rows from 1)."""
 
     code: ReasonCode
     feature: str | None
@@ -32,7 +32,7 @@ class Reason:
 
 @frozen_value
 class Candidate:
-    """A pose that explains the contacts, or did until one of reasons; surfaces are the features in base."""
+    """A pose that explains the contacts, eliminated if it has reasons; surfaces: the features in base."""
 
     base_from_fixture: Frozen
     surfaces: Mapping[str, Surface]
@@ -42,13 +42,13 @@ class Candidate:
 
     @property
     def accepted(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether it is not eliminated."""
         return not self.reasons
 
 
 @frozen_value
 class FreeMotion:
-    """A motion that the contacts do not see: twist at the origin of its frame, rotation (3,) rad, translation (3,)."""
+    """A motion left free by the contacts: twist at the origin of its frame, rotation (3,) rad, translation (3,)."""
 
     rotation: Frozen
     translation: Frozen
@@ -57,11 +57,11 @@ class FreeMotion:
 
 @frozen_value
 class NextContact:
-    """The contact to make next: it tells the remaining poses apart best, or takes away a free motion.
+    """The contact to make next: it discriminates best between the remaining poses, or constrains a free motion.
 
-    point (3,) on the surface and approach (3,) unit in base, None where no pose is known; point_in_fixture and
-    approach_in_fixture in the fixture frame. A touch on a point has no approach: None. further: the other contacts that
-    are missing at least, where more are.
+    point (3,) on the surface and approach (3,) unit in base, None if no pose is known; point_in_fixture and
+    approach_in_fixture in the fixture frame. A touch on a point has no approach: None. further: the other
+    contacts needed at least, if any.
     """
 
     feature: str
@@ -77,10 +77,9 @@ class NextContact:
 class Diagnosis:
     """A mistake that explains why the contacts do not agree.
 
-    rows and features: which are concerned. value: what would be right instead, or how far a contact is off (lengths in
-    fixture units, places in the fixture frame), None where there is no number. chi2: what is left of chi-square without
-    the mistake. one_of: the contacts cannot tell the causes apart; this is then the most plausible of them, with the
-    rows and features of all.
+    rows and features: those concerned. value: the corrected value, or the error of a contact (lengths in fixture units,
+    places in the fixture frame), None if not a number. chi2: chi-square without the mistake. one_of: the contacts do
+    not distinguish the causes; this is then the most plausible of them, with the rows and features of all.
     """
 
     code: DiagnosisCode
@@ -97,8 +96,8 @@ class Diagnosis:
 class ContactResidual:
     """How one contact fits: residual along the outward normal, positive out of the material (fixture units).
 
-    approach_angle_deg: angle between the approach and the inward normal, 0 when the probe came square to the surface,
-    90 at grazing; None without an approach.
+    approach_angle_deg: angle between the approach and the inward normal, 0 for a perpendicular approach, 90 at
+    grazing; None without an approach.
     """
 
     row: int
@@ -108,14 +107,14 @@ class ContactResidual:
 
 
 POSE_UNKNOWNS: Final = ("rx", "ry", "rz", "tx", "ty", "tz")
-"""The names of what a pose is found for, in the order of its covariance."""
+"""The names of the pose parameters, in the order of the covariance."""
 
 
 @frozen_value
 class TipEstimate:
-    """The tip as the contacts have it: its centre (3,) in the flange frame, None where nothing says it, and its radius.
+    """The estimated tip: its centre (3,) in the flange frame, None if unknown, and its radius.
 
-    covariance (k, k): of those that were unknown: x, y, z of the centre, the radius.
+    covariance (k, k): of the estimated ones of x, y, z of the centre and the radius.
     """
 
     offset: Floats | None
@@ -126,9 +125,9 @@ class TipEstimate:
 
 @frozen_value(eq=True)
 class WithoutPrior:
-    """What the contacts alone would leave, without what is known beforehand.
+    """The status from the contacts alone, without prior knowledge of the pose.
 
-    poses: how many poses would be left; of an ambiguous result at least so many, None where a motion would be free.
+    poses: the number of poses (a lower bound if ambiguous), None if a motion would be free.
     """
 
     status: Status
@@ -136,7 +135,7 @@ class WithoutPrior:
 
 
 class JsonResult:
-    """A result with the JSON of a command: to_dict says it, to_json writes it."""
+    """A result with the JSON of a command: as a dictionary or as text."""
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON as dictionaries, lists and numbers."""
@@ -151,7 +150,7 @@ class JsonResult:
 
 @frozen_value
 class Touched:
-    """What a result was found from: the fixture, and the contacts as they were given."""
+    """The data of a result: the fixture, and the contacts as given."""
 
     fixture: "Fixture"
     contacts: "Contacts"

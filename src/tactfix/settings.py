@@ -1,6 +1,6 @@
-"""Settings by name in messages: an option to whoever types commands, a keyword argument to whoever writes Python.
+"""Settings by name in messages: an option on the command line, a keyword argument in Python.
 
-A message is a str. Where it names a setting it is a `Wording`: the str itself is what Python callers read, and
+A message is a str. If it names a setting, it is a `Wording`: the str itself is the text for Python callers, and
 `on_command_line` is the same message with options. `+` and `joined` keep both; nothing translates one into the other.
 """
 
@@ -11,7 +11,7 @@ from typing import Final
 
 
 class Wording(str):
-    """A text for Python callers that knows how the command line says the same."""
+    """A text for Python callers, with the equivalent text for the command line."""
 
     on_command_line: str
 
@@ -43,7 +43,7 @@ def joined(separator: str, texts: Iterable[str]) -> str:
 
 
 class Setting(Enum):
-    """What a caller can set: the option of the command line, and the keyword argument of Python."""
+    """A setting: the option of the command line, and the keyword argument of Python."""
 
     APPROACH = "--approach", "approach"
     DIALECT = "--from", "dialect"

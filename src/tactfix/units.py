@@ -17,7 +17,7 @@ MOST_LENGTH: Final = 1e30
 
 
 def factor(source: str, target: str) -> float:
-    """What a length in source is multiplied by to be in target; the double nearest to the exact ratio.
+    """The factor that converts a length from source to target; the double nearest to the exact ratio.
 
     Raises KeyError for a unit that is not one of UNITS.
     """
@@ -25,7 +25,7 @@ def factor(source: str, target: str) -> float:
 
 
 def which_unit(written: str) -> str:
-    """Advice for whoever wrote a unit that is none of UNITS."""
+    """The remedy for a unit that is not one of UNITS."""
     plain = written.strip().lower().removesuffix(".").removesuffix("s")
     for unit, names in _ALSO.items():
         if plain == unit or plain in names:

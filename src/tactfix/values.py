@@ -1,10 +1,9 @@
 """`frozen_value`: a class of named, fixed fields, whose arrays and mappings are read-only copies.
 
-What `dataclasses.dataclass(frozen=True)` gives, with two differences. A field says in its type what becomes of what it
-is given: `Annotated[T, convert]` is converted on construction (`geometry.arrays.Frozen`, `ReadOnly` here), so that no
-value can be made that holds an array which somebody else may write to; that holds for copies and pickles too, which
-are made by the constructor. And one function is compiled for each class, where dataclass compiles six: half of the
-time that it takes to import tactfix went into that.
+Like `dataclasses.dataclass(frozen=True)`, with two differences. A field of type `Annotated[T, convert]` is converted on
+construction (`geometry.arrays.Frozen`, `ReadOnly` here), so that no value shares an array that other code may write to;
+copies and pickles use the constructor too. And one function is compiled for each class instead of the six of dataclass,
+which took half of the import time of tactfix.
 """
 
 import dataclasses
@@ -30,7 +29,7 @@ V = TypeVar("V")
 
 
 def read_only(mapping: Mapping[K, V]) -> Mapping[K, V]:
-    """A copy that cannot be written to."""
+    """A read-only copy."""
     return MappingProxyType(dict(mapping))
 
 
@@ -44,9 +43,9 @@ def frozen_value(cls: type[T]) -> type[T]: ...
 def frozen_value(*, eq: bool) -> Callable[[type[T]], type[T]]: ...
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 def frozen_value(cls: type[T] | None = None, *, eq: bool = False) -> type[T] | Callable[[type[T]], type[T]]:
-    """A class of values: its annotated names are the fields. Two are equal if they are one, with eq if all fields are.
+    """A class of values: its annotated names are the fields. Equality is identity, with eq that of all fields.
 
-    `__post_init__` is called where there is one; `dataclasses.replace` and `fields` work.
+    `__post_init__` is called if defined; `dataclasses.replace` and `fields` work.
     """
     if cls is None:
         return lambda decorated: _made(decorated, eq=eq)
@@ -71,7 +70,7 @@ def _made(cls: type[T], *, eq: bool) -> type[T]:
 
 
 def _constructor(cls: type) -> Callable[..., None]:
-    """__init__ with the fields as parameters, each converted as its type says."""
+    """__init__ with the fields as parameters, each converted according to its type."""
     known: dict[str, object] = {"_set": object.__setattr__}
     parameters, lines = [], []
     for field in dataclasses.fields(cls):
@@ -100,7 +99,7 @@ def _constructor(cls: type) -> Callable[..., None]:
 
 
 def _conversion(annotation: object) -> tuple[Callable[[Any], object] | None, bool]:
-    """What a field's type says to do with what it is given, and whether None is left alone."""
+    """The converter in a field's type, if any, and whether None is not converted."""
     if get_origin(annotation) is Annotated:
         return annotation.__metadata__[0], False  # type: ignore[attr-defined]
     if get_origin(annotation) in (Union, UnionType):
@@ -124,13 +123,13 @@ def _repr(self: Any) -> str:
 
 
 _REPR_ELEMENTS: Final = 3
-"""Elements of an array, a tuple or a mapping that the repr of a value shows: a vector, and no list of contacts."""
+"""Largest number of elements that the repr shows of an array, a tuple or a mapping: enough for a vector."""
 _REPR_CHARACTERS: Final = 80
-"""Of a text or a value inside another one that its repr shows: what is longer would not leave it one line."""
+"""Largest length of a nested text or value in a repr, so that it fits on one line."""
 
 
 def _brief(value: Any) -> str:
-    """The value as the repr of what holds it shows it: what is long by its size."""
+    """The value inside the repr of another one; long values are given by their size."""
     if getattr(value, "shape", ()) and hasattr(value, "tolist"):
         return _brief_array(value)
     value = value.item() if hasattr(value, "item") else value  # a number of numpy

@@ -1,3 +1,3 @@
-"""The version of this package, where reading it costs nothing."""
+"""The version of this package, without further imports."""
 
 VERSION = "0.1.0"

@@ -1,4 +1,4 @@
-"""Wording that messages share: names in a list, numbers with the digits that mean something, the nearest name."""
+"""Text formatting shared by messages: lists of names, numbers with significant digits, the nearest name."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from typing import Final
 UNPRINTABLE: Final = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-"""Characters that a terminal would interpret or XML reject: control characters, other line ends, reversed writing."""
+"""Characters that a terminal interprets or XML rejects: control characters, other line ends, bidirectional marks."""
 
 
 def printable(text: str) -> str:
@@ -38,7 +38,7 @@ def wrapped(text: str, width: int) -> str:
 
 
 _COMMENT_OPENS: Final = re.compile(r"(?:;|!|#|//|--) ")
-"""How a comment begins in the programs of controllers."""
+"""The start of a comment in the programs of controllers."""
 
 
 def wrapped_comments(text: str, width: int) -> str:
@@ -61,13 +61,13 @@ def wrapped_comments(text: str, width: int) -> str:
 
 
 def spreadsheet_cell(text: str) -> str:
-    """Text for a cell of a CSV file; an apostrophe keeps a spreadsheet from running what begins like a formula."""
+    """Text for a cell of a CSV file; an apostrophe keeps a spreadsheet from evaluating a formula."""
     return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
 
 
 def did_you_mean(wrong: str, known: Iterable[str]) -> str:
-    """The advice "did you mean 'ball'?" where a name is near, else "use one of: ball, bar"."""
-    # difflib is imported where something has gone wrong, so that a good file does not pay for it.
+    """The advice "did you mean 'ball'?" if a name is similar, else "use one of: ball, bar"."""
+    # difflib is imported only for an error, so that valid files load faster.
     from difflib import get_close_matches
 
     names = list(known)
@@ -84,7 +84,7 @@ def decimals(sigma: float) -> int:
 
 
 def fixed(value: float, digits: int) -> str:
-    """A number with so many decimals; zero has no sign."""
+    """A number with this many decimals; zero has no sign."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
@@ -104,7 +104,7 @@ def borne(value: float, sigma: float | None, sign: str = "") -> str:
 
 
 def with_unit(text: str, unit: str | None) -> str:
-    """The text and its unit, where there is one."""
+    """The text and its unit, if any."""
     return f"{text} {unit}" if unit else text
 
 

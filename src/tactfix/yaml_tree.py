@@ -1,4 +1,4 @@
-"""YAML as this project reads it: plain values, and the place of each key and value.
+"""The YAML subset of this project: plain values, with the position of each key and value.
 
 PyYAML's own constructors follow YAML 1.1: 1e-3 is text, yes is true, 1:30 is ninety, a date is an object, and the last
 of two equal keys wins without a warning. So only its parser is used. The scalars are
@@ -23,7 +23,7 @@ Path: TypeAlias = tuple[str | int, ...]
 # The parser of libyaml is ten times as fast and marks lines and columns just as well.
 _LOADER: Final[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MOST_DEPTH: Final = 20
-"""Levels of nesting; no file that tactfix reads has half as many."""
+"""Largest nesting depth; no valid file has half of it."""
 _INTEGER: Final = re.compile(r"[-+]?[0-9]+")
 _NO_FINITE_NUMBER: Final = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _PLAIN_WORDS: Final[dict[str, bool | None]] = {
@@ -35,7 +35,7 @@ _PLAIN_WORDS: Final[dict[str, bool | None]] = {
 
 @frozen_value(eq=True)
 class Mark:
-    """A place in the file; line and column count from 1."""
+    """A position in the file; line and column count from 1."""
 
     line: int
     column: int
@@ -43,9 +43,9 @@ class Mark:
 
 @dataclass(slots=True)
 class Tree:
-    """What a YAML file says: its value, where each key and value stands, and what is wrong with it as YAML.
+    """The content of a YAML file: its value, the position of each key and value, and its YAML problems.
 
-    is_complete: whether it could be read to its end, so that its value can be judged beside its problems.
+    is_complete: whether it was read to its end, so that its value can be checked despite its problems.
     """
 
     value: Any = None
@@ -55,13 +55,13 @@ class Tree:
     is_complete: bool = True
 
     def refuse(self, event: Any, what: str, remedy: str) -> None:
-        """Note a problem at the place of a parser event."""
+        """Add a problem at the position of a parser event."""
         mark = _mark(event.start_mark)
         self.problems.append(Problem(what, remedy, line=mark.line, column=mark.column))
 
 
 def read_tree(text: str) -> Tree:
-    """The tree of the one document in text; what is not YAML at all is its only problem."""
+    """The tree of the single document in text; a syntax error is its last problem."""
     tree = Tree()
     try:
         events = yaml.parse(text, Loader=_LOADER)
@@ -91,7 +91,7 @@ def _read_value(event: Any, events: Iterator[Any], path: Path, tree: Tree) -> An
         return None
     _refuse_extras(event, tree)
     if len(path) > _MOST_DEPTH:
-        # The parser would go on; nobody else should have to.
+        # The parser has no limit of depth itself.
         raise yaml.MarkedYAMLError(None, None, f"more than {_MOST_DEPTH} levels, one in another", event.start_mark)
     if isinstance(event, yaml.MappingStartEvent):
         return _read_mapping(events, path, tree)
@@ -131,8 +131,8 @@ def _read_mapping(events: Iterator[Any], path: Path, tree: Tree) -> dict[str, An
             )
         else:
             tree.keys[(*path, key)] = _mark(event.start_mark)
-        where = (*path, f"{key} again" if key in mapping else key or "")
-        value = _read_value(next(events), events, where, tree)
+        child = (*path, f"{key} again" if key in mapping else key or "")
+        value = _read_value(next(events), events, child, tree)
         if key is not None:
             mapping.setdefault(key, value)
     return mapping
@@ -159,14 +159,14 @@ def _mark(mark: Any) -> Mark:
 
 def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    what = getattr(error, "problem", None) or getattr(error, "reason", None) or "not readable"
+    cause = getattr(error, "problem", None) or getattr(error, "reason", None) or "not readable"
     if mark is not None:
         line, column = mark.line + 1, mark.column + 1
     else:
         before = text[: getattr(error, "position", 0) or 0]
         line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
     remedy = "check indentation (blanks, no tabs), brackets, quotes and colons from here on upwards"
-    return Problem(f"this is not YAML: {what}", remedy, line=line, column=column)
+    return Problem(f"this is not YAML: {cause}", remedy, line=line, column=column)
 
 
 class _OnOneLine(dict[str, Any]):

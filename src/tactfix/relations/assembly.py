@@ -11,8 +11,8 @@ Distances and angles leave a fixture a few shapes (`realization`): mirror images
 3. If the shape is fixed, but features are not located, or weakly, or in too many combinations, the rigid shapes are
    searched. For relations with a sigma, the sigma of the contacts is first widened by that of the shape; one least
    squares over pose and shape follows from each pose (`branch_fits`).
-4. Otherwise that least squares start from each combination of candidates, on each branch that the contacts leave open
-   (`branches`).
+4. Otherwise the same least squares start from each combination of candidates, on each branch that the contacts do not
+   exclude (`branches`).
 5. If the relations are exact, the shapes that the fits are near are searched as in step 1. If they are not exact, or no
    shape is near, the fits are the solutions.
 
@@ -30,14 +30,14 @@ from tactfix.relations.rigid_bodies import body_solutions
 def assembled_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool = True) -> Solutions:
     """Every pose of a fixture by relations that explains contacts and relations; sigmas (n,) of the residuals.
 
-    If none does, the best one alone, its chi2 above the limit. If contacts and relations leave a motion free, samples,
-    marked as a continuum. Neither of these without with_misses.
+    If there is none, the pose of least chi2 alone, above the limit. If contacts and relations leave a motion free,
+    samples, marked as a continuum. with_misses False: neither of these.
     """
     shapes = searchable_bodies(fixture)
     is_exact = bool(shapes) and all(relation.sigma == 0 for relation in fixture.relations)
     if is_exact and len(shapes) <= FEW_BODIES:  # step 1
         return body_solutions(fixture, shapes, contacts, sigmas, with_misses)
-    # Imported by the fixtures that need it: at the prompt importing takes longer than locating.
+    # Imported only where it is needed: on the command line importing takes longer than locating.
     from tactfix.relations.combined import combined_solutions
 
     return combined_solutions(fixture, contacts, sigmas, shapes, is_exact, with_misses)  # steps 2 to 5

@@ -1,4 +1,4 @@
-"""The joint fits of combinations of features: one for each branch of the relations that the contacts leave possible.
+"""The joint fits of combinations of features, one for each branch of relations that the contacts do not exclude.
 
 1. Every branch of every combination that may explain the contacts is a start. Its cost is the chi-square of the
    features alone plus that of the relations by the linear model (`branches`). The cheapest starts are fitted.
@@ -46,7 +46,7 @@ class Start:
 
 @frozen_value
 class Starts:
-    """The starts that are followed, best first, and the least cost of one that is left out (infinite: none is)."""
+    """The starts that are followed, best first, and the least cost of those left out (infinite if there are none)."""
 
     followed: tuple[Start, ...]
     left_out: float
@@ -57,7 +57,7 @@ def starts_from(
 ) -> Starts:
     """The branches of all combinations of surfaces that may explain the contacts, best first.
 
-    Where there are none, the nearest misses, unless without with_misses.
+    If there are none, the nearest misses; with_misses False: nothing.
     """
     found, missed, left_out = [], [], np.inf  # step 1
     for number, located in enumerate(combinations):
@@ -76,7 +76,7 @@ def starts_from(
 
 
 def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:
-    """The start with the signs that the surfaces have."""
+    """The start on the branches nearest to the surfaces."""
     return Start(number, surfaces, nearest_branch(problem.relations, surfaces, problem.scale), cost)
 
 
@@ -91,7 +91,7 @@ def branch_fit(problem: JointProblem, start: Start, most_steps: int = MOST_JOINT
 
 
 def _narrowed(problem: JointProblem, fit: JointFit) -> list[Equation] | None:
-    """The equations, those widened ones as they are given of which the contacts see the circle; None: no change."""
+    """The equations, widened ones replaced by their relations if contacts resolve their circles; None: no change."""
     if not any(equation.is_widened for equation in fit.equations):
         return None
     factor, free = fit.spread()
@@ -109,7 +109,7 @@ def _narrowed(problem: JointProblem, fit: JointFit) -> list[Equation] | None:
 
 
 def _is_seen(equation: Equation, factor: Floats) -> bool:
-    """Whether the circle is large beside the spread across it; factor (k, m): of the covariance of its components."""
+    """Whether the circle's radius exceeds RESOLVED sigma across it; factor (k, m) of its components' covariance."""
     across = float(np.linalg.norm(factor, 2))
     return equation.coincidence > RESOLVED * max(across, equation.relation.sigma)
 

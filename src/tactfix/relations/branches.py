@@ -1,4 +1,4 @@
-"""The branches of a fixture's relations: the signs that they may have, and which of these the contacts leave possible.
+"""The branches of a fixture's relations: the signs that they may have, and which of these the contacts do not exclude.
 
 Near located features the linear model gives the cost of a choice of signs. With residuals c of the relations, their
 gradients G, the covariance S of the features from their own contacts, and R of the relations, chi-square rises by
@@ -48,10 +48,10 @@ complete."""
 
 @frozen_value
 class Branches:
-    """What each branch would cost (chi-square) and its equations, cheapest first.
+    """The predicted chi-square and the equations of each branch kept, lowest first.
 
-    left_out: the least that another one would cost which was not kept, or is not known to the end; infinite where none
-    was dropped but those that are too costly.
+    left_out: the least chi-square of a branch, complete or partial, dropped by the limit on their number; infinite if
+    there was none.
     """
 
     found: tuple[tuple[float, tuple[Equation, ...]], ...]
@@ -61,13 +61,13 @@ class Branches:
 def nearest_branch(
     relations: Sequence[Relation], surfaces: Mapping[str, Surface], scale: float | None = None
 ) -> tuple[Equation, ...]:
-    """The equations of the relations with the signs that the surfaces have; with a scale those near zero widened."""
+    """The equations of the relations on their nearest branches; with a scale, widened near coincidence."""
     choices = _choices(tuple(relations), surfaces, scale)
     return tuple(equations[0] for equations in choices)
 
 
 def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Branches:
-    """The branches next to surfaces that may explain the contacts."""
+    """The branches that may explain the contacts, with surfaces near these."""
     choices = _choices(problem.relations, surfaces, problem.scale)  # step 1
     covariance = _covariance(problem, surfaces)  # step 2
     limit = COSTLY * chi_square_limit(len(problem.contacts))
@@ -84,8 +84,8 @@ def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Branches
     found, left_out = [(cost(settled), settled)], np.inf
     for number in order[len(settled) :]:
         longer = [[*begun, e] for _, begun in found for e in viable[number]]
-        judged = sorted(((cost(one), one) for one in longer), key=lambda pair: pair[0])
-        found = [pair for pair in judged if pair[0] <= limit]
+        ranked = sorted(((cost(one), one) for one in longer), key=lambda pair: pair[0])
+        found = [pair for pair in ranked if pair[0] <= limit]
         left_out = min([left_out, *(chi2 for chi2, _ in found[BRANCH_FITS:])])
         found = found[:BRANCH_FITS]
     place = np.argsort(order)
@@ -93,7 +93,7 @@ def branches(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Branches
 
 
 def least_cost(problem: JointProblem, surfaces: Mapping[str, Surface]) -> float:
-    """What the nearest branch would cost."""
+    """The predicted chi-square of the relations on the nearest branch."""
     equations = nearest_branch(problem.relations, surfaces, problem.scale)
     return _cost(equations, surfaces, _covariance(problem, surfaces), problem.scale)
 
@@ -113,7 +113,7 @@ def _choices(
 
 
 def _may_widen(relation: Relation, scale: float) -> bool:
-    """Whether a relation is so near coincidence that contacts may not see the difference; scale: a length."""
+    """Whether a relation is so near coincidence that contacts may not resolve the difference; scale: a length."""
     if relation.kind == "angle":
         return 0 < off(relation) < NEAR_COINCIDENCE
     return 0 < relation.value < NEAR_COINCIDENCE * scale
@@ -139,7 +139,7 @@ def _signs(relation: Relation, surfaces: Mapping[str, Surface], parallel: bool, 
 
 
 def _facing(one: Plane | Cylinder, other: Plane | Cylinder) -> float:
-    """1 or -1: the sense of the second direction in which it has less than 90 degrees to the first."""
+    """1 or -1: the sense of the second direction that is within 90 degrees of the first."""
     return _sign(float(direction_of(one) @ direction_of(other)))
 
 
@@ -148,10 +148,10 @@ def _sign(number: float) -> float:
 
 
 def _covariance(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Floats:
-    """Of the displacements (width, width) from contacts alone, in scaled units; what they leave free known to one."""
+    """Covariance (width, width) of the displacements from contacts alone, in scaled units; sigma 1 of free ones."""
     _, rows = contact_observations(problem.contacts, problem.sigmas, surfaces)
     scaled = rows * chart_lengths(surfaces, problem.scale)
-    # By QR factorization: in the normal matrix rounding would drown the ones where the contacts are 1e8 times as sure.
+    # By QR factorization: in the normal matrix, rounding would swamp the ones if contacts' rows are 1e8 times larger.
     still = np.eye(scaled.shape[1])
     inverse = np.linalg.solve(np.linalg.qr(np.vstack([scaled, still]), mode="r"), still)
     return np.asarray(inverse @ inverse.T)

@@ -1,4 +1,4 @@
-"""The method of the paper: every combination of the surfaces that features may have by their own contacts.
+"""The method of the paper: every combination of the surfaces that explain each feature's own contacts.
 
 1. Each feature is located by its own contacts (`features_alone`), if these are enough.
 2. Every choice of one candidate for each located feature is a combination.
@@ -27,16 +27,16 @@ from tactfix.values import frozen_value
 
 FLAT_CANDIDATES = 4
 """Candidates that are kept of a round feature whose contacts are coplanar within noise. A hundred local minima may then
-explain them, and none is near the truth; a joint fit moves any of them to where the other features and relations
-put it. The result is not complete in any case."""
+explain them, none of them near the truth; from any of them, a joint fit moves the feature to where the other features
+and relations require it. The result is not complete in any case."""
 
 
 @frozen_value
 class Combinations:
     """Combinations of the features' surfaces in base.
 
-    weak: some surface is determined so weakly that others may be missing beside it or placed by it. thinned: of a
-    feature whose contacts do not determine its curvature only a few candidates were kept.
+    weak: some surface is so weakly determined that noise may have merged it with another one, or misplaced those
+    located from it. thinned: only some candidates were kept of a feature whose contacts do not determine its curvature.
     """
 
     surfaces: Sequence[Mapping[str, Surface]]
@@ -106,7 +106,7 @@ def combinations_of(
 def _with_one_more(
     fixture: Fixture, contacts: Contacts, name: str, known: Mapping[str, FeatureCandidate]
 ) -> list[dict[str, FeatureCandidate]]:
-    """A combination with each place of one more sphere; DegenerateContactsError if these are infinitely many."""
+    """The combination with each position of one more sphere; DegenerateContactsError if there are infinitely many."""
     placed = candidates_by_distance(fixture, fixture.features[name], contacts.on(name), known)
     return [{**known, name: candidate} for candidate in placed]
 

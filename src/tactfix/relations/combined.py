@@ -46,14 +46,14 @@ MOST_FALLEN = 32
 """Combinations that violate a relation and are listed as candidates: more than anybody reads."""
 SLACK_FACTOR = 3.0
 """Sigmas of the shape that are added to those of the contacts while a fixture with measured relations is searched as
-rigid: its true shape is within three sigma, and too large a sum lets wrong poses through, which cost fits only. 1.5
+rigid: its true shape is within three sigma, and too large a sum only admits wrong poses, which cost fits. 1.5
 and 6 change none of every fifth of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 
 
 def combined_solutions(
     fixture: Fixture, contacts: Contacts, sigmas: Floats, shapes: Sequence[Body], is_exact: bool, with_misses: bool
 ) -> Solutions:
-    """The poses of a fixture whose relations leave these shapes (none where they are free), exactly or with a sigma."""
+    """The poses of a fixture with these shapes (empty: it is free); is_exact: it is fixed without any sigma."""
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     alone = located_alone(fixture, contacts, sigmas)  # step 2
     located = combinations(fixture, contacts, alone, SHAPE_COMBINATIONS + 1)
@@ -114,7 +114,7 @@ def _searched_as_rigid(fixture: Fixture, problem: JointProblem, with_misses: boo
     """The joint fits near every pose of the rigid shapes, searched with the sigma of the contacts widened by the
     shape's.
 
-    If no pose explains even these, the nearest miss as it stands; samples if they leave a motion free.
+    If no pose explains even these, the nearest miss without a joint fit; samples if they leave a motion free.
     """
     widened = np.hypot(problem.sigmas, SLACK_FACTOR * shape_sigma(fixture))
     rigid = body_solutions(fixture, searchable_bodies(fixture), problem.contacts, widened, with_misses)

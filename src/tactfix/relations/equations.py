@@ -93,7 +93,7 @@ def equation(
 ) -> Equation:
     """The branch of a relation with this sign, for surfaces near these.
 
-    parallel: whether angles say that the two are parallel; then the distance of axes is their spacing, even if the
+    parallel: whether angles make the two parallel; then the distance of axes is their spacing, even if the
     surfaces are not parallel yet.
     """
     one, other = (surfaces[name] for name in relation.between)
@@ -112,7 +112,7 @@ def equation(
 
 
 def carried(equation: Equation, surfaces: Mapping[str, Surface]) -> Equation:
-    """The equation with its basis turned to be perpendicular to the direction that the surfaces have now."""
+    """The equation with its basis rotated to be perpendicular to the current direction of the surfaces."""
     directed = _directed(*(surfaces[name] for name in equation.relation.between))
     if equation.basis is None or len(equation.basis) != 2 or directed is None:
         return equation
@@ -127,7 +127,7 @@ def _directed(one: Surface, other: Surface) -> Plane | Cylinder | None:
 
 
 def _spread(relation: Relation, value: float, components: int) -> float:
-    """The standard deviation of one component: of a gap of this size in a random direction, and of the value itself."""
+    """The standard deviation of one component: of a gap of this size in a random direction, with that of the value."""
     return float(np.hypot(relation.sigma, value / np.sqrt(components)))
 
 

@@ -1,6 +1,7 @@
-"""Features of a fixture by relations that nothing determines: not in the frame, with few contacts and relations.
+"""Underdetermined features of a fixture by relations: not in the frame, with few contacts and relations.
 
-Such a feature can be moved without any other: it tells nothing of the pose, and its own motion is none of the frame.
+Such a feature can move independently of all others, so it does not constrain the pose, and its free motion does not
+move the frame.
 
 1. The degrees of freedom of each feature outside the frame are compared with the equations of its contacts and
    relations.
@@ -27,9 +28,9 @@ DIRECTION_FREEDOM = 2
 
 
 def without_free_features(fixture: Fixture, contacts: Contacts) -> tuple[Fixture, Contacts]:
-    """The fixture without the features that nothing determines, and the contacts on the others.
+    """The fixture without its underdetermined features, and the contacts on the others.
 
-    Fixture and contacts as they are if that would leave no contact.
+    Fixture and contacts are unchanged if no contact would remain.
     """
     if fixture.is_placed:
         return fixture, contacts
@@ -59,7 +60,7 @@ def _reduced(fixture: Fixture, counts: tuple[tuple[str, int], ...]) -> Fixture:
 
 
 def _is_free(feature: Feature, touched: Mapping[str, int], relations: tuple[Relation, ...]) -> bool:
-    """Whether the feature is left free whatever the places of the others are (steps 1 and 2)."""
+    """Whether the feature is underdetermined even if all others are fixed (steps 1 and 2)."""
     own = [relation for relation in relations if feature.name in relation.between]
     angles = sum(_most_equations(relation) for relation in own if relation.kind == "angle")
     distances = sum(_most_equations(relation) for relation in own if relation.kind == "distance")
@@ -68,7 +69,7 @@ def _is_free(feature: Feature, touched: Mapping[str, int], relations: tuple[Rela
 
 
 def _most_equations(relation: Relation) -> int:
-    """The number of equations of a relation at most: parallel directions give two, coincident centres three."""
+    """The largest number of equations of a relation: parallel directions give two, coincident centres three."""
     if relation.kind == "angle":
         return 2 if min(relation.value, np.pi - relation.value) < ALMOST_PARALLEL else 1
     return 3 if relation.value == 0 else 1

@@ -8,7 +8,7 @@ residuals r and Jacobian J; relations with sigma 0 are constraints c = 0 with Ja
     min |r + J d|^2 + damping |d|^2   subject to   c + C d = 0.
 
 2. The fit has converged if the constraints hold and the undamped step would lower chi-square by next to nothing. This
-   test does not depend on units or on how weakly a motion is determined; a small gain of a damped step is no
+   test does not depend on units or on how weakly a motion is determined; a small gain of a damped step is not
    convergence.
 3. The damping is increased until a step lowers the merit function: chi-square plus an exact penalty on the violation of
    the constraints.
@@ -60,8 +60,8 @@ NEARLY_KEPT = 1e-5
 """Constraint violation (rad, fixture sizes) above which no fit is given up for its chi-square: that still changes
 while the constraints are restored."""
 SLOWLY_KEPT = 0.99
-"""Ratio of successive violations above which a late fit is given up: the constraints of a branch may contradict each
-other. 200 steps at this ratio would lower the violation to 0.13, and Newton's method lowers it quadratically."""
+"""Ratio of successive violations above which a late fit is given up: the constraints of a branch may be inconsistent.
+200 steps at this ratio would lower the violation to 0.13, and Newton's method lowers it quadratically."""
 
 
 @frozen_value
@@ -106,9 +106,9 @@ def joint_fit(
 def _has_stalled(fit: JointFit, new: JointFit, predicted: float, late: bool) -> bool:
     """Whether a fit has stalled, above its limit or off the constraints.
 
-    Off the constraints: it is late and hardly comes nearer to them. Far above the limit: the last step gained less than
-    1 per cent, or it is late. Else: it is late, the linear model stays above the limit, and so do MOST_JOINT_STEPS more
-    steps with the gain of this one.
+    Late means after JOINT_PATIENCE steps. Off the constraints: it is late and the violation hardly decreases. Far above
+    the limit: the last step gained less than 1 per cent, or it is late. Otherwise: it is late, and both the linear
+    model and MOST_JOINT_STEPS more steps with the last gain stay above the limit.
     """
     limit, gain = chi_square_limit(new.dof), fit.chi2 - new.chi2
     if new.missing >= NEARLY_KEPT:
@@ -161,7 +161,7 @@ def _merit(fit: JointFit, price: float, stiffness: float) -> float:
 
 
 def _step(fit: JointFit, damping: float) -> Step:
-    """The step that the linearised problem asks for."""
+    """The solution of the linearised problem."""
     width, missing, residual = fit.jacobian.shape[1], fit.violation, fit.observed
     onto = np.linalg.lstsq(fit.constraints, -missing, rcond=fit.resolution)[0] if len(missing) else np.zeros(width)
     span = fit.span

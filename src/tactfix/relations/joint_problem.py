@@ -1,7 +1,7 @@
-"""What contacts and relations ask of the surfaces of a fixture that is not one rigid body, and its linear model.
+"""The least-squares problem of a fixture that is not one rigid body, and its linear model.
 
-Unknown are the displacements of every feature. Contacts, and relations with a sigma, are observations; relations with
-sigma 0 are constraints.
+The unknowns are the displacements of every feature. Contacts, and relations with a sigma, are observations; relations
+with sigma 0 are constraints.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,8 +49,8 @@ class JointFit:
 
     equations: of the relations, with bases at these surfaces. observed (m,): residuals over sigma less their targets,
     three for a contact on a point, feature by feature; then those of the relations with a sigma. violation (k,): the
-    residuals of the constraints (rad, fixture sizes). jacobian (m, width) of observed and
-    constraints (k, width), both with lengths in units of scale; columns: where each feature's displacement is.
+    residuals of the constraints (rad, fixture sizes). jacobian (m, width) of observed and constraints (k, width), both
+    with lengths in units of scale; columns: of each feature's displacement.
     """
 
     surfaces: Mapping[str, Surface]

@@ -1,13 +1,13 @@
-"""How far a fixture by relations may stand from its best pose: sigma points (`poses.sigma_points`).
+"""The covariance of the frame of a fixture by relations, from sigma points (`poses.sigma_points`).
 
-The features have more displacements than the frame has motions. Sigma points lie along the six combinations that move
-the frame to first order; the others move it in second order at most.
+The features have more displacements than the frame has degrees of freedom. Sigma points lie along the six combinations
+that move the frame to first order; the others move it to second order at most.
 
 1. The factor of the covariance of the displacements is multiplied by the Jacobian of the frame.
 2. This linear spread is used if a motion of the frame is free, or if the residuals are nearly linear within it.
 3. Otherwise the right singular vectors of that product are the displacements that move the frame.
-4. A joint fit gives the sigma point of each of them (`poses.sigma_points`): its targets are the residuals that the
-   linear model has after that step. If one misses them, a fold is near: all are then computed nearer by.
+4. A joint fit gives the sigma point of each of them (`poses.sigma_points`): its targets are the residuals of the
+   linear model after that step. If one misses them, a fold is near, and all are computed at a smaller distance.
 """
 
 from dataclasses import replace
@@ -23,8 +23,8 @@ from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.values import frozen_value
 
 JOINT_SIGMA_POINT_STEPS = 20
-"""Steps of the fit of one sigma point. If that is not enough, the point is too far off for a covariance to be true, and
-the remaining points are not computed."""
+"""Steps of the fit of one sigma point. If it does not converge, the frame is too nonlinear for a covariance, and the
+remaining points are not computed."""
 NEARER_POINTS = 1.0
 """Distance in sigma of the sigma points if some at SIGMA_POINT_DISTANCE miss their residuals. The second moment is
 exact to second order at any distance, and a fold within one sigma still makes the covariance untrusted. Contacts on
@@ -48,7 +48,7 @@ class JointSpread:
     frame_jacobian: Floats
 
     def at(self, base_from_fixture: Floats, curved: bool = True) -> Spread:
-        """The spread of one of the frames (4, 4); without curved that of the linear model, marked as trusted."""
+        """The spread of one of the frames (4, 4); curved False: that of the linear model, marked as trusted."""
         factor, free = self.fit.spread()
         linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T  # step 1
         is_free = np.abs(moving).max(initial=0.0) > FRAME_AT_REST * np.abs(self.frame_jacobian).max()
@@ -99,7 +99,7 @@ class JointSpread:
                     poses = np.array(frames(self.recipe, fit.surfaces))
                 except FrameError:
                     continue
-                # Of the frames that the recipe allows, the one with the same signs.
+                # The frame with the same axis signs, of those that the recipe allows.
                 alike = np.einsum("mij,ij->m", poses[:, :3, :3], base_from_fixture[:3, :3])
                 solved[number] = poses[np.argmax(alike)]
                 missing[number] = along @ along

@@ -39,7 +39,7 @@ def joint_solutions(
 ) -> Solutions:
     """The frames of each fit within its limit; of the best fit if none is.
 
-    Without curved the covariance is that of the linear model; for a fit above its limit it always is.
+    curved False, or a fit above its limit: the covariance is that of the linear model.
 
     Raises FrameError if the recipe has no frame for any fit that explains the contacts.
     """

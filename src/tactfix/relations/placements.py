@@ -6,11 +6,13 @@ an observation, its sigma at least LEAST_RELATION_SIGMA times that of the contac
 
 A feature is a point p and a direction d, of an axis or a normal. With q = p' - p, residuals as lengths:
 
-contact x       (x - p).d - t,   +-(|x - p| or |(x - p) - ((x - p).d) d| - r) - t,   x - p of a point angle           s
-(atan2(|d x d'|, +-d.d') - value), or s (d -+ d') where they are parallel;   s: the fixture's size distance        q.d -
-value of a plane,   |q| - value,   |q across an axis| - value,   |q.(d x d')| / |d x d'| - value
+    contact x   (x - p).d - t,   +-(|x - p| or |(x - p) - ((x - p).d) d| - r) - t,   x - p of a point
+    angle       s (atan2(|d x d'|, +-d.d') - value),   s (d -+ d') if parallel
+    distance    q.d - value of a plane,   |q| - value,   |q across an axis| - value,   |q.(d x d')| / |d x d'| - value
 
-A relation with branches has, at each placement, the nearer one. The placements are the first axis of all arrays.
+Here t is the radius of the tip, r that of the feature, and s the fixture's size.
+
+Each placement uses the nearest branch of each relation. The placements are the first axis of all arrays.
 
 1. The residuals of all placements are evaluated.
 2. Forward differences give their derivatives by three shifts and at most two tilts of each feature.
@@ -42,7 +44,7 @@ PLACEMENT_STEPS = 40
 LEAST_PLACEMENT_DAMPING, and the ends need only be near solutions, where joint fits start."""
 PLACEMENT_DIFFERENCE = 1e-6
 """Step (rad, fixture sizes) of the forward differences: their second-order error is of this size, their rounding 1e-10.
-Both are far below what a step needs that is repeated."""
+Both are far below what an iterated step needs."""
 LEAST_RELATION_SIGMA = 0.3
 """Least sigma of a relation here, as a share of the contacts' smallest sigma. With much smaller ones least squares must
 follow curved, narrow valleys in short steps; a joint fit keeps the relations exactly afterwards."""
@@ -54,7 +56,7 @@ DIAGONAL_FLOOR = 1e-9
 without any derivative is not moved. It changes no motion that is determined better than 3e-5 of the best one."""
 LONGEST_DISPLACEMENT = 0.5
 """Longest displacement in one step (rad, fixture sizes). A tilt of 0.5 turns a direction by atan 0.5 = 0.464 rad,
-within 7 per cent; longer steps would go elsewhere than computed."""
+within 7 per cent; longer steps would deviate from the computed rotation."""
 
 Places: TypeAlias = tuple[Floats, Floats]
 """Points and directions (..., 3) of one feature, one for each placement."""
@@ -93,7 +95,7 @@ def settled(
 
 
 def _length(problem: JointProblem) -> float:
-    """The size of the fixture; of planes known by angles alone that is the spread of the contacts."""
+    """The size of the fixture; for planes related by angles alone, the spread of the contacts."""
     return max(problem.scale, problem.contacts.spread)
 
 
@@ -120,7 +122,7 @@ def _at(like: Surface, places: Places, number: int) -> Surface:
 def _columns(like: Mapping[str, Surface], length: float) -> tuple[dict[str, slice], Floats]:
     """The columns of each feature's displacement, and the unit of each column (width,): a length, or 1 rad for a tilt.
 
-    Three shifts for every feature, though a shift of a plane or axis along itself has no effect: that is simpler.
+    Three shifts for every feature, for simplicity, though a shift of a plane or axis along itself has no effect.
     """
     columns, sizes = {}, np.zeros(0)
     for name, surface in like.items():

@@ -58,11 +58,11 @@ SHAPE_RANK = 1e-7
 root of rounding, to which a motion of second order at a fold is resolved, far below that of any relation that fixes
 one."""
 FEW_BODIES = 2
-"""Bodies that are searched, and asked for mistakes, one by one, which takes a tenth of a second and more for each. Most
-fixtures are one or a pair of mirror images; of more, features that are located alone say which to search."""
+"""Largest number of bodies searched and diagnosed one by one, which takes at least a tenth of a second each. Most
+fixtures have one body or a pair of mirror images; of more, features that are located alone select which to search."""
 MOST_BODIES = 16
 """Bodies that are searched at most: three bars at all distances and angles have 14. Listing and covering hundreds takes
-seconds, and features that are located alone fit into a few of them only."""
+seconds, and features that are located alone match only a few of them."""
 MOST_FAILED = 60
 """Trials that do not converge after which the list counts as incomplete. They take five milliseconds each with five
 features; where more than nine in ten fail, SHAPE_STARTS trials would not complete the list either."""
@@ -83,7 +83,7 @@ def realize(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
 
 
 def few_shapes(fixture: Fixture) -> tuple[Mapping[str, Surface], ...]:
-    """Those of `realize`, the first frame of each body first; empty also if they belong to more than FEW_BODIES."""
+    """The geometries of `realize`, the first frame of each body first; empty also for more than FEW_BODIES bodies."""
     if fixture.is_placed:
         return realize(fixture)
     found = searchable_bodies(fixture)
@@ -99,14 +99,14 @@ def bodies(fixture: Fixture) -> tuple[Body, ...]:
 
 
 def searchable_bodies(fixture: Fixture) -> tuple[Body, ...]:
-    """Those of `bodies`; none if they are more than MOST_BODIES, or if some may be missing."""
+    """The result of `bodies`; empty if there are more than MOST_BODIES, or if some may be missing."""
     found, complete = _listed(fixture, MOST_BODIES, MOST_FAILED)
     return found if complete else ()
 
 
 @lru_cache(maxsize=32)
 def _listed(fixture: Fixture, most: int, most_failed: int) -> tuple[tuple[Body, ...], bool]:
-    """The bodies, and whether the list is complete: it ends with more than so many, or so many trials that failed."""
+    """The bodies, and whether the list is complete: the search ends at these limits of bodies and of failed trials."""
     rng = Random(20261122)
     scale = fixture_scale(fixture)
     if not _are_enough(fixture, _random_surfaces(fixture, scale, rng), scale):  # step 1
@@ -123,7 +123,7 @@ def _listed(fixture: Fixture, most: int, most_failed: int) -> tuple[tuple[Body, 
             failed += 1
             continue
         idle += 1
-        # A body that is known is rigid, and its mirror image is known too: both were looked at with it.
+        # A known body has been tested for rigidity and listed with its mirror image.
         if _is_any(found, _in_first_frame(fixture, surfaces), scale):
             continue
         if not is_rigid(fixture, surfaces, scale):  # step 3
@@ -139,12 +139,12 @@ def _listed(fixture: Fixture, most: int, most_failed: int) -> tuple[tuple[Body, 
 def _is_any(
     found: Sequence[Sequence[Mapping[str, Surface]]], shape: Mapping[str, Surface] | None, scale: float
 ) -> bool:
-    """Whether a shape in the fixture frame, where there is one, is one of the bodies found."""
+    """Whether a shape in the fixture frame is one of the bodies found; False for None."""
     return shape is not None and any(_known(shape, list(body), scale) for body in found)
 
 
 def body_number(fixture: Fixture, surfaces: Mapping[str, Surface]) -> int | None:
-    """The number of the body that surfaces form which satisfy the relations; None if it is none of the known bodies."""
+    """The number of the body formed by surfaces that satisfy the relations; None if it is not a known body."""
     shapes = _in_fixture_frame(fixture, surfaces)
     scale = fixture_scale(fixture)
     known = (n for n, body in enumerate(searchable_bodies(fixture)) if shapes and _known(shapes[0], list(body), scale))
@@ -174,7 +174,7 @@ def _distinct(shapes: Sequence[Mapping[str, Surface]], scale: float) -> list[Map
 
 
 def fixture_scale(fixture: Fixture) -> float:
-    """A length of the fixture: its largest distance or radius; of crossing axes the distances may all be next to 0."""
+    """A length of the fixture: its largest distance or radius (the distances of crossing axes may all be near 0)."""
     distances = [abs(relation.value) for relation in fixture.relations if relation.kind == "distance"]
     radii = [feature.radius for feature in fixture.features.values() if feature.radius is not None]
     return max([*distances, *radii], default=0.0) or 1.0
@@ -187,7 +187,7 @@ def shape_sigma(fixture: Fixture) -> float:
 
 
 def random_surface(feature: Feature, scale: float, rng: Random) -> Surface:
-    """A surface of the feature's kind and size, anywhere within about scale of the origin, in any direction."""
+    """A surface of the feature's kind and size, random within about scale of the origin and in direction."""
     # The standard library's generator: importing numpy.random takes a sixth of numpy's own import.
     numbers = np.array([rng.gauss(0.0, 1.0) for _ in range(6)])
     point, direction = scale * numbers[:3], unit(numbers[3:])
@@ -260,7 +260,7 @@ def _in_fixture_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> list
 
 
 def _in_first_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Mapping[str, Surface] | None:
-    """The shape in the first of these frames; None where there is none."""
+    """The shape in the first of these frames; None if the recipe gives no frame."""
     return next(iter(_in_fixture_frame(fixture, surfaces)), None)
 
 

@@ -1,13 +1,13 @@
-"""Solutions for a fixture whose relations fix its shape: every pose of each rigid body that it can be.
+"""Solutions for a fixture whose relations fix its shape: every pose of each possible rigid body.
 
 1. A few bodies are searched one by one, each for all of its poses (`poses.rigid`).
 2. Of many bodies each is covered by a few starts. If a pose was met less often than `poses.search.OFTEN`, all bodies
-   are covered again, by as many starts as a single body would get.
+   are covered again, by as many starts as for a single body.
 3. The bodies with a pose are searched for all of their poses, unless these bodies are too many.
 4. The other bodies count as searched if every pose that was met, of any body, was met often: a pose as rare as the
-   rarest of these is missed once in some four hundred problems. Where the directions touched leave a few rotations
-   only, starts are at these, and two meetings of each pose are enough (`poses.search.find_zeros_near`). If no pose was
-   met, this is unknown.
+   rarest of these is missed once in some four hundred problems. If the touched directions allow only a few
+   rotations, starts are at these, and two meetings of each pose are enough (`poses.search.find_zeros_near`). If no
+   pose was met, this is unknown.
 5. Poses that the contacts do not distinguish are merged, and each is given in the frames that the recipe allows.
 """
 
@@ -50,9 +50,9 @@ def body_solutions(
     """Every pose of the bodies searched that explains the contacts; sigmas (n,) of the residuals.
 
     Of more than FEW_BODIES, the bodies in which a covering of the rotations meets a pose; complete if the others can
-    have none. If none does, the best one alone, its chi2 above the limit; nothing without with_misses.
+    have none. If there is none, the pose of least chi2 alone, above the limit; with_misses False: nothing.
     """
-    # Limits are those of one frame, and a search looks near one place.
+    # Limits hold for one frame, and a search covers the neighbourhood of one pose.
     limits = fixture.placement if all(len(shapes) == 1 for shapes in searched) else None
     parts, complete = _searched([shapes[0] for shapes in searched], contacts, sigmas, with_misses, limits)
     any_part = next(iter(parts.values()))
@@ -74,7 +74,7 @@ def _searched(
     with_misses: bool,
     limits: Placement | None,
 ) -> tuple[dict[int, Solutions], bool]:
-    """What a search of each shape gives, by its number, and whether the others have no pose."""
+    """The solutions of each searched shape, by its number, and whether the others have no pose."""
     chosen, complete = list(range(len(shapes))), True
     if len(shapes) > FEW_BODIES:
         quick, complete = _covered(shapes, contacts, sigmas)  # step 2
@@ -90,7 +90,7 @@ def _searched(
 def _covered(
     shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas: Floats
 ) -> tuple[list[Solutions], bool]:
-    """What a covering of the rotations meets of each shape, and whether that is all but surely a pose of each."""
+    """The solutions of each shape from a covering of the rotations, and whether no pose is likely to be missed."""
     for most_starts in (FEW_BODY_STARTS, None):
         quick = [
             rigid_solutions(shape, contacts, sigmas, with_misses=False, thorough=False, most_starts=most_starts)
@@ -116,7 +116,7 @@ def _nearest(shapes: Sequence[Mapping[str, Surface]], contacts: Contacts, sigmas
 def placed_solutions(fixture: Fixture, contacts: Contacts, sigmas: Floats, with_misses: bool) -> Solutions:
     """The same for a measured pose or constrained directions: each shape in each frame is a body of its own.
 
-    Raises UsageError if the relations leave the shape open or have a sigma: then the fixture is no single body.
+    Raises UsageError if the relations leave the shape free or have a sigma: then the fixture is not one rigid body.
     """
     shapes = realize(fixture)
     if not shapes or any(relation.sigma > 0 for relation in fixture.relations):
@@ -137,7 +137,7 @@ def _distinct(
 ) -> list[Solution]:
     """Best first, indistinct solutions merged; found: solutions, and the number of their body.
 
-    The features of a body that has a symmetry are where they are in several of its poses.
+    Several poses of a symmetric body have the same surfaces.
     """
     scale = fixture_scale(fixture)
     kept: list[tuple[Solution, int]] = []

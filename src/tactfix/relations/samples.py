@@ -1,17 +1,17 @@
 """Solutions from many random placements, for features that can be located neither alone nor as one rigid body.
 
 1. A feature that is located alone starts at one of its candidates, every other feature at random. Random numbers are
-   drawn in the principal axes of the contacts, so that the result does not depend on the directions of base.
+   drawn in the principal axes of the contacts, so that the result does not depend on the axes of base.
    Combinations of candidates that violate the relations among themselves are left out.
 2. Damped least squares follow SAMPLE_STARTS placements side by side (`placements`), on a part of the contacts if there
    are many; indistinct ends are merged.
 3. Joint fits start at the ends, those first that the approaches allow.
 4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most
    SAMPLE_ROUNDS times, and not if contacts and relations leave a motion free.
-5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times, else partial:
-   if all are rejected, another may be right.
+5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times; else
+   partial, and if all are rejected, the right one may have been missed.
 6. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
-   nearest miss: of all ends, or partial.
+   nearest miss, complete or partial as in step 5.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,31 +41,31 @@ from tactfix.relations.realization import random_surface
 from tactfix.relations.unresolved import FOLD, seen_difference
 
 SAMPLE_STARTS = 128
-"""Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, of which 16
-starts met two."""
+"""Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, two of which
+were found from 16 starts."""
 SAMPLE_ROUNDS = 4
-"""Times that so many placements are followed at most: they bound the time, a tenth of a second each with 15 contacts.
-In a hundredth of the placements a solution of five features with three contacts each is met."""
+"""Rounds of SAMPLE_STARTS placements at most: they bound the time, a tenth of a second each with 15 contacts. One in a
+hundred placements reaches a solution of five features with three contacts each."""
 PLACED_CONTACTS = 200
-"""Contacts of each feature that placements see: ends are starts of fits, which see all contacts. More would say no more
-of where a minimum lies, and a placement fills a row of numbers for each."""
+"""Contacts of each feature that placements see: ends are starts of fits, which see all contacts. More would not
+locate a minimum better, and each adds a column to the arrays of all placements."""
 START_COMBINATIONS = 64
 """Combinations of the candidates of features located alone at which placements start in turn: half of SAMPLE_STARTS, so
-that each is used at least twice with other random places of the rest. With more the result is not complete."""
+that each is used at least twice with different random places of the others. With more the result is not complete."""
 FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
 FITTED_ENDS = 12
 """Distinct ends of placements that are fitted in each round, those first that the approaches allow, then the best: half
-as many again as the eight solutions of a slab with few contacts on its hole. They are a bound on time, not on what
-there is: three contacts on each of three bars at angles leave up to 40 ends. If ends are left over, the result is not
+as many again as the eight solutions of a slab with few contacts on its hole. They bound the time, not the
+number of ends: three contacts on each of three bars at angles leave up to 40 ends. If ends remain, the result is not
 complete."""
 MOST_FITTED_ENDS = 2 * FITTED_ENDS
 """Number of fitted ends after which there are no more rounds."""
 END_LIMIT = 2.0
-"""Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations count with at
-least LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
+"""Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations have at least
+the sigma of LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
 OFTEN_MET = 4
-"""Placements that must have led to each solution for all to count as found: a solution that is met 4 times on
+"""Placements that must have led to each solution for the list to count as complete: a solution that is met 4 times on
 average is missed with probability e^-4, once in 50 times."""
 
 
@@ -99,7 +99,7 @@ def sampled_solutions(
     if isolated:  # step 5
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
         complete = are_started and _all_met_often(problem, ends, isolated)
-        # Of partial solutions none is located, so that no covariance is asked for.
+        # Partial solutions are never reported as located, so that no covariance is needed.
         solutions = joint_solutions(fixture, problem, isolated, curved=complete)
         return replace(solutions, complete=complete, partial=not complete)
     best = _kept(fits)[:FREE_SAMPLES]  # step 6
@@ -109,7 +109,7 @@ def sampled_solutions(
 
 
 def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
-    """Joint fits from at most FITTED_ENDS of the ends without one; a continuum needs no more than it shows."""
+    """Joint fits from at most FITTED_ENDS of the ends without one; of a continuum only the samples shown are fitted."""
     fits = [end.fit for end in ends if end.fit is not None]
     new = [end for end in ends if end.fit is None]
     new.sort(key=lambda end: (_comes_out(problem.contacts, end.surfaces), end.chi2))
@@ -145,7 +145,7 @@ def _thinned(problem: JointProblem) -> JointProblem:
 def _placements(
     fixture: Fixture, problem: JointProblem, alone: Mapping[str, Sequence[FeatureCandidate]]
 ) -> Iterator[dict[str, Surface]]:
-    """Placements without end, each combination of the candidates of located features in turn."""
+    """An endless iterator of placements, each combination of the candidates of located features in turn."""
     rng, axes = Random(20261122), _principal_axes(problem.contacts)
     for known in cycle(_start_combinations(problem, alone)):
         yield {
@@ -210,8 +210,8 @@ def _with_ends(
 
 
 def _are_one_end(problem: JointProblem, one: Mapping[str, Surface], other: Mapping[str, Surface]) -> bool:
-    # Joint fits that are farther apart are two solutions, of which one would be lost. Ends that have not converged
-    # count as several: their fits are merged.
+    # A wider limit would merge two solutions into one. Ends that have not converged may be counted more than once,
+    # but their joint fits are merged.
     return seen_difference(one, other, problem.contacts, problem.sigmas, problem.scale) < FOLD
 
 
@@ -229,12 +229,12 @@ def _is_isolated(fit: JointFit) -> bool:
 
 
 def _kept(fits: Sequence[JointFit]) -> list[JointFit]:
-    """The fits that keep the relations, best first; one that has not converged onto them tells nothing."""
+    """The fits that satisfy the relations, best first; the chi-square of others is meaningless."""
     return sorted((fit for fit in fits if fit.missing < RELATIONS_HOLD), key=lambda fit: fit.chi2)
 
 
 def _are_misses(fits: Sequence[JointFit]) -> bool:
-    """Whether fits that keep the relations do not explain the contacts, and none leaves a motion free that might."""
+    """Whether the fits that satisfy the relations do not explain the contacts, and none leaves a motion free."""
     kept = _kept(fits)
     return bool(kept) and all(
         fit.dof >= 0 and fit.chi2 > chi_square_limit(fit.dof) and not len(fit.spread()[1]) for fit in kept

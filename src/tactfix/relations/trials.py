@@ -42,15 +42,15 @@ TRIAL_FIT_STEPS = 20
 of the 200 contact sets of `tests.benchmarks.bench_relations`."""
 MOST_TRIAL_FITS = 40
 """Fits of all corrections together that start at located features: they bound the time of a diagnosis, 2 s with 30
-contacts (`tests.benchmarks.bench_relations`). If a fit is left out, `CorrectionTrials.is_cut` says so."""
+contacts (`tests.benchmarks.bench_relations`). If a fit is left out, `CorrectionTrials.is_cut` is set."""
 MOST_FITS_FROM_MISS = 10
-"""The same of those that start at the nearest miss, counted by themselves: far from a minimum each takes 50 ms where
+"""The same for fits that start at the nearest miss, counted separately: far from a minimum each takes 50 ms where
 relations are exact."""
 
 
 @frozen_value
 class PreparedCorrection:
-    """A correction with the starts of its fits, best first; none if it is ruled out."""
+    """A correction with the starts of its fits, best first; empty if it is ruled out."""
 
     contacts: Contacts
     problem: JointProblem
@@ -76,9 +76,7 @@ class CorrectionTrials:
         return [name for name in self.contacts.by_feature if not self._is_explained(self.contacts.on(name))]
 
     def is_feasible(self, contacts: Contacts) -> bool:
-        """Whether a surface of each feature explains its contacts, and contacts in a smaller unit still show its
-        curvature.
-        """
+        """Whether a surface explains the contacts on each feature, and those scaled down resolve its curvature."""
         parts = [contacts.on(name) for name in contacts.by_feature]
         is_shrunk = len(contacts) == len(self.contacts) and contacts.spread < self.contacts.spread / 2
         if is_shrunk and any(self._has_lost_curvature(part) for part in parts):
@@ -95,7 +93,7 @@ class CorrectionTrials:
         return name not in self._flat and is_flat(self.fixture.features[name], part)
 
     def _with_own_label(self, part: Contacts) -> Contacts:
-        """The contacts of a feature whose labels are unchanged: a surface that explains all explains these too."""
+        """The contacts on a feature whose labels are unchanged: a surface that explains all explains these too."""
         old = {self.contacts.rows[i] for i in self.contacts.by_feature.get(part.features[0], ())}
         kept = [i for i, row in enumerate(part.rows) if row in old]
         return part.subset(kept) if kept and len(kept) < len(part) else part
@@ -106,9 +104,9 @@ class CorrectionTrials:
         return prepared.starts[0].cost if prepared.starts else np.inf
 
     def solutions(self, contacts: Contacts, with_misses: bool = False) -> Solutions:
-        """The joint fits of feasible contacts, with the covariance of the linear model; none beyond the limits.
+        """The joint fits of feasible contacts, with the covariance of the linear model; no fits beyond the limits.
 
-        If nothing fits, the nearest miss, unless without with_misses. Raises FrameError if the recipe gives no frame.
+        If nothing fits, the nearest miss; with_misses False: nothing. Raises FrameError if the recipe gives no frame.
         """
         prepared = self._prepared.get(id(contacts)) or self._prepare(contacts, with_misses)
         fits = []
@@ -120,7 +118,7 @@ class CorrectionTrials:
         return joint_solutions(self.fixture, prepared.problem, fits, curved=False)
 
     def _may_fit(self, is_from_miss: bool) -> bool:
-        """Whether a fit is left of MOST_TRIAL_FITS, or of MOST_FITS_FROM_MISS; it is counted."""
+        """Whether MOST_TRIAL_FITS, or MOST_FITS_FROM_MISS, allows one more fit; counts it."""
         if is_from_miss:
             self._left_from_miss -= 1
             return self._left_from_miss >= 0
@@ -141,13 +139,13 @@ class CorrectionTrials:
         return PreparedCorrection(contacts, problem, starts.followed[:MOST_FOLLOWED], combinations is None)
 
     def _nearer_miss(self, contacts: Contacts) -> Sequence[Mapping[str, Surface]]:
-        """The nearest miss, if corrected contacts come nearer to it; nothing if they do not, or if there is none."""
+        """The nearest miss if the correction lowers its chi-square, else an empty list."""
         if self._miss is None or self._gap(self._miss, contacts) >= self._gap(self._miss, self.contacts):
             return []
         return [self._miss]
 
     def _gap(self, surfaces: Mapping[str, Surface], contacts: Contacts) -> float:
-        """The chi-square of contacts on surfaces as they stand."""
+        """The chi-square of contacts on these surfaces, without a fit."""
         values, _ = contact_residuals(surfaces, contacts)
         return float(((values / residual_sigmas(self.fixture, contacts)) ** 2).sum())
 
@@ -160,7 +158,7 @@ class CorrectionTrials:
     def _alone(self, part: Contacts) -> Sequence[FeatureCandidate] | None:
         """The surfaces that explain the contacts on one feature, or the nearest one; None if they do not locate it.
 
-        Empty if as few contacts as a surface needs lie on none.
+        Empty if the tip does not fit, or if a minimal set of contacts lies on no surface.
         """
         key = _key(part)
         if key not in self._located:
@@ -185,8 +183,8 @@ class CorrectionTrials:
             return True
         grace = SURE * float(np.hypot(part.sigmas.max(), feature.sigma))
         apart = float(np.linalg.norm(points[:, None] - points[None], axis=2).max())
-        # Within s of one of them a sphere or cylinder lies no deeper than s^2 / 2r below the tangent plane there, so
-        # that all of it there is within half of that of a plane.
+        # Within s of a contact, a sphere or cylinder lies at most s^2 / 2r below its tangent plane, and so within
+        # half of that, s^2 / 4r, of a parallel plane.
         too_bent = thickness(points) > apart**2 / (4 * radius) + grace
         return too_bent or (feature.type == "sphere" and apart > 2 * (radius + grace))
 

@@ -16,8 +16,8 @@ BRANCHES = 2.0
 """The same for fits of two branches, or two shapes: their chi-squares differ by at most 4, that is two sigma, and
 either may be true."""
 DISTINCT_PLACES = 0.15
-"""Displacement of a feature (rad, fixture sizes) beyond which two places are distinct whatever the contacts say: the
-comparison above is of first order, and the second-order terms are then 0.15 / 2, 8 per cent."""
+"""Displacement of a feature (rad, fixture sizes) beyond which two places are distinct whatever their residuals: the
+comparison by residuals is of first order, and the second-order terms are then 0.15 / 2, 8 per cent."""
 
 
 def seen_difference(

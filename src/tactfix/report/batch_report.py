@@ -1,4 +1,4 @@
-"""The rows of a batch as a table (CSV, JSON lines or parquet), and how many sets ended how.
+"""The rows of a batch as a table (CSV, JSON lines or parquet), and the number of sets with each status.
 
 The table is written row after row, never all in memory.
 """
@@ -27,9 +27,9 @@ CSV_COLUMNS: Final = (
     *(f"sigma_{name}" for name in _TWIST),
     *("chi2", "dof", "rms", "warnings"),
 )
-"""m11 to m44 are base_from_fixture, row by row. Several warnings are divided by " | "."""
+"""m11 to m44 are base_from_fixture, row by row. Warnings are separated by " | "."""
 _GROUP: Final = 65536
-"""Rows that parquet holds in memory."""
+"""Rows that are held in memory for parquet."""
 
 Writer = Callable[[Iterable[BatchRow], BinaryIO], None]
 
@@ -41,7 +41,7 @@ def write_jsonl(rows: Iterable[BatchRow], file: BinaryIO) -> None:
 
 
 def write_csv(rows: Iterable[BatchRow], file: BinaryIO) -> None:
-    """CSV with CSV_COLUMNS; empty cells for what is not known. Numbers read back as the same doubles."""
+    """CSV with CSV_COLUMNS; unknown values are empty cells. Numbers read back as the same doubles."""
     text = io.TextIOWrapper(file, encoding="utf-8", newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
@@ -51,23 +51,23 @@ def write_csv(rows: Iterable[BatchRow], file: BinaryIO) -> None:
 
 
 def write_parquet(rows: Iterable[BatchRow], file: BinaryIO) -> None:
-    """Parquet: transform is a list of 16 numbers, sigmas one of 6, warnings a list; null for what is not known."""
+    """Parquet: transform is a list of 16 numbers, sigmas one of 6, warnings a list; null for unknown values."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     schema = _parquet_schema(pa)
-    left = iter(rows)
+    remaining = iter(rows)
     with pq.ParquetWriter(file, schema) as writer:
-        while group := list(islice(left, _GROUP)):
+        while group := list(islice(remaining, _GROUP)):
             writer.write_table(pa.Table.from_pylist([_record(row) for row in group], schema=schema))
 
 
 WRITERS: Final[dict[str, Writer]] = {".parquet": write_parquet, ".csv": write_csv, ".jsonl": write_jsonl}
-"""How a table is written, by the ending of its file."""
+"""The writer of a table, by the file suffix."""
 
 
 def find_writer(suffix: str) -> Writer:
-    """The writer for files with this ending; UsageError where there is none, MissingExtraError where it cannot work."""
+    """The writer for this file suffix. Raises UsageError for an unknown suffix, MissingExtraError without pyarrow."""
     if suffix not in WRITERS:
         raise UsageError(f"a batch is not written as {suffix!r}; end its name with {', '.join(WRITERS)}")
     if suffix == ".parquet" and find_spec("pyarrow") is None:
@@ -107,7 +107,7 @@ def _parquet_schema(pa: Any) -> Any:
 
 
 def _record(row: BatchRow) -> dict[str, Any]:
-    """A row as parquet has it: the transform flat."""
+    """A row of the parquet table: the transform as a flat list."""
     return {**row_json(row), "transform": None if row.transform is None else list(row.transform)}
 
 
@@ -137,14 +137,14 @@ class BatchCount:
 
     @property
     def sets(self) -> int:
-        """How many rows there were."""
+        """The number of rows counted."""
         return self.by_status.total()
 
 
 def batch_lines(count: BatchCount) -> Iterator[str]:
     """The counts in words, and the first sets that have no acceptable pose."""
-    told = ", ".join(f"{count.by_status[status]} {status}" for status in STATUSES if count.by_status[status])
-    yield f"{count.sets} sets: {told or 'none'}"
+    counts = ", ".join(f"{count.by_status[status]} {status}" for status in STATUSES if count.by_status[status])
+    yield f"{count.sets} sets: {counts or 'none'}"
     yield from (f"  {failure}" for failure in count.first_failures)
     if count.refused > len(count.first_failures):
         yield f"  and {count.refused - len(count.first_failures)} more without an acceptable pose"
@@ -153,5 +153,5 @@ def batch_lines(count: BatchCount) -> Iterator[str]:
 def batch_json(count: BatchCount, output: Path) -> str:
     """The counts as JSON."""
     by_status = {status: count.by_status[status] for status in STATUSES}
-    told = {"sets": count.sets, "acceptable": count.sets - count.refused, "statuses": by_status, "output": str(output)}
-    return text_of({"schema": BATCH_SCHEMA, **told})
+    total = {"sets": count.sets, "acceptable": count.sets - count.refused, "statuses": by_status, "output": str(output)}
+    return text_of({"schema": BATCH_SCHEMA, **total})

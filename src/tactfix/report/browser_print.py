@@ -1,4 +1,4 @@
-"""A page as PDF or picture, printed by a Chromium that is installed; the page itself needs none."""
+"""An HTML page as PDF or PNG, rendered by an installed Chromium; the page itself needs none."""
 
 import re
 import shutil
@@ -22,19 +22,19 @@ _FLAGS: Final = (
     "--enable-unsafe-swiftshader",
     "--virtual-time-budget=20000",
 )
-"""Nothing is asked of the network; the scene is drawn without a graphics card, and the page may take its time."""
+"""No network access; the scene is rendered in software, with a virtual time budget (ms) for its scripts."""
 _SECONDS: Final = 120
 """Time limit of the browser."""
 _WIDTH: Final = 1200
 """Pixels of a picture: the page is at most 72 rem wide, 1152 pixels, and has a margin."""
 _HEIGHT: Final = 2200
-"""Pixels of a picture where the page does not say how high it is."""
+"""Pixels: default height of a picture, if the page does not give its own."""
 
 
 def in_form(page: str, suffix: str) -> str | bytes:
     """The page as it is for .html, printed for .pdf, as a picture for .png.
 
-    Raises UsageError where no browser is found or it does not print.
+    Raises UsageError if no browser is found or printing fails.
     """
     if suffix in (".html", ".htm"):
         return page
@@ -50,7 +50,7 @@ def _printed(browser: str, folder: Path, page: str, suffix: str) -> bytes:
     source.write_text(page, encoding="utf-8")
     form = ["--no-pdf-header-footer", f"--print-to-pdf={target}"]
     if suffix == ".png":
-        # A picture is as high as its window: the page says first how high it is.
+        # A screenshot has the height of its window, so the page's height is read first.
         drawn = _run(browser, folder, [f"--window-size={_WIDTH},{_HEIGHT}", "--dump-dom", source.as_uri()])
         height = re.search(rb'data-height="(\d+)"', drawn.stdout)
         form = [f"--window-size={_WIDTH},{int(height[1]) if height else _HEIGHT}", f"--screenshot={target}"]
@@ -61,7 +61,7 @@ def _printed(browser: str, folder: Path, page: str, suffix: str) -> bytes:
 
 
 def _run(browser: str, folder: Path, arguments: list[str]) -> subprocess.CompletedProcess[bytes]:
-    # As root, in a container, Chromium has no sandbox of its own; the page is ours and may not load anything.
+    # Run as root in a container, Chromium cannot use its sandbox; the page is generated here and loads nothing.
     command = [browser, *_FLAGS, "--no-sandbox", f"--user-data-dir={folder / 'profile'}", *arguments]
     try:
         return subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)

@@ -1,4 +1,4 @@
-"""What calibrate and calibrate --plan say: the answer in a sentence, the JSON, touches to add as a touch file."""
+"""The output of calibrate and calibrate --plan: a summary sentence, the JSON, touches to add as a touch file."""
 
 import csv
 import io
@@ -14,7 +14,7 @@ from tactfix.report.json_report import Json, document, picked
 from tactfix.wording import listed, spreadsheet_cell
 
 _DIGITS: Final = 4
-"""Of a degree: a ten thousandth is 2 um at a metre, less than any robot repeats."""
+"""Decimals of a degree: 1e-4 deg is 2 um at a metre, less than the repeatability of any robot."""
 
 
 def calibration_sentence(result: Calibration) -> str:
@@ -22,12 +22,12 @@ def calibration_sentence(result: Calibration) -> str:
     if result.status == "inconsistent":
         return "inconsistent; no calibrated robot explains the touches"
     before, after = result.prediction
-    sure = f"known to {after:.2g} {result.units} (rms sigma over the joint ranges; {before:.2g} before)"
-    return f"{result.status}; the robot's parameters leave the place of its tip {sure}"
+    accuracy = f"known to {after:.2g} {result.units} (rms sigma over the joint ranges; {before:.2g} before)"
+    return f"{result.status}; the robot's parameters leave the place of its tip {accuracy}"
 
 
 def calibration_json(result: Calibration) -> Json:
-    """Everything that a calibration says, in base and the cell's units; angles of parameters in degrees."""
+    """The JSON of a calibration, in base and the cell's units; angles of parameters in degrees."""
     before, after = result.prediction
     return document(
         "tactfix/calibrate/1",
@@ -59,7 +59,7 @@ def calibration_json(result: Calibration) -> Json:
 
 
 def plan_csv(plan: TouchPlan) -> str:
-    """The touches to add as a touch file: joints in degrees, lengths of prismatic ones in the cell's units."""
+    """The touches to add as a touch file: joints in degrees, prismatic joints in the cell's units."""
     text = io.StringIO()
     text.write(f"# units: {plan.units}\n# joints: deg\n")
     rows = csv.writer(text, lineterminator="\n")
@@ -93,7 +93,7 @@ def touch_plan_json(plan: TouchPlan) -> Json:
 
 
 def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
-    """What there is to say of a plan, a sentence a line."""
+    """The summary of a plan, one sentence per line."""
     before, planned, after = (f"{value:.3g} {plan.units}" for value in plan.prediction)
     yield f"the tip's place over the joint ranges is known to {before} (rms) of the nominal robot"
     if plan.planned:
@@ -101,8 +101,8 @@ def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
     if len(plan.added):
         yield f"with {len(plan.added)} added: {after}, {plan.worst[2]:.3g} {plan.units} where it is worst"
     yield _left(plan)
-    told = [item.name for item in plan.parameters if item.identified]
-    yield f"{len(told)} of {len(plan.parameters)} parameters told to less than half of their prior"
+    identified = [item.name for item in plan.parameters if item.identified]
+    yield f"{len(identified)} of {len(plan.parameters)} parameters told to less than half of their prior"
     for words in plan.not_identified:
         if "held at" not in words:
             yield f"not known: {words}"
@@ -113,7 +113,7 @@ def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
 
 
 def _left(plan: TouchPlan) -> str:
-    """What would be left of the robot's errors, and whether calibrate would refuse that."""
+    """The share of the robot's errors left undetermined, and whether calibrate would reject it."""
     planned, after = (f"{100 * share:.0f} per cent" for share in plan.undetermined)
     stages = [f"planned leave {planned}"] if plan.planned else []
     stages += [f"added {after}" if stages else f"added leave {after}"] if len(plan.added) else []

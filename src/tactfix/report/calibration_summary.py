@@ -1,4 +1,4 @@
-"""The summary of calibrate for people: places before and after, parameters with sigma and bars, what is not known."""
+"""The summary of calibrate for people: places before and after, parameters with sigma and bars, unknowns left."""
 
 from typing import IO, Final
 
@@ -30,7 +30,7 @@ def print_calibration(result: Calibration, file: IO[str]) -> None:
 
 
 def calibration_summary(result: Calibration, *, ascii_only: bool = False) -> RenderableType:
-    """Places before and after, parameters with sigma, and what is not known, as something that rich prints."""
+    """Places before and after, parameters with sigma, and those not identified, as a rich renderable."""
     head = Text(f"{len(result.touches)} touches, shrinkage {result.shrinkage:g} (share of the prior that is believed)")
     parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]
     parts += [Text(f"not known: {words}", "yellow") for words in result.not_identified if "held at" not in words]
@@ -66,7 +66,7 @@ def _remark(item: ParameterResult) -> Text:
 
 
 def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
-    """The sigma of each parameter: by the prior, after the touches planned, and with those added."""
+    """The sigma of each parameter: by the prior, after the planned touches, and with the added ones."""
     table = Table("parameter", "prior", "planned", "with added", "unit", "", box=None, header_style="dim")
     for item in plan.parameters:
         sigmas = (f"{value:.3g}" for value in (item.prior, item.planned, item.with_added))

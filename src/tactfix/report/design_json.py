@@ -12,8 +12,8 @@ from tactfix.geometry.arrays import Floats
 from tactfix.report.json_report import Json, document, picked
 
 _NOT_WORTH_DIGITS: Final = 1e-14
-"""Values below this, against 1 or the fixture's size, are rounding of exact zeros and are written as 0: some fifty
-roundings of a double."""
+"""Values below this, relative to 1 or the fixture's size, are rounding errors of exact zeros and are written as 0:
+about fifty roundings of a double."""
 
 
 def design_json(report: DesignReport) -> Json:
@@ -117,7 +117,7 @@ def _margins(margins: Margins) -> Json:
 
 
 def design_junit(report: DesignReport) -> str:
-    """A test suite with one case for each finding: an error is a failure, a warning passes and is told."""
+    """A test suite with one case for each finding: an error is a failure, a warning passes and goes to system-out."""
     suite = ElementTree.Element(
         "testsuite",
         name=f"tactfix design-check {report.fixture.name}",
@@ -133,7 +133,7 @@ def design_junit(report: DesignReport) -> str:
             failure = ElementTree.SubElement(case, "failure", message=finding.message, type=finding.code)
             failure.text = finding.hint
         else:
-            told = "\n".join(part for part in (f"{finding.status}: {finding.message}", finding.hint) if part)
-            ElementTree.SubElement(case, "system-out").text = told
+            text = "\n".join(part for part in (f"{finding.status}: {finding.message}", finding.hint) if part)
+            ElementTree.SubElement(case, "system-out").text = text
     ElementTree.indent(suite)
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"

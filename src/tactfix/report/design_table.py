@@ -1,4 +1,4 @@
-"""The report of design-check for people: findings with what to do, symmetries, contacts, accuracy, mistakes."""
+"""The report of design-check for people: findings with remedies, symmetries, contacts, accuracy, mistakes."""
 
 from collections.abc import Iterator
 from io import StringIO
@@ -26,7 +26,7 @@ _SETS_LISTED: Final = 12
 
 
 def design_text(report: DesignReport, width: int = 100, *, color: bool = False) -> str:
-    """The report as text, with colour codes where wanted."""
+    """The report as text, optionally with colour codes."""
     page = StringIO()
     console = Console(
         file=page, width=width, force_terminal=color, no_color=not color, highlight=False, legacy_windows=False
@@ -36,7 +36,7 @@ def design_text(report: DesignReport, width: int = 100, *, color: bool = False) 
 
 
 def design_summary(report: DesignReport) -> RenderableType:
-    """The report as something that rich prints."""
+    """The report as a rich renderable."""
     return Group(*(Padding(part, (0, 0, 1, 0)) for part in _parts(report)))
 
 
@@ -147,8 +147,8 @@ def _certainty(certainty: Certainty, units: str) -> Table:
 def _influence(influence: Influence, units: str) -> str:
     without = influence.sigma_without
     then = "a motion is free" if without is None else f"worst point {without:.3g} {units}"
-    where = vector(np.array(influence.point)).strip("()")
-    return f"{influence.label} on {influence.feature} at ({where}); without it {then}"
+    point = vector(np.array(influence.point)).strip("()")
+    return f"{influence.label} on {influence.feature} at ({point}); without it {then}"
 
 
 def _margins(margins: Margins, units: str) -> Table:

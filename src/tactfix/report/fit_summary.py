@@ -16,7 +16,7 @@ from tactfix.results import ContactResidual
 from tactfix.wording import decimals, fixed, with_unit
 
 _UNITLESS: Final = ("normal", "direction")
-"""Names of numbers that have no unit."""
+"""Names of dimensionless values."""
 
 
 def print_fit_sentence(result: FitResult, file: IO[str]) -> None:
@@ -25,7 +25,7 @@ def print_fit_sentence(result: FitResult, file: IO[str]) -> None:
 
 
 def print_fit(result: FitResult, file: IO[str]) -> None:
-    """Print the summary on a file; nothing where there is no surface."""
+    """Print the summary to a file; nothing without a surface."""
     if result.surface is None:
         return
     console = Console(file=file, highlight=False)
@@ -33,7 +33,7 @@ def print_fit(result: FitResult, file: IO[str]) -> None:
 
 
 def fit_summary(result: FitResult) -> RenderableType:
-    """The answer in a sentence, and what speaks for it, as something that rich prints."""
+    """The result in a sentence, surface and residuals, as a rich renderable."""
     if result.surface is None:
         return Text("\n".join([*fit_status_lines(result), *result.warnings]))
     answer = Text.assemble((f"{result.kind} ", "bold"), (_sentence(result), "bold green"))
@@ -42,7 +42,7 @@ def fit_summary(result: FitResult) -> RenderableType:
 
 def fit_html(result: FitResult) -> str:
     """The surface with its sigmas, and the residuals, for a notebook."""
-    # Imported here: what a notebook takes is not needed at the prompt.
+    # Imported here: the command line does not need the notebook modules.
     from tactfix.report.notebook import text_html
 
     return text_html(fit_summary(result))
@@ -52,8 +52,8 @@ def _sentence(result: FitResult) -> str:
     what, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
         result.kind
     ]
-    sure = with_unit(f"{SIGMAS_95 * float(result.sigma[name].max()):.2g}", result.units)
-    return f"located; the {what} is known to {sure} (95 %, along the worst axis)"
+    accuracy = with_unit(f"{SIGMAS_95 * float(result.sigma[name].max()):.2g}", result.units)
+    return f"located; the {what} is known to {accuracy} (95 %, along the worst axis)"
 
 
 def _details(result: FitResult, surface: Surface, *, ascii_only: bool) -> RenderableType:
@@ -69,7 +69,7 @@ def _fit(result: FitResult) -> Text:
 
 
 def _place(result: FitResult, surface: Surface) -> Table:
-    """Each vector of the surface, its sigma beside it."""
+    """Each vector of the surface with its sigma."""
     columns: dict[str, Sequence[str]] = {"": [*"xyz"]}
     for place, (name, values) in enumerate(surface_rows(surface).items(), 1):
         if name == "radius":
@@ -78,13 +78,13 @@ def _place(result: FitResult, surface: Surface) -> Table:
         spread = [0.0] * len(values) if sigmas is None else sigmas.tolist()
         title = name if name in _UNITLESS else with_unit(name, result.units)
         columns[title] = [fixed(value, decimals(sigma)) for value, sigma in zip(values, spread, strict=True)]
-        # One column may have the name of another only with more blanks behind it.
+        # Column names must differ: repeated ones get trailing blanks.
         columns["sigma" + " " * place] = [f"{sigma:.2g}" for sigma in spread]
     return upright_table(columns)
 
 
 def _radius(result: FitResult, surface: Surface) -> list[Text]:
-    """The radius with its sigma, or that it was given; nothing of a plane."""
+    """The radius with its sigma, or marked as given; empty for a plane."""
     if isinstance(surface, Plane | Point):
         return []
     sigma = float(result.sigma["radius"][0]) if "radius" in result.sigma else 0.0
@@ -93,7 +93,7 @@ def _radius(result: FitResult, surface: Surface) -> list[Text]:
 
 
 def _residuals(result: FitResult) -> list[ContactResidual]:
-    """The residuals by row; by number where it is not known what they belong to."""
+    """The residuals by row; by index if their rows are unknown."""
     contacts, count = result.contacts, len(result.residuals)
     rows = range(1, count + 1) if contacts is None else contacts.rows
     names = [result.kind] * count if contacts is None else contacts.features

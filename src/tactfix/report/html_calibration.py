@@ -55,12 +55,12 @@ def calibration_page(record: Provenance, result: Calibration, name: str) -> str:
 def calibration_html(result: Calibration) -> str:
     """Places and parameters of a calibration, and the workspace, for a notebook."""
     answer = Text(calibration_sentence(result), "bold")
-    told = Group(answer, *map(Text, result.reasons), "", calibration_summary(result))
-    return text_html(told) + scene_html(calibration_figure(result))
+    content = Group(answer, *map(Text, result.reasons), "", calibration_summary(result))
+    return text_html(content) + scene_html(calibration_figure(result))
 
 
 def calibration_figure(result: Calibration) -> dict[str, Any]:
-    """The workspace, coloured by the tip's sigma, the robot's base, and where the fixtures stand."""
+    """The workspace, coloured by the tip's sigma, the robot's base, and the fixtures' positions."""
     points = result.workspace.points
     x, y, z = points.T.tolist()
     sigmas = result.workspace.after.tolist()

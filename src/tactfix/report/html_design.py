@@ -37,27 +37,29 @@ def design_page(record: Record, report: DesignReport) -> str:
 
 
 def design_html(report: DesignReport) -> str:
-    """What a design check found, and the fixture, for a notebook."""
+    """The findings of a design check, and the fixture, for a notebook."""
     return text_html(design_summary(report)) + scene_html(design_figure(report))
 
 
 def design_figure(report: DesignReport) -> Figure:
-    """The fixture in its own frame, in the first of the shapes that it can have."""
+    """The fixture in its own frame, in the first of its possible shapes."""
     shapes = realize(report.fixture)
     return fixture_figure(report.fixture, shapes[0] if shapes else {})
 
 
 def answer(report: DesignReport) -> str:
-    """What was found, in one sentence."""
+    """The result in one sentence."""
     counts = {status: sum(finding.status == status for finding in report.findings) for status in ("error", "warning")}
-    said = [f"{count} {status}{'' if count == 1 else 's'}" for status, count in counts.items() if count]
+    found = [f"{count} {status}{'' if count == 1 else 's'}" for status, count in counts.items() if count]
     if report.status == "error":
-        return f"Not fit for use as it is: {' and '.join(said)}, told below with what to do."
-    return f"Fit for use; {' and '.join(said)} to read before metal is cut." if said else "Fit for use; nothing found."
+        return f"Not fit for use as it is: {' and '.join(found)}, told below with what to do."
+    return (
+        f"Fit for use; {' and '.join(found)} to read before metal is cut." if found else "Fit for use; nothing found."
+    )
 
 
 def _indices(report: DesignReport) -> dict[str, float]:
-    """O1 to O5, empty where no contacts were judged."""
+    """The observability indices O1 to O5; empty if no contacts were analysed."""
     return {} if report.certainty is None else dict(report.certainty.observability.indices)
 
 

@@ -1,4 +1,4 @@
-"""The record of a locate as one HTML page that works offline: what was found, from what, under which conventions."""
+"""The record of a locate as one HTML page that works offline: result, inputs and conventions."""
 
 import hashlib
 import json
@@ -43,7 +43,7 @@ POSE_CONVENTIONS: Final = (
 
 @frozen_value(eq=True)
 class InputFile:
-    """An input as it was read: what it is, its name, its bytes."""
+    """An input file: its role, name and content."""
 
     role: str
     name: str
@@ -62,9 +62,9 @@ class InputFile:
 
 @frozen_value(eq=True)
 class Record:
-    """What a page is the record of: the fixture, all inputs, what else was said (settings), and when it was made.
+    """The provenance of a page: the fixture, all inputs, the settings, and the time when it was made.
 
-    notes: what operator and machine want to stand on the record, by name.
+    notes: additional entries for the record (operator, machine), by name.
     """
 
     fixture: Fixture
@@ -76,7 +76,7 @@ class Record:
 
 @frozen_value(eq=True)
 class Provenance:
-    """What a page is the record of where that is no single fixture: as of Record."""
+    """The provenance of a page about no single fixture; fields as in Record."""
 
     inputs: list[InputFile]
     settings: dict[str, str]
@@ -86,10 +86,10 @@ class Provenance:
 
 @frozen_value
 class Judgement:
-    """What a located pose was held against, and how else it is said.
+    """The acceptance limits of a located pose, and its other representations.
 
-    written: the pose in a controller's words, by the name of the format. at: a point (3,) of the fixture frame.
-    exceeded: the gates that the pose exceeds, in words; gates: all that were set, by option.
+    written: the pose as a controller's text, by the name of the format. at: a point (3,) of the fixture frame.
+    exceeded: messages about exceeded limits; gates: all limits set, by option.
     """
 
     written: dict[str, str] = field(default_factory=dict)
@@ -127,7 +127,7 @@ def locate_page(record: Record, contacts: Contacts, result: LocateResult, judgem
 
 
 def _probe(contacts: Contacts, units: str) -> dict[str, str]:
-    """Sigma and tip radius as they were used."""
+    """The sigma and tip radius that were used."""
     least, most = float(contacts.sigmas.min()), float(contacts.sigmas.max())
     sigma = f"{least:g}" if least == most else f"{least:g} to {most:g}"
     return {"sigma of a contact": f"{sigma} {units}", "tip radius": f"{contacts.tip_radius:g} {units}"}
@@ -176,7 +176,7 @@ def templates_and_plotly() -> tuple["Environment", str]:
 
 
 def finite(figure: Mapping[str, Any]) -> Any:
-    """The figure, through JSON once: ValueError for what is not finite, which a script would read as a bare NaN."""
+    """The figure, through JSON once: ValueError for numbers that are not finite (bare NaN in the script)."""
     return json.loads(json.dumps(figure, allow_nan=False))
 
 

@@ -1,4 +1,4 @@
-"""The fixture, its contacts and its uncertainty in 3D: traces and layout as plotly.js takes them.
+"""The fixture, its contacts and its uncertainty in 3D: traces and layout for plotly.js.
 
 A figure is plain JSON, built here without plotly; only the page that shows it needs plotly's script.
 """
@@ -25,26 +25,26 @@ Trace: TypeAlias = dict[str, Any]
 _SURFACE_COLORS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 _AXIS_COLORS: Final = (("x", "#c0392b"), ("y", "#27ae60"), ("z", "#2980b9"))
 _CANDIDATES_DRAWN: Final = 12
-"""Candidates that are drawn."""
-# Colours of the poses that are left, distinct from each other and from the features.
+"""Number of candidates drawn."""
+# Colours of the accepted poses, distinct from each other and from the features.
 _POSE_COLORS: Final = ("#5e35b1", "#c62828", "#00695c", "#6d4c41")
 _ACCUSED: Final = "#d50000"
 ELLIPSOID_SIGMAS: Final = 2.7955
-"""Radius, in sigma, of the ellipsoid that holds a normal point of three dimensions in 95 of 100 cases: the root of
-the 0.95 quantile, 7.815, of chi-square with three degrees of freedom."""
+"""Radius, in sigma, of the ellipsoid that contains a three-dimensional normal variable with probability 0.95: the root
+of the 0.95 quantile, 7.815, of chi-square with three degrees of freedom."""
 
 
 def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) -> Figure:
     """The figure of a result of locate, in base: surfaces, contacts, approaches, frame, ellipsoid, other candidates.
 
-    Of an ambiguous result each pose that is left is drawn in a colour of its own, but for what all of them share.
+    Each accepted pose of an ambiguous result has its own colour, except surfaces that all of them share.
     """
     colors = feature_colors(fixture)
     pose = result.base_from_fixture
     surfaces = result.surfaces or (result.candidates[0].surfaces if result.candidates else {})
     size = _size(contacts.points, surfaces)
-    left = pose_colors(result)
-    drawn = result.surfaces if left else surfaces
+    pose_color = pose_colors(result)
+    drawn = result.surfaces if pose_color else surfaces
     traces = surface_traces(fixture, drawn, pose, colors, contacts)
     traces += _contact_traces(contacts, result.contacts, surfaces, colors, size)
     traces += _accused_traces(contacts, surfaces, accused_rows(result))
@@ -54,8 +54,8 @@ def locate_figure(fixture: Fixture, contacts: Contacts, result: LocateResult) ->
     if pose is not None and result.covariance is not None:
         traces.append(_ellipsoid_trace(pose, result.covariance, size, result.units))
     for number, candidate in enumerate(result.candidates[:_CANDIDATES_DRAWN], 1):
-        if number in left:
-            traces += _pose_traces(fixture, candidate, number, left[number], set(drawn), 0.2 * size)
+        if number in pose_color:
+            traces += _pose_traces(fixture, candidate, number, pose_color[number], set(drawn), 0.2 * size)
         elif pose is None or not candidate.accepted:
             traces += _candidate_traces(fixture, candidate, number, 0.2 * size)
     return {"data": traces, "layout": layout(result.units, "base")}
@@ -77,7 +77,7 @@ def feature_colors(fixture: Fixture) -> dict[str, str]:
 
 
 def pose_colors(result: LocateResult) -> dict[int, str]:
-    """A colour for each of the first poses that are left of an ambiguous result, by its number from 1."""
+    """A colour for each of the first accepted poses of an ambiguous result, by its number from 1."""
     if result.status != "ambiguous":
         return {}
     numbers = [number for number, candidate in enumerate(result.candidates, 1) if candidate.accepted]
@@ -85,7 +85,7 @@ def pose_colors(result: LocateResult) -> dict[int, str]:
 
 
 def accused_rows(result: LocateResult) -> set[int]:
-    """The rows of contacts that speak against the best pose, or that the most plausible diagnosis names."""
+    """The rows of contacts that contradict the best pose, or that the most plausible diagnosis names."""
     rows = set(result.diagnosis[0].rows) if result.diagnosis else set()
     if result.status == "inconsistent":
         rows |= {reason.row for candidate in result.candidates[:1] for reason in candidate.reasons if reason.row}
@@ -175,13 +175,13 @@ def _contact_traces(
     size: float,
 ) -> list[Trace]:
     """The contacts of each feature as points, and lines along which the probe came."""
-    said = {residual.row: residual for residual in residuals}
+    by_row = {residual.row: residual for residual in residuals}
     traces: list[Trace] = []
     for name in contacts.by_feature:
         on = contacts.on(name)
         touched = _touched(on, surfaces.get(name))
         x, y, z = touched.T.tolist()
-        text = [_hover(on, i, said.get(row)) for i, row in enumerate(on.rows)]
+        text = [_hover(on, i, by_row.get(row)) for i, row in enumerate(on.rows)]
         marker = {"size": 5, "color": colors[name], "line": {"color": "#222", "width": 1}}
         legend = {"name": f"contacts on {name}", "legendgroup": f"contacts {name}"}
         points = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker, "text": text}
@@ -196,7 +196,7 @@ def _contact_traces(
 
 
 def _hover(contacts: Contacts, index: int, residual: ContactResidual | None) -> str:
-    """What a contact says under the mouse; plotly takes <br> alone, and names are made harmless."""
+    """The hover text of a contact; plotly interprets HTML tags, so < and > in names are replaced."""
     name = contacts.features[index].replace("<", "(").replace(">", ")")
     label = contacts.label(index).replace("<", "(").replace(">", ")")
     lines = [f"{name}, {label}"]
@@ -215,7 +215,7 @@ def _touched(contacts: Contacts, surface: Surface | None) -> Floats:
 
 
 def _accused_traces(contacts: Contacts, surfaces: Mapping[str, Surface], rows: set[int]) -> list[Trace]:
-    """A red ring around each contact that is accused."""
+    """A red ring around each suspected contact."""
     index = [i for i, row in enumerate(contacts.rows) if row in rows]
     if not index:
         return []
@@ -228,24 +228,24 @@ def _accused_traces(contacts: Contacts, surfaces: Mapping[str, Surface], rows: s
 
 
 def _next_contact_traces(result: LocateResult, length: float) -> list[Trace]:
-    """Where to touch next, and along which way; nothing where that is not known in base."""
-    said = result.next_contact
-    if said is None or said.point is None:
+    """The next contact and its approach; empty if its point in base is unknown."""
+    contact = result.next_contact
+    if contact is None or contact.point is None:
         return []
-    x, y, z = ([float(value)] for value in said.point)
-    legend = {"name": f"next contact, on {said.feature}", "legendgroup": "next contact"}
+    x, y, z = ([float(value)] for value in contact.point)
+    legend = {"name": f"next contact, on {contact.feature}", "legendgroup": "next contact"}
     marker = {"size": 7, "symbol": "diamond", "color": "#ff4081", "line": {"color": "#222", "width": 1}}
     point = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker, "hoverinfo": "name"}
-    if said.approach is None:  # on a point
+    if contact.approach is None:  # on a point
         return [{**point, **legend}]
-    way = _line([said.point - length * said.approach, said.point], "#ff4081", 5)
+    way = _line([contact.point - length * contact.approach, contact.point], "#ff4081", 5)
     return [{**point, **legend}, {**way, **legend, "showlegend": False}]
 
 
 def _pose_traces(
     fixture: Fixture, candidate: Candidate, number: int, color: str, shared: set[str], size: float
 ) -> list[Trace]:
-    """A pose that is left: its frame, and its surfaces but for those that all poses share."""
+    """An accepted pose: its frame, and its surfaces except those that all poses share."""
     name = f"pose {number}"
     group: dict[str, Any] = {"legendgroup": name}
     pose = candidate.base_from_fixture

@@ -12,13 +12,13 @@ _CIRCLE_POINTS = 48
 _FROM_POLE_TO_POLE = 25
 """Points of a drawn meridian."""
 _POINT_SIZE = 0.01
-"""Radius of the ball as which a point is drawn, as a share of the fixture: a hundredth is a few pixels on a screen."""
+"""Radius of the ball drawn for a point, as a share of the fixture's size: a hundredth is a few pixels on a screen."""
 
 
 def patch(surface: Surface, box: TouchBox | None, middle: Floats, radius: float, points: Floats) -> Floats | None:
     """The piece of a surface within its touch box, or around the fixture's middle, that reaches all points (k, 3).
 
-    None where the box leaves nothing of a plane.
+    None if the box does not intersect a plane.
     """
     closed = closed_box(surface, box, middle, radius)
     match surface:
@@ -43,7 +43,7 @@ def ellipsoid_grid(half_axes: Floats, axes: Floats) -> Floats:
 
 
 def _tube(cylinder: Cylinder, closed: TouchBox, points: Floats) -> Floats:
-    """The side of a cylinder, as far as its box goes or the points do."""
+    """The lateral surface of a cylinder, up to its box or the points."""
     ends = [*axial_interval(cylinder, closed), *((points - cylinder.point) @ cylinder.direction)]
     u, v = basis_across(cylinder.direction)
     around = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS)[:, None]

@@ -33,24 +33,24 @@ _RESULT_REMEDY = "write it with result.to_json()"
 
 
 def locate_result(text: str | bytes) -> LocateResult:
-    """The result of locate that a JSON text says; UsageError as of `_read`."""
+    """The result of locate from its JSON text; raises UsageError as `_read` does."""
     return _read(text, LOCATE_SCHEMA, _located)
 
 
 def fit_result(text: str | bytes) -> FitResult:
-    """The result of fit that a JSON text says; UsageError as of `_read`."""
+    """The result of fit from its JSON text; raises UsageError as `_read` does."""
     return _read(text, FIT_SCHEMA, _fitted)
 
 
 def qualify_result(text: str | bytes) -> QualifyResult:
-    """The result of qualify that a JSON text says; UsageError as of `_read`."""
+    """The result of qualify from its JSON text; raises UsageError as `_read` does."""
     return _read(text, QUALIFY_SCHEMA, _qualified)
 
 
 def _read(text: str | bytes, schema: str, result: Callable[[Json], T]) -> T:
-    """The result that a JSON text of this schema says.
+    """The result from a JSON text of this schema.
 
-    Raises UsageError where it is no JSON, of another schema, or a part of it is missing.
+    Raises UsageError for invalid JSON, another schema, or missing parts.
     """
     try:
         report = json.loads(text)
@@ -205,5 +205,5 @@ def _next_contact(one: Json | None) -> NextContact | None:
         one["message"],
         _optional(one.get("point_in_fixture"), (3,)),
         _optional(one.get("approach_in_fixture"), (3,)),
-        tuple(told for each in one.get("further", ()) if (told := _next_contact(each)) is not None),
+        tuple(contact for each in one.get("further", ()) if (contact := _next_contact(each)) is not None),
     )

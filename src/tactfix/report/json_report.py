@@ -1,4 +1,4 @@
-"""Results as JSON, as samples/README.md describes it field by field. What does not exist is null, never NaN."""
+"""Results as JSON, as samples/README.md describes it field by field. Unknown values are null, never NaN."""
 
 import json
 import math
@@ -25,7 +25,7 @@ FIT_SCHEMA: Final = "tactfix/fit/1"
 
 
 def text_of(report: Json) -> str:
-    """A report as text: one key a line, and one line for each element of a list of objects."""
+    """A report as text: one line for each key, and for each element of a list of objects."""
     lines = [f"  {json.dumps(key)}: {_value(value)}" for key, value in report.items()]
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -42,7 +42,7 @@ def document(schema: str, **parts: Any) -> Json:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it: the fields of a dataclass by name, arrays as lists, null for what is not finite."""
+    """A value as JSON: the fields of a dataclass by name, arrays as lists, null for numbers that are not finite."""
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
@@ -64,7 +64,7 @@ def picked(value: object, *names: str) -> Json:
 def locate_json(result: LocateResult, at: Floats | None = None) -> Json:
     """The JSON of locate, all in base coordinates and the fixture's units.
 
-    at: a point (3,) of the fixture frame; with it the JSON says "at": where it is in base, and its sigma.
+    at: a point (3,) of the fixture frame; adds "at": its coordinates in base, and its sigma.
     """
     more: Json = {}
     if result.unknowns != POSE_UNKNOWNS:
@@ -133,12 +133,12 @@ def _at(result: LocateResult, point_fixture: Floats) -> Json:
 
 
 def _diagnosis(cause: Diagnosis) -> Json:
-    told = picked(cause, "code", "rows", "features", "value", "chi2", "message", "one_of")
-    return {**told, "causes": [_diagnosis(each) for each in cause.causes]} if cause.one_of else told
+    entry = picked(cause, "code", "rows", "features", "value", "chi2", "message", "one_of")
+    return {**entry, "causes": [_diagnosis(each) for each in cause.causes]} if cause.one_of else entry
 
 
 def _next_contact(contact: NextContact | None) -> Json | None:
     if contact is None:
         return None
-    told = picked(contact, "feature", "point", "approach", "point_in_fixture", "approach_in_fixture", "message")
-    return {**told, "further": [_next_contact(each) for each in contact.further]} if contact.further else told
+    entry = picked(contact, "feature", "point", "approach", "point_in_fixture", "approach_in_fixture", "message")
+    return {**entry, "further": [_next_contact(each) for each in contact.further]} if contact.further else entry

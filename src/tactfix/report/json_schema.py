@@ -1,4 +1,4 @@
-"""JSON Schemas of what the commands print as JSON, made from the types of that JSON."""
+"""JSON Schemas of the JSON output of the commands, generated from its types."""
 
 import json
 import types
@@ -32,9 +32,9 @@ _COMMAND_TYPES: Final = {
     "calibrate": "json_types_of_calibration:CalibrateJson",
     "batch": "json_types_of_tools:BatchJson",
 }
-"""The type of the JSON of each command that prints any, by module and name."""
+"""The type of the JSON of each command that prints JSON, by module and name."""
 _MORE: Final = {"calibrate-plan": "json_types_of_calibration:CalibratePlanJson"}
-"""Of commands with an option that makes another thing of them."""
+"""The same for commands with an option that changes their output."""
 
 JSON_COMMANDS: Final = tuple(_COMMAND_TYPES)
 _JSON_TYPES: Final[dict[object, str]] = {
@@ -64,19 +64,19 @@ def schema_of(command: str) -> str:
 
 
 def _schema(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a type; objects are put into definitions once and referred to."""
+    """The schema of a type; objects are defined once and referenced."""
     if kind in _JSON_TYPES:
         return {"type": _JSON_TYPES[kind]}
     if is_typeddict(kind):
         if kind.__name__ not in definitions:
-            definitions[kind.__name__] = {}  # a type may hold itself
+            definitions[kind.__name__] = {}  # a type may be recursive
             definitions[kind.__name__] = _object(kind, definitions)
         return {"$ref": f"#/$defs/{kind.__name__}"}
     return _composed(get_origin(kind), get_args(kind), definitions)
 
 
 def _composed(origin: Any, inner: tuple[Any, ...], definitions: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a type with others in brackets."""
+    """The schema of a generic type."""
     if origin is Literal:
         return {"const": inner[0]} if len(inner) == 1 else {"enum": list(inner)}
     if origin in (Union, types.UnionType):

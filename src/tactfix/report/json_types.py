@@ -1,7 +1,7 @@
-"""What the JSON of locate, fit, check and guide holds: the types from which `tactfix schema --of` makes its schemas.
+"""The types of the JSON of locate, fit, check and guide, from which `tactfix schema --of` generates its schemas.
 
-Lengths in the units that "units" names, in base coordinates, unless a text says otherwise. A list with a number has so
-many entries.
+Lengths in the unit of "units", in base coordinates, unless stated otherwise. The number annotated to a list is its
+length.
 """
 
 from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
@@ -10,7 +10,7 @@ from tactfix.mistakes import DiagnosisCode
 from tactfix.results import ReasonCode, Status
 
 Number: TypeAlias = float | None
-"""A finite number, or null where none is known."""
+"""A finite number, or null if unknown."""
 Vector: TypeAlias = Annotated[list[float], 3]
 Matrix: TypeAlias = Annotated[list[Annotated[list[float], 4]], 4]
 Covariance: TypeAlias = Annotated[list[Annotated[list[float], 6]], 6]

@@ -1,4 +1,4 @@
-"""What the JSON of calibrate, and of calibrate --plan, holds; see json_types."""
+"""The types of the JSON of calibrate and of calibrate --plan; see json_types."""
 
 from typing import Literal, TypedDict
 

@@ -1,4 +1,4 @@
-"""What the JSON of design-check holds, in the fixture frame and units; see json_types."""
+"""The types of the JSON of design-check, in the fixture frame and units; see json_types."""
 
 from typing import Literal, TypedDict
 

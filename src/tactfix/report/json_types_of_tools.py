@@ -1,4 +1,4 @@
-"""What the JSON of the other commands holds; see json_types."""
+"""The types of the JSON of the other commands; see json_types."""
 
 from typing import Annotated, Literal, TypedDict
 

@@ -1,4 +1,4 @@
-"""How a fixture has moved, compared, checked daily, or guided to: as lines for people, as JSON, and as JUnit XML."""
+"""The results of compare, check and guide as lines for people, as JSON, and as JUnit XML."""
 
 import json
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ def compare_json(movement: Movement, limits: Limits) -> Json:
 
 
 def _moved(movement: Movement, limits: Limits) -> Json:
-    """What the JSON of compare and of check say alike."""
+    """The part that the JSON of compare and of check have in common."""
     return {
         "distance": movement.distance,
         "distance_sigma": movement.distance_sigma,
@@ -54,7 +54,7 @@ def _moved(movement: Movement, limits: Limits) -> Json:
 
 
 def compare_lines(movement: Movement) -> list[str]:
-    """What moved, in words and both frames."""
+    """The movement in words, in both frames."""
     unit = f" {movement.units}" if movement.units else ""
     shift, turn = movement.distance_sigma, _degrees(movement.angle_sigma)
     lines = [
@@ -102,8 +102,8 @@ def _sigma(sigma: float | None, unit: str) -> str:
 
 
 def _triple(values: Sequence[float] | Floats, sigma: float | None, unit: str) -> str:
-    told = [f"{axis} {borne(float(value), sigma, '+')}" for axis, value in zip("xyz", values, strict=True)]
-    return ", ".join(told) + unit
+    components = [f"{axis} {borne(float(value), sigma, '+')}" for axis, value in zip("xyz", values, strict=True)]
+    return ", ".join(components) + unit
 
 
 def _p(movement: Movement) -> str:
@@ -111,7 +111,7 @@ def _p(movement: Movement) -> str:
 
 
 def check_lines(check: CheckResult) -> list[str]:
-    """Whether it has moved, then by how much in both frames, then the drift; why not, where it is not located."""
+    """Whether it has moved, the movement in both frames, and the drift; if it is not located, the reason."""
     if check.movement is None:
         return [f"not checked: {line}" if k == 0 else line for k, line in enumerate(status_lines(check.result))]
     drift = [] if check.drift is None else [_drift_words(check.drift, check.result.units)]
@@ -119,7 +119,7 @@ def check_lines(check: CheckResult) -> list[str]:
 
 
 def verdict(check: CheckResult) -> str:
-    """Whether it has moved, how far at most, and where most, in one line."""
+    """Whether it has moved, and the largest displacement with its point, in one line."""
     movement, worst, units = check.movement, check.worst, check.result.units
     if movement is None or worst is None:
         return f"not checked: {check.result.status}"
@@ -134,7 +134,7 @@ def verdict(check: CheckResult) -> str:
 
 
 def _drift_words(drift: Drift, units: str) -> str:
-    """What the checks tell together, in one line."""
+    """The drift over all checks, in one line."""
     distance, angle = np.linalg.norm(drift.per_check[3:]), np.rad2deg(np.linalg.norm(drift.per_check[:3]))
     slope = f"{distance:.2g} {units} and {angle:.2g} deg a check over {drift.checks} checks"
     if drift.chance is None:
@@ -177,13 +177,13 @@ _OF_LOCATE: Final = (
 
 
 def guide_line(step: GuideStep) -> str:
-    """Touches, what is open, what to do."""
+    """The touches, the open question, and what to touch next."""
     touches = "1 touch" if step.touches == 1 else f"{step.touches} touches"
     return f"{touches}: {step.state}; {step.advice}"
 
 
 def guide_json(step: GuideStep) -> Json:
-    """What is known after so many touches."""
+    """The JSON of one line of guide: the state after the touches so far."""
     located = locate_json(step.result)
     return {
         "schema": "tactfix/guide/1",

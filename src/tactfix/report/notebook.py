@@ -1,7 +1,7 @@
-"""Results in a notebook: what the terminal prints, and below it the scene of the HTML report.
+"""Results in a notebook: the summary of the terminal, and below it the scene of the HTML report.
 
-The scene stands in a frame of its own, so that neither its styles nor its script touch the notebook. Nothing is loaded
-from elsewhere: plotly's script comes with each scene, packed. Where a viewer shows no frames the text is left.
+The scene has its own iframe, so that its styles and script do not affect the notebook. Nothing is loaded from the
+network: plotly's script comes with each scene, compressed. A viewer without iframes shows the text alone.
 """
 
 import gzip
@@ -24,7 +24,7 @@ from tactfix.report.html_scene import locate_figure
 from tactfix.report.summary import summary
 
 _TEXT_WIDTH: Final = 100
-"""Characters of a line: what the cell of a notebook shows on a laptop."""
+"""Characters of a line: the width of a notebook cell on a laptop."""
 _TEXT: Final = "<pre style='line-height:1.2;white-space:pre;overflow-x:auto'><code>{code}</code></pre>"
 _FRAME: Final = '<iframe title="scene" srcdoc="{page}" style="width:100%;height:30rem;border:1px solid #8888"></iframe>'
 _COLORS: Final = TerminalTheme(
@@ -55,7 +55,7 @@ def located_html(result: LocateResult) -> str:
 
 
 def text_html(shown: RenderableType) -> str:
-    """What rich prints as HTML, its styles inline."""
+    """The HTML of a rich renderable, with inline styles."""
     console = Console(file=StringIO(), record=True, width=_TEXT_WIDTH, highlight=False)
     console.print(shown)
     return console.export_html(theme=_COLORS, inline_styles=True, code_format=_TEXT)
@@ -66,7 +66,7 @@ def _note(sentence: str) -> str:
 
 
 def scene_html(figure: Mapping[str, Any]) -> str:
-    """The figure in a frame; how to get it without the extra."""
+    """The figure in an iframe; without the extra, a hint how to install it."""
     try:
         environment, plotly_script = templates_and_plotly()
     except MissingExtraError:
@@ -79,12 +79,12 @@ def scene_html(figure: Mapping[str, Any]) -> str:
 
 @cache
 def _packed(script: str) -> str:
-    """A script packed by gzip, as letters."""
+    """A script compressed by gzip, as base64 text."""
     return b64encode(gzip.compress(script.encode(), mtime=0)).decode()
 
 
 def _with_the_tip_found(contacts: Contacts, result: LocateResult) -> Contacts:
-    """The contacts as the tip makes them that was found together with the pose."""
+    """The contacts corrected for the tip that was estimated with the pose."""
     tip = result.tip
     if tip is None:
         return contacts

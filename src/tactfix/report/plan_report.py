@@ -20,13 +20,12 @@ from tactfix.simulation.touches import CONE_DEG
 from tactfix.wording import spreadsheet_cell
 
 _BELOW_SIGMA = 3
-"""Decimals of a length in a plan beyond the first digit of sigma: a thousandth of sigma is more than a contact can
-say. No more is written, which also hides the last bits in which platforms differ: one seed gives one file
-everywhere."""
+"""Decimals of a length in a plan beyond the first digit of sigma: a thousandth of sigma is below what a contact
+resolves. Rounding also hides the last bits, in which platforms differ: one seed gives the same file everywhere."""
 _DIRECTION = 9
-"""Decimals of a direction: nine are a nanoradian, less than any machine turns."""
+"""Decimals of a direction: nine are a nanoradian, below the resolution of any machine."""
 _TRUTH = 12
-"""Decimals of the true pose: it is compared with, not read as a measurement."""
+"""Decimals of the true pose: it is a reference for comparison, not a measurement."""
 
 
 def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
@@ -56,7 +55,7 @@ def contact_csv(contacts: Contacts, units: str, comments: Iterable[str]) -> str:
 
 
 def _flange(contacts: Contacts) -> Iterator[list[str]]:
-    """How the flange stood, where the contacts say it, as unit quaternions."""
+    """The flange orientations of the contacts, if known, as unit quaternions."""
     quaternion = DIALECTS["abb"].numbers
     if contacts.flange_rotations is None or quaternion is None:
         return
@@ -65,7 +64,7 @@ def _flange(contacts: Contacts) -> Iterator[list[str]]:
 
 
 def _digits(sigma: float) -> int:
-    """Decimals that a length with this sigma is written with."""
+    """Decimals of a length with this sigma."""
     return int(np.ceil(-np.log10(sigma))) + _BELOW_SIGMA
 
 
@@ -91,7 +90,7 @@ def _truth(simulation: Simulation) -> Iterator[str]:
 
 
 def plan_csv(plan: Plan) -> str:
-    """A plan as a contact file of nominal contacts, what it is worth in its first comments."""
+    """A plan as a contact file of nominal contacts, its predicted accuracy in the first comments."""
     return contact_csv(plan.contacts, plan.units, _worth(plan))
 
 
@@ -103,7 +102,7 @@ def _worth(plan: Plan) -> Iterator[str]:
 
 
 def _targets(plan: Plan) -> Iterator[str]:
-    """Where to go in base, a line for each contact of a plan in the fixture frame, where the placement says it."""
+    """Targets in base, one line for each contact of a plan in the fixture frame, if the placement is known."""
     targets = plan.in_base if plan.frame == "fixture" else None
     if targets is None:
         return
@@ -116,7 +115,7 @@ def _targets(plan: Plan) -> Iterator[str]:
 
 
 def next_contact_csv(result: LocateResult, tip_radius: float, sigma: float) -> str | None:
-    """The contacts to make next as a contact file like that of a plan: tip centres; None where none is named."""
+    """The contacts to make next as a contact file like that of a plan: tip centres; None if there are none."""
     first = result.next_contact
     if first is None:
         return None
@@ -140,7 +139,7 @@ def next_contact_csv(result: LocateResult, tip_radius: float, sigma: float) -> s
 
 
 def plan_lines(plan: Plan) -> Iterator[str]:
-    """What a plan is worth, and its table, in words."""
+    """The predicted accuracy of a plan, and its table, as text."""
     at = vector(plan.worst_point).strip("()")
     yield f"plan: worst sigma {plan.worst_sigma:.3g} {plan.units}, at {at} of the fixture frame"
     yield f"plan: {_outcome(plan)}"
@@ -207,7 +206,7 @@ def simulation_json(simulation: Simulation) -> Json:
 
 
 def _flange_in_fixture(plan: Plan, i: int) -> Floats | None:
-    """How the flange stands in the fixture frame (3, 3), None where no orientations were planned."""
+    """The flange's rotation in the fixture frame (3, 3); None if no orientations were planned."""
     rotations = plan.contacts.flange_rotations
     if rotations is None:
         return None

@@ -1,4 +1,4 @@
-"""What qualify found as JSON, and as lines for people."""
+"""The result of qualify as JSON, and as lines for people."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -20,7 +20,7 @@ def qualify_json(result: QualifyResult) -> Json:
 
 
 def qualify_lines(result: QualifyResult) -> Iterator[str]:
-    """Name and numbers of each figure, as lines."""
+    """Name and values of each quantity, as lines."""
     low, high = result.sigma_interval
     yield f"sigma {result.sigma:.3g} {result.units}, 95 % between {low:.3g} and {high:.3g}"
     places = "one place" if result.places == 1 else f"{result.places} places"

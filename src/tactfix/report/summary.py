@@ -20,9 +20,9 @@ from tactfix.results import Candidate, ContactResidual, Status
 from tactfix.wording import decimals, fixed
 
 _CONTACTS_LISTED: Final = 20
-"""Contacts that are listed on a terminal."""
+"""Number of contacts listed on a terminal."""
 _CANDIDATES_LISTED: Final = 8
-"""Candidates that are listed."""
+"""Number of candidates listed."""
 _HALF_BAR: Final = 10
 """Characters of a bar to either side of zero."""
 _STATUS_COLORS: Final[dict[Status, str]] = {
@@ -39,13 +39,13 @@ def print_sentence(result: LocateResult, file: IO[str]) -> None:
 
 
 def print_summary(result: LocateResult, file: IO[str], at: Floats | None = None) -> None:
-    """Print what there is beyond the status; at: a point (3,) of the fixture frame whose sigma is told too."""
+    """Print the details without the status; at: a point (3,) of the fixture frame whose sigma is printed too."""
     console = Console(file=file, highlight=False)
     console.print(_details(result, at, ascii_only=console.options.ascii_only))
 
 
 def summary(result: LocateResult, at: Floats | None = None, *, ascii_only: bool = False) -> RenderableType:
-    """The answer in a sentence, what to do, and all that speaks for it, as something that rich prints."""
+    """The result in a sentence, the next contact, and the details, as a rich renderable."""
     answer, *others = [sentence(result)] if result.status == "located" else status_lines(result)
     name = (f"{result.fixture} ", "bold")
     lines = [Text.assemble(name, (answer, f"bold {_STATUS_COLORS[result.status]}")), *map(Text, others)]
@@ -114,7 +114,7 @@ def _point(result: LocateResult, base_from_fixture: Floats, at: Floats) -> Table
 
 
 def _rounded(values: Floats, sigmas: Floats | None = None) -> list[str]:
-    """Numbers to the digits that their sigmas bear."""
+    """Numbers rounded according to their sigmas."""
     digits = [6] * len(values) if sigmas is None else [decimals(float(sigma)) for sigma in sigmas]
     return [fixed(value, n) for value, n in zip(values, digits, strict=True)]
 
@@ -131,7 +131,7 @@ def upright_table(columns: Mapping[str, Sequence[str]]) -> Table:
 
 
 def _keep_whole(table: Table) -> None:
-    """Let a narrow terminal break cells between words only: a number that is cut off would be another number."""
+    """Let a narrow terminal break cells between words only: a truncated number would be misread."""
     for column in table.columns:
         column.overflow = "fold"
         cells = [str(cell) for cell in (column.header, *column.cells) if isinstance(cell, str | Text)]
@@ -139,7 +139,7 @@ def _keep_whole(table: Table) -> None:
 
 
 def residual_table(contacts: Sequence[ContactResidual], units: str, *, ascii_only: bool) -> Table:
-    """The residual of each contact as a number and a bar; the largest where there are many."""
+    """The residual of each contact as a number and a bar; only the largest if there are many."""
     shown, caption = contacts, None
     if len(shown) > _CONTACTS_LISTED:
         shown = sorted(shown, key=lambda contact: -abs(contact.residual))[:_CONTACTS_LISTED]
@@ -168,7 +168,7 @@ def _bar(share: float, ascii_only: bool) -> Text:
 
 
 def _candidates(result: LocateResult) -> Table:
-    """Every pose that explains the contacts, and what became of it."""
+    """Every pose that explains the contacts, and why it was accepted or eliminated."""
     names = ("pose", "origin in base", "rotation vector deg", "chi2", "verdict")
     table = Table(*names, box=None, pad_edge=False, header_style="dim")
     table.columns[3].justify = "right"

@@ -1,4 +1,4 @@
-"""Results as lines of plain text: what goes to standard output, and the status in words."""
+"""Results as lines of plain text: the standard output, and the status in words."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from tactfix.fitting.result import FitCandidate, FitResult
 
 _MOST_REASONS = 3
-"""Reasons listed for one candidate, and candidates whose reasons are listed."""
+"""Largest number of reasons listed per candidate, and of candidates listed with reasons."""
 SIGMAS_95: Final = 1.96
-"""So many standard deviations to either side hold 95 of 100 values of a normal variable."""
+"""Standard deviations to either side of the mean that contain 95 per cent of a normal distribution."""
 
 
 def decimal(value: float) -> str:
@@ -27,7 +27,7 @@ def decimal(value: float) -> str:
 
 
 def matrix_text(matrix: Floats) -> str:
-    """Lines of numbers that numpy.loadtxt reads, in columns; they give back the same doubles."""
+    """Numbers in columns, as numpy.loadtxt reads them; they read back as the same doubles."""
     cells = [[decimal(value) for value in row] for row in matrix]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "".join("  ".join(map(str.rjust, row, widths)) + "\n" for row in cells)
@@ -45,12 +45,12 @@ def rounded_matrix_text(matrix: Floats, covariance: Floats | None) -> str:
 
 
 def _smallest(sigmas: Floats) -> float:
-    """The smallest that is not 0; directions that are held have 0."""
+    """The smallest sigma above 0; constrained directions have sigma 0."""
     return float(min((sigma for sigma in sigmas if sigma > 0), default=0.0))
 
 
 def surface_text(surface: Surface, sigma: Mapping[str, Floats] | None = None) -> str:
-    """A surface in lines of a name and its numbers; with sigma to the digits that it bears."""
+    """A surface as lines of a name and its numbers; with sigma, rounded accordingly."""
     lines = []
     for name, values in surface_rows(surface).items():
         spread = None if sigma is None or name not in sigma else _smallest(sigma[name])
@@ -84,17 +84,17 @@ def sentence(result: LocateResult) -> str:
 
 
 def status_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
-    """Why there is no pose, and what to do about it; nothing where the fixture is located.
+    """Why there is no pose, and what to do about it; empty if the fixture is located.
 
-    listed: where ambiguous poses are listed, after a semicolon.
+    listed: a pointer to the list of ambiguous poses, with its leading semicolon.
     """
     match result.status:
         case "underdetermined":
             free = "; ".join(motion.message for motion in result.free_motions)
             yield f"underdetermined: the contacts leave a motion free: {free or 'see the warnings'}"
         case "ambiguous":
-            left = sum(candidate.accepted for candidate in result.candidates)
-            yield f"ambiguous: {left} poses explain the contacts{listed}"
+            accepted = sum(candidate.accepted for candidate in result.candidates)
+            yield f"ambiguous: {accepted} poses explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no pose explains the contacts{_best(result)}"
             yield from _reason_lines(result.candidates)
@@ -105,28 +105,28 @@ def status_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
 
 
 def _further(contact: NextContact) -> str:
-    """The contacts that are to be made after this one, in words."""
+    """The further contacts to make after this one, in words."""
     touches = [touch.message.removeprefix("touch ") for touch in contact.further]
     return f", and these will do; then {listed(touches)}" if touches else ""
 
 
 def _reason_lines(candidates: "Sequence[Candidate | FitCandidate]") -> Iterator[str]:
-    """Why the first candidates fell, a reason a line."""
+    """Why the first candidates were eliminated, one reason per line."""
     for candidate in candidates[:_MOST_REASONS]:
         yield from (f"  {reason_text(reason)}" for reason in candidate.reasons[:_MOST_REASONS])
 
 
 def fit_status_lines(result: "FitResult", listed: str = "", size: str = "") -> Iterator[str]:
-    """Why there is no surface; nothing where there is one.
+    """Why there is no surface; empty if there is one.
 
-    listed: as of `status_lines`. size: the radius that was given, with its unit, in words after the kind.
+    listed: as in `status_lines`. size: the given radius with its unit, in words after the kind.
     """
     match result.status:
         case "underdetermined":
             yield f"underdetermined: the contacts leave the {result.kind} free to move"
         case "ambiguous":
-            left = [candidate for candidate in result.candidates if candidate.accepted]
-            yield f"ambiguous: {len(left)} {result.kind}s explain the contacts{listed}"
+            accepted = [candidate for candidate in result.candidates if candidate.accepted]
+            yield f"ambiguous: {len(accepted)} {result.kind}s explain the contacts{listed}"
         case "inconsistent":
             yield f"inconsistent: no {result.kind}{size} explains the contacts"
             yield from _reason_lines(result.candidates)
@@ -135,18 +135,18 @@ def fit_status_lines(result: "FitResult", listed: str = "", size: str = "") -> I
 
 
 LEAST_RESIDUAL: Final = 1e-6
-"""Residuals (units) that are all smaller are written in powers of ten: contacts that were computed, not touched."""
+"""If all residuals (units) are smaller, they are written in powers of ten: the contacts were computed, not measured."""
 
 
 def residual_text(residual: float, largest: float) -> str:
-    """A residual with its sign, those of one table in the decimals that give the largest three digits."""
+    """A residual with its sign, all of one table with the decimals that give the largest one three digits."""
     if largest <= LEAST_RESIDUAL:
         return f"{residual:+.2e}"
     return f"{residual + 0.0:+.{decimals(largest) + 1}f}"
 
 
 def reason_text(reason: Reason) -> str:
-    """Why a candidate fell, with the feature and the row, unless the message names that."""
+    """Why a candidate was eliminated, with feature and row, unless the message names them."""
     row = f"row {reason.row}" if reason.row else ""
     place = ", ".join(part for part in (reason.feature, row) if part and (part != row or row not in reason.message))
     return f"{reason.code}: {place}: {reason.message}" if place else f"{reason.code}: {reason.message}"

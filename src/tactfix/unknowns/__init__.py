@@ -1,1 +1,1 @@
-"""Where a fixture stands when it is not known where the tip is, or how large: pose, tip and radius found together."""
+"""Joint estimation of the fixture's pose and of an unknown tip offset, tip radius, or both."""

@@ -17,7 +17,7 @@ TIP_REACHED = 1e-10
 """Length of a step (rad, lengths of the problem) below which a trial has converged: far above rounding, far below
 sigma."""
 TIP_GAIN = 1e-13
-"""Share of its cost below which the gain of a step counts as none: near the rounding of a sum of squares."""
+"""Relative gain of chi-square below which a trial has converged: near the rounding of a sum of squares."""
 
 
 def descend(equations: TipEquations, trials: PosesWithTip) -> tuple[PosesWithTip, Floats]:

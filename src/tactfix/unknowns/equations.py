@@ -9,7 +9,7 @@
 
 3. A contact on a point p has three equations, the components of x + Q d - p, without the last term and with p for x in
    the second. Then a rotation about p is exactly free, whatever the noise is.
-4. What is known of the pose beforehand adds residuals W (log R R_near^T, t - t_near). W^T W is the inverse of the
+4. Prior knowledge of the pose adds residuals W (log R R_near^T, t - t_near). W^T W is the inverse of the
    covariance of a measured pose; constrained directions get a sigma of KNOWN_DIRECTION times that of the contacts.
 
 Lengths are divided by one length of the problem and places counted from c, so that all columns have similar sizes. The
@@ -47,13 +47,13 @@ class PosesWithTip:
 
 
 KNOWN_DIRECTION: Final = 1e-5
-"""Sigma of a constrained direction, as a share of the smallest sigma of a contact: it changes no contact visibly,
-and the weights stay within five digits of each other."""
+"""Sigma of a constrained direction, as a share of the smallest sigma of a contact: the constraint then holds far within
+the noise, and the weights differ by five orders of magnitude only."""
 
 
 @frozen_value
 class KnownPose:
-    """near (3, 3), place (3,) of the fixture's origin there, as origins of trials are; whitening (r, 6): W."""
+    """Prior of the pose: rotation near (3, 3), origin place (3,) in the scaled units of trials; whitening (r, 6): W."""
 
     near: Floats
     place: Floats
@@ -61,7 +61,7 @@ class KnownPose:
 
     @staticmethod
     def of(placement: Placement | None, contacts: Contacts, sigma: float, length: float) -> "KnownPose":
-        """The terms of a placement; sigma: of the best contact, in fixture units as length is."""
+        """The terms of a placement; sigma: the smallest of a contact; sigma and length in fixture units."""
         if placement is None:
             return KnownPose(np.eye(3), np.zeros(3), np.zeros((0, 6)))
         place = (placement.near[:3, 3] - contacts.centre) / length
@@ -90,9 +90,9 @@ class TipEquations:
     """m equations: points (m, 3) from the centre, flanges, projectors (m, 3, 3), anchors, normals (m, 3).
 
     radii (m,), signs (m,): 1 outside, -1 inside; takes_tip (m,): 1 where the tip's radius counts, 0 on points; weights
-    (m,): one over sigma, in units of length. of (m,): the contact of each. columns: of
-    the ten unknowns (turn, shift, tip, radius) those that are unknown. centre (3,), length: those of the problem.
-    known: what is known of the pose beforehand.
+    (m,): length / sigma. of (m,): index of the contact of each equation. columns: indices of the parameters that are
+    estimated, of ten (rotation, translation, tip, radius). centre (3,), length: origin and unit of the scaled
+    coordinates. known: the prior of the pose.
     """
 
     points: Floats
@@ -171,7 +171,7 @@ class TipEquations:
         values = np.einsum("smi,mi->sm", local, self.normals) + self.signs * (size - self.radii)
         values -= self.takes_tip * trials.radii[:, None]
         normals = gradient @ np.swapaxes(trials.rotations, 1, 2)
-        # The rotation moves a point itself; of other surfaces only the normal at the tip counts.
+        # The rotation moves a point itself; for other surfaces only the normal at the tip matters.
         point_arms = (self.takes_tip == 0)[:, None] * (local @ np.swapaxes(trials.rotations, 1, 2))
         jacobian = np.concatenate(
             [
@@ -200,7 +200,7 @@ class TipEquations:
 
 
 def length_of(contacts: Contacts) -> float:
-    """The spread of the tip's centres, or of the flange's origins: on a single point the tip's centres have none."""
+    """The spread of the tip's centres, or of the flange's origins if larger: on a single point the centres coincide."""
     if contacts.flange_rotations is None or contacts.tip_offset is None:
         return contacts.spread
     origins = contacts.points - contacts.flange_rotations @ contacts.tip_offset

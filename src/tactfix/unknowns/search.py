@@ -6,9 +6,9 @@
    flange. So at the true pose the contacts fit the reported tip with a noise of w. The complete search for poses
    (`poses.all_poses`) with this noise finds poses near every possible one.
 3. From each of these, pose and tip descend together (`descent`), with the reported tip and with tips displaced by w / 2
-   to six sides.
-4. The ends that explain the contacts, without those that noise does not distinguish from a better one, are the
-   solutions.
+   along the flange axes in either sense.
+4. The ends that explain the contacts are the solutions; of those that noise does not distinguish, only the best is
+   kept.
 
 This is complete unless two poses, each with its tip, are one pose within the noise of w. Without a bound of the tip the
 result is not marked as complete; nor with fewer equations than unknowns, whose solutions are samples of a continuum:
@@ -36,13 +36,13 @@ from tactfix.unknowns.solution import Knowledge, TipSolution, about_origin
 from tactfix.values import frozen_value
 
 FIRST_TIP_SIGMAS = 10.0
-"""Displacement of the tip, in sigmas of a contact, that the first search assumes if nothing bounds it: an error that a
+"""Displacement of the tip, in sigmas of a contact, that the first search assumes without a bound: an error that a
 calibrated tip may have. FIRST_TIP_SHARES follow."""
 FIRST_TIP_SHARES = (0.02, 0.1, 0.4)
 """Displacements of the tip, as shares of the contacts' spread, that the further searches assume: each four to five
 times the one before, up to the size of the fixture itself."""
 TIP_STARTS = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-"""Directions (7, 3) in the flange frame of the tips that descents start with: none, and along the axes either way."""
+"""Directions (7, 3) in the flange frame of the starts' tip displacements: zero, and along each axis in either sense."""
 TIP_CONTINUUM_SAMPLES = 8
 """Solutions of a continuum that are kept for each start of the tip, as `poses.all_poses.CONTINUUM_SAMPLES`."""
 TIP_START_POSES = 24
@@ -102,7 +102,7 @@ def tip_solutions(
 def _levels(
     contacts: Contacts, sigmas: Floats, unknown: frozenset[Unknown], within: float | None
 ) -> Iterator[tuple[float, bool]]:
-    """The assumed displacements of the tip, one after the other, and whether a search with that is complete."""
+    """The assumed displacements of the tip in turn, and whether a search with each is complete."""
     levels = [FIRST_TIP_SIGMAS * float(sigmas.max()), *(share * contacts.spread for share in FIRST_TIP_SHARES)]
     if within is not None and "tip" in unknown:
         yield within, "tip-radius" not in unknown
@@ -122,8 +122,8 @@ def _starts(
 ) -> PosesWithTip:
     """Starts: every pose for contacts with these sigmas, and near, each with the reported tip and tips at off / 2.
 
-    Without thorough the poses are those that one covering of the rotations finds; if it finds none, those of the whole
-    search, which has the nearest misses at least.
+    thorough False: the poses found from one covering of the rotations; if it finds none, those of the thorough search,
+    which returns at least the nearest misses.
     """
     single = one_equation_each(surfaces, contacts, sigmas)
     search = all_poses(single.surfaces, single.contacts, single.sigmas, placement=placement, thorough=thorough)
@@ -137,9 +137,7 @@ def _starts(
 
 
 def _distinct(equations: TipEquations, trials: PosesWithTip, cost: Floats, ok: Bools) -> list[Ints]:
-    """The numbers of the trials that are ok, best first, without those that noise does not distinguish from a better
-    one.
-    """
+    """The indices of the trials that are ok, best first; of those within noise of each other only the best."""
     kept: list[int] = []
     scaled = np.concatenate(
         [trials.rotations.reshape(-1, 9), trials.origins, trials.tips, trials.radii[:, None]], axis=1
@@ -180,7 +178,7 @@ def _halfway(trials: PosesWithTip, one: int, other: int) -> PosesWithTip:
 def _solution(
     equations: TipEquations, surfaces: Mapping[str, Surface], trial: PosesWithTip, contacts: Contacts
 ) -> TipSolution:
-    """The trial as a solution with its uncertainty, for the contacts corrected for its tip."""
+    """The trial as a solution with its covariance, for the contacts corrected for its tip."""
     known = Knowledge.at(equations, trial)
     pose, change = equations.poses(trial)[0], equations.length * trial.tips[0]
     corrected = contacts.with_tip(change, float(equations.length * trial.radii[0]))

@@ -1,4 +1,4 @@
-"""One pose with its tip, and their joint uncertainty.
+"""One pose with its tip, and their joint covariance.
 
 1. The Jacobian of all unknowns at the solution is decomposed into singular values and motions (`Knowledge`).
 2. Motions with a singular value of zero are free; those with a sigma above TELLS_NOTHING are nearly free.
@@ -33,11 +33,11 @@ HARDLY_MOVED = 1e-3
 class TipSolution:
     """A pose of least chi-square. solution: as for a known tip, with contacts corrected for this tip.
 
-    tip (3,): how far the tip's centre is off that of the contacts, flange frame. factor (u, m): S of the covariance
-    S S^T of rotation (rad) and place of the fixture's origin in base axes, then of what of tip and radius is unknown,
-    of what is not free. weak (k, 10): motions that are free or as good as free: rotation and translation of the fixture
-    about the centre (3,) of the contacts as they were reported, tip, radius; sigmas (k,): how surely each is known, inf
-    where free. tip_is_known: whether none of those moves the tip in its flange, or changes its radius.
+    tip (3,): displacement of the tip's centre from the reported one, flange frame. factor (u, m): S of the covariance
+    S S^T of rotation (rad) and origin of the fixture in base axes, then of the unknown ones of tip and radius, without
+    free motions. weak (k, 10): motions that are free or nearly free: rotation and translation of the fixture about the
+    centre (3,) of the reported contacts, tip, radius; sigmas (k,): standard deviation of each, inf if free.
+    tip_is_known: whether none of these moves the tip in the flange frame or changes its radius.
     """
 
     solution: Solution
@@ -67,7 +67,7 @@ class Knowledge:
 
     @staticmethod
     def at(equations: TipEquations, trials: PosesWithTip) -> "Knowledge":
-        """That of a single trial."""
+        """The decomposition at a single trial."""
         return Knowledge(equations, trials, equations.evaluate(trials)[1][0])
 
     @cached_property
@@ -98,14 +98,14 @@ class Knowledge:
         return bool((moved[self.is_free] < TIP_AT_REST).all() and (moved[self.is_weak] < HARDLY_MOVED).all())
 
     def motions(self, which: Bools) -> Floats:
-        """Those motions (k, 10) in rad and fixture units, about the contacts' centre, not known ones 0."""
+        """The selected motions (k, 10) in rad and fixture units, about the contacts' centre; 0 for known parameters."""
         whole = np.zeros((int(which.sum()), 10))
         whole[:, self.equations.columns] = self.svd[1][which]
         whole[:, 3:] *= self.equations.length
         return whole
 
     def sigmas(self, which: Bools) -> Floats:
-        """One standard deviation (k,) of those motions, in rad or lengths of the problem."""
+        """Standard deviations (k,) of the selected motions, in rad or lengths of the problem."""
         values = np.where(self.is_free, 0.0, self.svd[0])[which]
         with np.errstate(divide="ignore"):
             return np.asarray(1 / values)
