@@ -9,7 +9,19 @@ from tactfix.geometry.surfaces import Cylinder, Plane, Sphere
 from tactfix.noise import chi_square_limit
 from tactfix.relations import branches
 from tactfix.relations.joint_problem import JointProblem
-from tests.support.problems import Patch, angle, distance, pose_error, recipe, related, touch_all
+from tests.support.problems import (
+    CYLINDER_SPHERE,
+    CYLINDER_SPHERE_RECIPE,
+    CYLINDER_SPHERE_TOUCH,
+    Patch,
+    angle,
+    distance,
+    placed,
+    pose_error,
+    recipe,
+    related,
+    touch_all,
+)
 from tests.support.shared_data import shared_data
 
 SIX_DOF_UPPER = 38.3
@@ -196,3 +208,26 @@ def test_what_sure_contacts_leave_free_is_known_to_one_fixture_size():
     problem = JointProblem(contacts, contacts.sigmas, (), 10.0)
     covariance = branches._covariance(problem, surfaces)
     assert np.linalg.eigvalsh(covariance)[-3:] == pytest.approx([1.0, 1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("known", "counts", "sigma", "seed", "most"),
+    [
+        *((known, (7, 5), 0.03, seed, 0.03) for known in (1e-8, 1e-6, 1e-4) for seed in range(3)),
+        # The covariance of the linear model differs by 10 per cent here.
+        (1e-6, (6, 3), 0.06, 3, 0.05),
+    ],
+)
+def test_a_distance_known_far_better_than_the_contacts_gives_the_covariance_of_geometry(
+    known, counts, sigma, seed, most
+):
+    """Contacts of several per cent of the bar's radius: sigma points lie where the linear model misses a distance."""
+    rng = np.random.default_rng(seed)
+    truth = touch_all(CYLINDER_SPHERE, dict(zip(CYLINDER_SPHERE, counts, strict=True)), rng, sigma=sigma)
+    contacts = truth.contacts(rng)
+    relations = [distance("bar", "ball", 3.0, known)]
+    by_relations = related(CYLINDER_SPHERE, relations, CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH)
+    results = [tactfix.locate(f, contacts) for f in (by_relations, placed(CYLINDER_SPHERE, CYLINDER_SPHERE_TOUCH))]
+    assert [result.status for result in results] == ["located", "located"]
+    one, other = (np.sqrt(np.diag(result.covariance)) for result in results)
+    np.testing.assert_allclose(one, other, rtol=most)

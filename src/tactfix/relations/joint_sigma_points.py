@@ -91,7 +91,9 @@ class JointSpread:
             for number, step in enumerate(steps.T):
                 wanted = self.fit.observed + self.fit.jacobian @ step
                 problem = replace(self.problem, wanted=wanted)
-                fit = joint_fit(problem, self.fit.surfaces, self.fit.equations, JOINT_SIGMA_POINT_STEPS)
+                # From the point of the linear model: on the way to it small sigmas of relations allow short steps only.
+                start = fit_at(self.problem, self.fit, step).surfaces
+                fit = joint_fit(problem, start, self.fit.equations, JOINT_SIGMA_POINT_STEPS)
                 along = tangents.T @ fit.observed
                 if along @ along > MOST_MISSING:
                     break
