@@ -78,9 +78,9 @@ def outcome_from(fixture: Fixture, contacts: Contacts, solutions: Solutions) -> 
 def _without_doubles(
     contacts: Contacts, solutions: Solutions, assessments: Sequence[Assessment]
 ) -> tuple[Solutions, list[Assessment]]:
-    """The solutions and their assessments without remaining ones that differ from a better one in untouched features.
+    """The solutions and assessments, with those merged that no test rejects and that differ in untouched features only.
 
-    These features are taken from the better one too: nothing says where they are.
+    The best of them is kept, without the features whose places differ: neither contacts nor relations determine these.
     """
     kept: list[tuple[Solution, Assessment]] = []
     for solution, assessment in zip(solutions.found, assessments, strict=True):
