@@ -374,6 +374,11 @@ def test_fixture_and_contacts_exchanged(tmp_path: Path, paper: Fixture) -> None:
         load_fixture(written(tmp_path, contact_text(), "contacts.csv"))
 
 
+def test_a_command_without_a_fixture_does_not_ask_for_one_first() -> None:
+    with pytest.raises(FileError, match="this is a fixture file; give the contact file here"):
+        read_contact_file(PAPER.encode())
+
+
 def test_another_ending_and_a_name_that_is_nearly_right(tmp_path: Path) -> None:
     written(tmp_path, PAPER, "plate.yml")
     for wrong in ("plate.yaml", "plat.yml", "Plate.yml"):

@@ -137,6 +137,8 @@ def test_a_file_says_its_name_and_a_wrong_unit_is_not_taken(tmp_path):
         load_pose(path, dialect="kukka")
     with pytest.raises(FileError, match="no such file"):
         load_pose(tmp_path / "none.json")
+    with pytest.raises(FileError, match="this is a pose, not the name of a file"):
+        load_pose("{X 1, Y 2, Z 3, A 0, B 0, C 0}")
     text = tmp_path / "pose"
     text.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileError, match="UTF-8"):

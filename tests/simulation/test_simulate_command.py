@@ -83,6 +83,14 @@ def test_a_given_pose_is_the_truth(tmp_path, capsys):
     assert np.allclose(told(capsys.readouterr().out), matrix)
 
 
+def test_the_pose_of_another_fixture_is_noted(capsys):
+    own, other = "samples/robot-cell-plate/expected.json", "samples/three-planes/expected.json"
+    assert main(["simulate", CELL, "--pose", own]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["simulate", CELL, "--pose", other]) == 0
+    assert "is it the right pose?" in capsys.readouterr().err
+
+
 def test_output_is_a_file_and_json_has_the_truth_too(tmp_path, capsys):
     main(["simulate", CELL, "--fault", "outlier:2", "--json", "--output", str(tmp_path / "contacts.json")])
     assert not capsys.readouterr().out

@@ -9,6 +9,7 @@ import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
@@ -238,15 +239,24 @@ def input_files(**paths: str) -> "list[InputFile]":
     return [InputFile(role, path, read_bytes(path)) for role, path in paths.items()]
 
 
-def _near(path: str, fixture: "Fixture", *, quiet: bool) -> "Placement":
-    """The placement with the pose of a file, all else as the fixture file has it."""
+def read_pose(path: str, fixture: "Fixture", *, quiet: bool) -> "Floats":
+    """The pose (4, 4) of the fixture in a file, in the fixture's units, which are also those of a file without units.
+
+    A pose of another fixture is noted, unless quiet. The file may name the fixture or the fixture's file.
+    """
     from tactfix.files.pose_file import load_pose
-    from tactfix.placement import Placement
 
     pose = load_pose(path, default_units=fixture.units).in_units(fixture.units)
-    if pose.fixture not in (None, "", fixture.name):
+    if pose.fixture not in ("", fixture.name) and Path(pose.fixture).stem != fixture.name:
         note(f"{path} is where {pose.fixture} stands, and this is {fixture.name}: is it the right pose?", quiet=quiet)
-    near = pose.base_from_fixture
+    return pose.base_from_fixture
+
+
+def _near(path: str, fixture: "Fixture", *, quiet: bool) -> "Placement":
+    """The placement with the pose of a file, all else as the fixture file has it."""
+    from tactfix.placement import Placement
+
+    near = read_pose(path, fixture, quiet=quiet)
     return Placement(near) if fixture.placement is None else replace(fixture.placement, near=near)
 
 

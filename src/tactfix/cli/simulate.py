@@ -1,20 +1,15 @@
 """tactfix simulate."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from tactfix.cli import completion
-from tactfix.cli.inputs import PlacementInput, takes_groups
+from tactfix.cli.inputs import PlacementInput, read_pose, takes_groups
 from tactfix.cli.options import AsJson, FixturePath, Output
 from tactfix.cli.output import emit, emit_program
 from tactfix.errors import FileError
 from tactfix.mistakes import FAULT_KINDS
-
-if TYPE_CHECKING:
-    from tactfix.fixture import Fixture
-    from tactfix.geometry.arrays import Floats
 
 
 @takes_groups
@@ -83,7 +78,7 @@ def command(
     asked = None if fault is None else parse_fault(fault)
     fixture = placement.placed(load_fixture(fixture_path), quiet=False)
     planned = None if plan is None else load_contacts(plan, fixture, ContactOptions(None, tip_radius, sigma))
-    base_from_fixture = None if pose is None else _pose(pose, fixture)
+    base_from_fixture = None if pose is None else read_pose(pose, fixture, quiet=False)
     try:
         simulation = simulate(
             fixture, planned, base_from_fixture, sigma, tip_radius, seed, contacts, asked, orientations
@@ -95,13 +90,3 @@ def command(
     else:
         emit_program(simulation_csv(simulation), output)
     return 0
-
-
-def _pose(path: str, fixture: "Fixture") -> "Floats":
-    """The pose in a file, in the fixture's units; a file that does not say its units is taken to be in these."""
-    from tactfix.files.pose_file import load_pose
-
-    pose = load_pose(Path(path) if path != "-" else path)
-    if pose.units is None:
-        return pose.base_from_fixture
-    return pose.in_units(fixture.units).base_from_fixture

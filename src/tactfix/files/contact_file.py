@@ -12,7 +12,7 @@ from tactfix.files.contact_header import APPROACH_COLUMNS, ORIENTATION_COLUMNS, 
 from tactfix.files.contact_options import ContactOptions, Settings, settle
 from tactfix.files.contact_table import Table, decimal_mark, directions, numbers, own_sigmas, read_table
 from tactfix.files.flange_columns import flange_rotations
-from tactfix.files.reading import FIXTURE_FIRST, Source, lines_of, read_source
+from tactfix.files.reading import FIXTURE_FIRST, NO_FIXTURE, Source, lines_of, read_source
 from tactfix.fixture import Fixture, Probe
 from tactfix.geometry.arrays import Floats
 from tactfix.settings import Setting
@@ -62,7 +62,7 @@ def _read(
 ) -> ContactFile | None:
     lines = lines_of(text)
     if _is_fixture(lines):
-        problems.append(Problem("this is a fixture file", FIXTURE_FIRST))
+        problems.append(Problem("this is a fixture file", NO_FIXTURE if fixture is None else FIXTURE_FIRST))
         return None
     header = read_header(lines, problems, feature_needed=fixture is not None)
     if header is None:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from tactfix.errors import FileError, UsageError
+from tactfix.errors import FileError, Problem, UsageError
 from tactfix.files.reading import read_bytes
 from tactfix.formats import SUFFIXES
 from tactfix.pose_formats import DIALECTS, find_dialect
@@ -105,7 +105,7 @@ def load_pose(
             raise UsageError(f"units is {unit!r}; {which_unit(unit)}")
     given = None if dialect is None else find_dialect(dialect)
     name = "standard input" if str(path) == "-" else str(path)
-    content = sys.stdin.buffer.read() if str(path) == "-" else read_bytes(path)
+    content = sys.stdin.buffer.read() if str(path) == "-" else _content(path)
     try:
         pose = (given or DIALECTS[_dialect_of(name, content)]).read(content)
     except PoseSyntaxError as error:
@@ -113,6 +113,14 @@ def load_pose(
     if units is not None and pose.units not in (None, units):
         raise UsageError(f"{name} is in {pose.units}, not in {units}; leave out " + Setting.UNITS.to(units))
     return replace(pose, units=pose.units or units or default_units)
+
+
+def _content(path: str | Path) -> bytes:
+    if recognized(str(path)) and not Path(path).exists():
+        raise FileError(
+            str(path), [Problem("this is a pose, not the name of a file", "write it to a file and name that")]
+        )
+    return read_bytes(path)
 
 
 def _dialect_of(name: str, content: bytes) -> str:

@@ -12,6 +12,8 @@ from tactfix.errors import FileError, Problem
 
 FIXTURE_FIRST: Final = "give the fixture file first, then the contact file: tactfix locate FIXTURE CONTACTS"
 """Advice if a fixture file is given as a contact file, or the reverse."""
+NO_FIXTURE: Final = "give the contact file here; contacts on a fixture are located with tactfix locate FIXTURE CONTACTS"
+"""Advice if a fixture file is given as a contact file to a command that takes no fixture."""
 Source: TypeAlias = str | Path | bytes | TextIO | BinaryIO
 """A path, "-" for standard input, the bytes themselves, or an open file."""
 
