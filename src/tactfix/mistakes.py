@@ -89,7 +89,7 @@ MISTAKES: Final = (
     Mistake("the tip radius is forgotten", "forgotten-tip", "tip_radius", "tip_radius", "a tip"),
     Mistake("the tip radius is taken off on the wrong side", "tip-sign", "tip_radius", "tip_sign", "a tip"),
     Mistake(
-        "the tip stands elsewhere in the flange than the file says",
+        "the tip is not where the file says in the flange frame",
         "wrong-tip",
         "tip_offset",
         "tip_offset",
@@ -101,7 +101,7 @@ MISTAKES: Final = (
         "thermal-growth",
         None,
         "scale",
-        but="growth by a few kelvin is seldom more than contacts can say, and is then found as sigma, place or radius",
+        but="growth by a few kelvin is seldom detectable, and is then found as sigma, place or radius",
     ),
     Mistake("the coordinates are in another unit", "wrong-unit", "unit", "unit"),
     Mistake("contacts are noisier than sigma says", "wrong-sigma", "sigma", "sigma", "eight contacts"),
@@ -115,7 +115,7 @@ MISTAKES: Final = (
     Mistake("one radius is another one", "wrong-radius", "radius", "radius", "a sphere or cylinder"),
     Mistake("radii are diameters", "diameters", "diameter", "diameter", "a sphere or cylinder"),
     Mistake("a pin is written as a bore, or a bore as a pin", "wrong-side", "side", "side", "a sphere or cylinder"),
-    Mistake("one feature stands elsewhere", "wrong-place", "feature_place", "distance", "two features"),
+    Mistake("one feature is not where the file says", "wrong-place", "feature_place", "distance", "two features"),
     Mistake("two coordinates of a feature are exchanged", "exchanged-axes", "axes", "axes", "a feature that it moves"),
     Mistake("the fixture is mirrored", "mirrored", "mirrored", "mirrored"),
 )  # fmt: skip

@@ -149,7 +149,7 @@ def test_contacts_beside_the_others_are_what_their_rank_lacks(position):
     rng = np.random.default_rng(6)
     surfaces = position.surfaces
     features = {n: Feature(n, type(s).__name__.lower(), None, "outer", 0.0, s) for n, s in surfaces.items()}
-    found = contact_counts(features, surfaces, set(), tolerance_for(surfaces)).each.beside
+    found = contact_counts(features, surfaces, set(), tolerance_for(surfaces)).each.others_located
     total = numeric_rank(surfaces, dict.fromkeys(surfaces, 12), rng)
     for name in surfaces:
         others = {other: 12 for other in surfaces if other != name}

@@ -112,7 +112,7 @@ def plan_with(*rings):
     [
         ((ring(THREE, 20), ring(THREE, 40)), "lie on 4 cylinders at once, 1 of its radius: without the known radius"),
         ((ring(FOUR, 20), ring(FOUR, 40)), "lie on 3 cylinders at once, 1 of its radius: without the known radius"),
-        ((ring(THREE, 20), ring(THREE + 60, 20 + 9 * np.sqrt(2))), "4 of its radius: alone it stays ambiguous"),
+        ((ring(THREE, 20), ring(THREE + 60, 20 + 9 * np.sqrt(2))), "4 of its radius: alone it is ambiguous"),
         ((ring([20] * 3, 20), ring([150] * 3, 20)), None),
     ],
 )

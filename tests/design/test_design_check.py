@@ -19,7 +19,7 @@ from tests.support.project import BAD_DESIGNS, ROOT
 # Status, and a finding that it must give: code, severity, words, and words of its remedy.
 SHIPPED = {
     "cylinder-sphere": ("warning", ("blind_distance", "warning", "farther from", "have the fixture measured")),
-    "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion lays", "")),
+    "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion maps", "")),
     "robot-cell-plate": ("ok", ("blind_tip_radius", "ok", "the residuals show it", "")),
     "three-planes": ("error", ("blind_tip_radius", "error", "off by 2.6 mm", "opposite face, a bore or a sphere")),
     "three-spheres": ("ok", ("margin", "ok", "no wrong pose", "")),

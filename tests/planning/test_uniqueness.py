@@ -7,7 +7,7 @@ from tactfix.accessibility.access import access_of
 from tactfix.contacts import Contacts
 from tactfix.files.fixture_file import load_fixture
 from tactfix.planning.plan import plan
-from tactfix.planning.uniqueness import telling_approaches, uniqueness_of
+from tactfix.planning.uniqueness import separating_approaches, uniqueness_of
 from tactfix.relations.realization import realize
 from tests.support.placed_cells import all_cells
 from tests.support.rival_search import poses_within, survives
@@ -66,7 +66,7 @@ def test_an_approach_is_turned_where_square_ones_leave_two_poses():
     assert square.located
     assert len(square.rivals) == 1
     access = access_of(fixture, realize(fixture)[0], 0.0)
-    turned = telling_approaches(access, contacts, normals, square.rivals)
+    turned = separating_approaches(access, contacts, normals, square.rivals)
     cosine = -(turned.approaches * normals).sum(axis=1)
     assert np.allclose(np.linalg.norm(turned.approaches, axis=1), 1)
     assert (cosine < 1 - 1e-9).sum() == 1

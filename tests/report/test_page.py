@@ -288,7 +288,7 @@ def test_a_design_check_writes_a_page_that_begins_with_the_worst_finding(tmp_pat
     path, out = ROOT / "fixtures" / "three-planes.yaml", tmp_path / "design.html"
     assert run(["design-check", str(path), "--study", "0", "--tip-radius", "1.5", "--output", str(out)]) == 1
     body = out.read_text().partition("<body>")[2]
-    assert body.index("Not fit for use as it is: 1 error and 4 warnings") < body.index("<h2>Findings</h2>")
+    assert body.index("Not fit for use: 1 error and 4 warnings") < body.index("<h2>Findings</h2>")
     badges = re.findall(r'<td><span class="badge (\w+)"', body)
     assert badges == sorted(badges, key=("error", "warning", "ok").index)
     assert "By signing I confirm" in body

@@ -82,7 +82,7 @@ def power_of(noncentrality: float, dof: int) -> float:
 
 def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
     """A mistake with which no pose is found."""
-    return BlindSpot(error, True, None, 1.0, f"{what}: no pose comes out")
+    return BlindSpot(error, True, None, 1.0, f"{what}: no pose is found")
 
 
 def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:

@@ -56,14 +56,14 @@ _PLACES_EXCHANGED: Final = 0.02
 tried with their labels exchanged. On the plate with pin and ball half and twice as much give the same report."""
 _LOOSEST: Final = 0.1
 """The same at most, however large sigma is: features that are a tenth of the fixture's size from each other's places
-are told apart by eye."""
+are distinguished by eye."""
 
 
 @frozen_value
 class ContactCheck:
     """The check of contacts. certainty is None if they leave a motion free, margins also if one is nearly free.
 
-    is_settled: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
+    is_unique: contacts were given and leave one pose only. unreachable: features that no spread contact can touch.
     layouts: of each cylinder with four contacts or more. can_be_located: well spread contacts determine the pose well
     enough for locate.
     """
@@ -71,7 +71,7 @@ class ContactCheck:
     certainty: Certainty | None
     margins: Margins | None
     blind_spots: tuple[BlindSpot, ...]
-    is_settled: bool
+    is_unique: bool
     unreachable: tuple[str, ...]
     findings: tuple[Finding, ...]
     layouts: tuple[CylinderLayout, ...] = ()
@@ -150,9 +150,9 @@ def _with_accuracy(
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
     findings += margin_findings(margin, accuracy.source, is_symmetric, fixture.units)
     findings += blind_spot_findings(spots, sees_tip, accuracy, accuracy.source, fixture.units)
-    is_settled = accuracy.source != "spread" and margin.is_unique
+    is_unique = accuracy.source != "spread" and margin.is_unique
     return replace(
-        so_far, certainty=accuracy, margins=margin, blind_spots=spots, is_settled=is_settled, findings=tuple(findings)
+        so_far, certainty=accuracy, margins=margin, blind_spots=spots, is_unique=is_unique, findings=tuple(findings)
     )
 
 
@@ -179,8 +179,8 @@ def _in_fixture_frame(
     best = min((c for c in result.candidates if c.accepted), key=lambda c: c.chi2, default=None)
     if best is not None:
         return given.moved(inverse(best.base_from_fixture)), "contacts", []
-    hint = "tactfix locate says why; well spread contacts are judged instead"
-    message = f"the contacts are no plan in the fixture frame and give no pose ({result.status})"
+    hint = "tactfix locate says why; well spread contacts are checked instead"
+    message = f"the contacts are not a plan in the fixture frame and give no pose ({result.status})"
     return spread, "spread", [Finding("contacts_not_located", "error", message, hint)]
 
 

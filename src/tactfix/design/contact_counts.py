@@ -47,15 +47,15 @@ MINIMAL_SETS_LISTED: Final = 500
 class FeatureCounts:
     """Contacts by feature. alone: the fewest that leave finitely many surfaces; paper: the counts of its localizers.
 
-    any_size: the same with the feature's own radius unknown. beside: the fewest if all other features are located and
-    the known distances and angles to them are used.
+    any_size: the same with the feature's own radius unknown. others_located: the fewest if all other features are
+    located and the known distances and angles to them are used.
     """
 
     alone: Mapping[str, int]
     alone_any_size: Mapping[str, int]
     paper: Mapping[str, int]
     paper_any_size: Mapping[str, int]
-    beside: Mapping[str, int]
+    others_located: Mapping[str, int]
 
 
 @frozen_value(eq=True)
@@ -87,11 +87,11 @@ def contact_counts(
     sets = minimal_sets(surfaces, tolerance, MINIMAL_SETS_LISTED + 1, placement)
     total = _rank(surfaces, tolerance, placement)
     others = {name: {n: s for n, s in surfaces.items() if n != name} for name in surfaces}
-    beside = {name: total - _rank(rest, tolerance, placement) for name, rest in others.items()}
-    beside = {name: min(n, 1) if features[name].type == "point" else n for name, n in beside.items()}
+    further = {name: total - _rank(rest, tolerance, placement) for name, rest in others.items()}
+    further = {name: min(n, 1) if features[name].type == "point" else n for name, n in further.items()}
     return ContactCounts(
         minimum_total=sum(sets[0].values()),
-        each=_each(features, distances, beside),
+        each=_each(features, distances, further),
         minimal_sets=sets[:MINIMAL_SETS_LISTED],
         complete=len(sets) <= MINIMAL_SETS_LISTED,
     )
@@ -108,12 +108,12 @@ def _rank(surfaces: Mapping[str, Surface], tolerance: Tolerance, placement: Plac
 def separate_counts(features: Mapping[str, Feature], relations: tuple[Relation, ...]) -> ContactCounts:
     """The counts if relations leave the shape open: each feature has to be located alone."""
     distances = {frozenset(r.between) for r in relations if r.kind == "distance"}
-    beside = {name: _beside(name, feature, distances) for name, feature in features.items()}
-    each = _each(features, distances, beside)
+    further = {name: _with_distances(name, feature, distances) for name, feature in features.items()}
+    each = _each(features, distances, further)
     return ContactCounts(sum(each.alone.values()), each, minimal_sets=(each.alone,))
 
 
-def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
+def _with_distances(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
     """Contacts without a rigid body: each known distance to a located feature saves a sphere one, except the last.
 
     (src/tactfix/README.md, localizers: a sphere at one known distance takes two contacts, at two known distances one.)
@@ -122,7 +122,7 @@ def _beside(name: str, feature: Feature, distances: set[frozenset[str]]) -> int:
     return max(CONTACTS_ALONE[feature.type] - known, 1)
 
 
-def _each(features: Mapping[str, Feature], distances: set[frozenset[str]], beside: Mapping[str, int]) -> FeatureCounts:
+def _each(features: Mapping[str, Feature], distances: set[frozenset[str]], further: Mapping[str, int]) -> FeatureCounts:
     near = {n for n, f in features.items() if f.type == "sphere" and _has_cylinder(n, features, distances)}
     paper = {name: PAPER[f.type] for name, f in features.items()}
     return FeatureCounts(
@@ -130,7 +130,7 @@ def _each(features: Mapping[str, Feature], distances: set[frozenset[str]], besid
         alone_any_size={name: ALONE_ANY_SIZE[f.type] for name, f in features.items()},
         paper={name: PAPER_SPHERE_AT_DISTANCE if name in near else n for name, n in paper.items()},
         paper_any_size={name: PAPER_ANY_SIZE[f.type] for name, f in features.items()},
-        beside=beside,
+        others_located=further,
     )
 
 
@@ -181,7 +181,7 @@ def _beyond(rank: Rank, touched: frozenset[str]) -> Rank:
 def _distributions(
     chosen: dict[str, int], names: tuple[str, ...], left: int, rank: Rank
 ) -> Iterator[Mapping[str, int]]:
-    """Every independent distribution of left more contacts over the features names, beside those chosen."""
+    """Every independent distribution of left more contacts over the features names, in addition to those chosen."""
     if left == 0:
         yield chosen
         return

@@ -146,7 +146,7 @@ def _report(
                 fixture,
                 geometry.surfaces,
                 geometry.near_ratio,
-                checked.is_settled,
+                checked.is_unique,
             ),
             *touch_findings(fixture, geometry.surfaces, checked.unreachable, geometry.size),
             *checked.findings,

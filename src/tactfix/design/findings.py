@@ -47,13 +47,13 @@ def motion_findings(
         )
     if not motions:
         yield Finding("free_motion", "ok", "no motion is common to all features")
-    held = {motion.message for motion in motions}
+    reported = {motion.message for motion in motions}
     for motion in weak:
-        if motion.message not in held:
+        if motion.message not in reported:
             yield Finding(
                 "weak_motion",
                 "warning",
-                f"a motion is held only by an offset of less than ten sigma: {motion.message}",
+                f"a motion is determined only by an offset of less than ten sigma: {motion.message}",
                 f"make the offset larger; {feature_remedy(motion, surfaces)}",
             )
 
@@ -64,11 +64,11 @@ def symmetry_findings(
     fixture: Fixture,
     surfaces: Mapping[str, Surface],
     near_ratio: float,
-    is_settled: bool,
+    is_unique: bool,
 ) -> Iterator[Finding]:
-    """Symmetries that are unbroken or broken in part, and features that could be taken for each other.
+    """Symmetries that are unbroken or broken in part, and interchangeable features.
 
-    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact; is_settled: the given
+    near: symmetries to within ten sigma, near_ratio of the fixture's size, that are not exact; is_unique: the given
     contacts leave one pose only.
     """
     unbroken = [symmetry for symmetry in found if symmetry.broken_by is None]
@@ -77,25 +77,29 @@ def symmetry_findings(
         if symmetry.partly:
             yield Finding(
                 "symmetry_overlap",
-                "warning" if is_settled else "error",
-                f"the {symmetry.message} lays the fixture on itself, and the touch box of {listed(symmetry.partly)} "
-                "breaks it only in part: contacts in the part that the motion keeps inside the box do not settle it",
+                "warning" if is_unique else "error",
+                f"the {symmetry.message} maps the fixture onto itself, and the touch box of {listed(symmetry.partly)} "
+                "breaks it only in part: contacts that the motion keeps in the box do not distinguish the two poses",
                 hint,
             )
         else:
             yield Finding(
-                "symmetry", "error", f"the {symmetry.message} lays the fixture on itself: nothing settles it", hint
+                "symmetry",
+                "error",
+                f"the {symmetry.message} maps the fixture onto itself: nothing distinguishes the two poses",
+                hint,
             )
     if not unbroken:
-        yield Finding("symmetry", "ok", _settled(found))
+        yield Finding("symmetry", "ok", _broken(found))
     for symmetry in (*found, *near):
         if symmetry.broken_by == "placement":
             yield Finding(
                 "symmetry_placement",
                 "warning",
-                f"only what is known beforehand of where the fixture stands settles the {symmetry.message}, which lays "
-                "it on itself: put down so, it would be located where it is not",
-                f"make sure that it cannot be put down so; or {symmetry_remedy(symmetry, surfaces, fixture.touch)}",
+                f"only the placement breaks the {symmetry.message}, which maps the fixture onto itself: a fixture "
+                "mounted that way would be located wrongly",
+                f"make sure that it cannot be mounted that way; or "
+                f"{symmetry_remedy(symmetry, surfaces, fixture.touch)}",
             )
     if any(symmetry.confusable for symmetry in (*found, *near)):
         hint = relabelling_remedy(surfaces, fixture.touch, near_ratio)
@@ -106,18 +110,18 @@ def symmetry_findings(
             yield Finding(
                 "near_symmetry",
                 "warning",
-                f"the {symmetry.message} lays the fixture on itself to within ten sigma",
+                f"the {symmetry.message} maps the fixture onto itself to within ten sigma",
                 symmetry_remedy(symmetry, surfaces, fixture.touch),
             )
 
 
-def _settled(found: Sequence[Symmetry]) -> str:
+def _broken(found: Sequence[Symmetry]) -> str:
     """The number of symmetries by what breaks them."""
     if not found:
-        return "no motion lays the fixture on itself"
+        return "no motion maps the fixture onto itself"
     by = {way: sum(s.broken_by == way for s in found) for way in ("labels", "approach", "touch", "placement")}
     ways = [f"{count} by {way}" for way, count in by.items() if count]
-    return f"all symmetries are settled: {', '.join(ways)}"
+    return f"all symmetries are broken: {', '.join(ways)}"
 
 
 def _equal_features(found: Sequence[Symmetry], how: str, hint: str) -> Iterator[Finding]:
@@ -126,7 +130,7 @@ def _equal_features(found: Sequence[Symmetry], how: str, hint: str) -> Iterator[
         yield Finding(
             "equal_features",
             "warning",
-            f"{listed(names)} can change places {how}: contacts with their labels mixed up still fit",
+            f"{listed(names)} are interchangeable {how}: contacts with exchanged labels still fit",
             hint,
         )
 
@@ -153,7 +157,7 @@ def _blocked(name: str) -> Finding:
         "touch_box",
         "error",
         f"{name} cannot be touched: other features block every straight approach, or its box is too small",
-        "enlarge its touch box, limit those of the features in the way, or say probe: approach_distance",
+        "enlarge its touch box, limit those of the features in the way, or give probe: approach_distance",
     )
 
 
@@ -166,7 +170,7 @@ def count_findings(counts: ContactCounts, is_rigid: bool) -> Iterator[Finding]:
             "warning",
             "the known distances and angles do not make the features one rigid body; "
             f"each needs contacts that locate it alone: {need}",
-            "add the missing relations, or give every feature its place, so that fewer contacts do and more is checked",
+            "add the missing relations, or give every feature its place: then fewer contacts suffice, with more checks",
         )
         return
     shown = counts.minimal_sets[:4]
@@ -183,8 +187,8 @@ def shape_findings(shapes: int) -> Iterator[Finding]:
         yield Finding(
             "several_shapes",
             "warning",
-            f"the known distances and angles hold for {shapes} different shapes; the first one is judged here",
-            "add a relation that only the real shape keeps, or give every feature its place",
+            f"the known distances and angles allow {shapes} different shapes; this report is for the first one",
+            "add a relation that only the real shape satisfies, or give every feature its place",
         )
 
 
@@ -195,5 +199,5 @@ def same_surface_findings(pairs: Sequence[tuple[str, str]]) -> Iterator[Finding]
             "same_surface",
             "warning",
             f"{one} and {other} are the same surface: the second adds no independent contact",
-            "check their places; where it is meant, one feature with a larger touch box is enough",
+            "check their places; if this is intended, one feature with a larger touch box is enough",
         )

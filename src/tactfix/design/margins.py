@@ -12,7 +12,7 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from tactfix.design.nominal_contacts import Locator, Touched, most_telling, shift_of
+from tactfix.design.nominal_contacts import Locator, Touched, most_influential, shift_of
 from tactfix.geometry.arrays import Floats, Frozen
 from tactfix.geometry.rigid import inverse, rotation_angle
 from tactfix.poses.pose_fit import contact_residuals
@@ -85,7 +85,7 @@ def margins(touched: Touched, locator: Locator, *, with_losses: bool = True) -> 
     # Only a unique pose can become ambiguous.
     if not with_losses or not found.is_unique:
         return found
-    tried = sorted(most_telling(touched)[:_MOST_LOSSES])  # step 4
+    tried = sorted(most_influential(touched)[:_MOST_LOSSES])  # step 4
     return replace(found, fragile=_fragile(touched, tried, locator), losses=len(tried))
 
 

@@ -75,7 +75,7 @@ _TAKEN_OFF_ONE_BY_ONE: Final = 40
 residuals show least. They form 780 pairs: small systems that are solved together."""
 
 
-def most_telling(touched: Touched) -> list[int]:
+def most_influential(touched: Touched) -> list[int]:
     """Indices of the contacts, those with the most leverage first: the residuals show their errors least."""
     rows = moments(touched, normals_of(touched)) / touched.sigmas[:, None]
     leverage = (np.linalg.qr(rows)[0] ** 2).sum(axis=1)

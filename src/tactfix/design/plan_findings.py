@@ -22,7 +22,7 @@ from tactfix.wording import listed
 ENOUGH_BEHIND: Final = 10.0
 """Least root of chi-square of the nearest wrong pose, in sigma. locate accepts poses within some five; noise changes
 this root by one, so twice five leave a margin of five."""
-_WEAKLY_HELD: Final = 10.0
+_WEAKLY_DETERMINED: Final = 10.0
 """Ratio of the worst sigma of an extreme point to that of one contact above which there is a warning: the pose is then
 less than a tenth as accurate as the probe."""
 _STRAGGLERS: Final = 0.25
@@ -39,24 +39,24 @@ _SOURCES: Final[dict[Source, str]] = {
 }
 
 _BLIND_SPOT_REMEDIES: Final = {
-    "tip_radius": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
-    "tip_sign": "add an opposite face, a bore or a sphere touched from several sides: a tip radius then shows",
-    "tip_offset": "touch in three tool orientations or more, tilted to different sides: a wrong tip then shows",
+    "tip_radius": "add an opposite face, a bore or a sphere touched from several sides: a wrong tip radius then shows",
+    "tip_sign": "add an opposite face, a bore or a sphere touched from several sides: a wrong tip radius then shows",
+    "tip_offset": "touch in three tool orientations or more, tilted to different sides: a wrong tip offset then shows",
     "pretravel": "add an opposite face or a sphere touched from several sides, and calibrate the probe's pretravel",
     "scale": "add a known length, such as a second sphere or an opposite face, along the direction that grows",
-    "unit": "say the unit in the contact file; a sphere or cylinder of known radius makes a wrong one show",
+    "unit": "state the unit in the contact file; a sphere or cylinder of known radius shows a wrong one",
     "sigma": "add three contacts or more, so that their residuals show how much they scatter",
     "one_approach": "add a contact where the two poses differ: plan, asked to add 1, proposes one",
-    "wrong_label": "touch each feature more often: a contact that is labelled as another one is then hard to fit",
-    "contacts": "touch those features once more each: two bad contacts then stand against more good ones",
+    "wrong_label": "touch each feature more often: a contact with a wrong label then leaves residuals",
+    "contacts": "touch each of those features once more: more good contacts then contradict the two bad ones",
     "diameter": "add contacts around the feature, on opposite sides of it",
-    "side": "let the contact file say how the probe came (ax, ay, az): a bore is touched outwards, a boss inwards",
-    "axes": "add contacts or a feature that measures where this one stands, and have the fixture measured",
-    "mirrored": "add a feature off the plane of symmetry, or touch boxes that tell one side from the other",
-    "approach": "let the contact file say how the probe came (ax, ay, az)",
+    "side": "give approaches in the contact file (ax, ay, az): a bore is touched outwards, a boss inwards",
+    "axes": "add contacts, or a feature, from which the place of this one is measured; have the fixture measured",
+    "mirrored": "add a feature off the plane of symmetry, or touch boxes that distinguish the two sides",
+    "approach": "give approaches in the contact file (ax, ay, az)",
     "labels": "make the features differ in type, radius or distance, or check the labels on the first part",
-    "swapped_contacts": "touch each feature more often, and in one run: two labels are then hard to exchange unseen",
-    "contact": "touch that feature once more, near the contact that stands alone",
+    "swapped_contacts": "touch each feature more often, all its contacts in sequence: labels are then hard to exchange",
+    "contact": "touch that feature once more, near the contact without redundancy",
     "distance": "add contacts or a feature that measures this distance too, and have the fixture measured",
     "radius": "add contacts around the feature, and have its radius measured",
 }
@@ -78,7 +78,7 @@ def contact_findings(
         yield Finding(
             "no_redundancy",
             "warning",
-            f"{who} hold{_s(source)} the pose with {_counted(touched)}: no mistake can ever show",
+            f"{who} determine{_s(source)} the pose with {_counted(touched)}: without redundancy no mistake can show",
             "make two or three contacts more than the fewest",
         )
     by_approach = any(symmetry.broken_by == "approach" for symmetry in found)
@@ -86,8 +86,8 @@ def contact_findings(
         yield Finding(
             "approach_needed",
             "warning",
-            "only the approach tells the sides of this fixture's planes apart, and "
-            f"{who} do{'es' if _s(source) else ''} not give it everywhere",
+            "only approaches distinguish the sides of this fixture's planes, and "
+            f"{who} do{'es' if _s(source) else ''} not give one for every contact",
             "give ax, ay, az (or nx, ny, nz) in every row",
         )
 
@@ -116,9 +116,9 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
         status = "error"
         what = f"{where}, above the limit of {max_sigma:g} {units}"
     else:
-        status = "warning" if ratio > _WEAKLY_HELD else "ok"
+        status = "warning" if ratio > _WEAKLY_DETERMINED else "ok"
         what = f"{where}, {ratio:.2g} times a contact's sigma"
-    hint = "" if status == "ok" else f"add a contact that resists the weakest motion ({certainty.weakest.message})"
+    hint = "" if status == "ok" else f"add a contact that constrains the weakest motion ({certainty.weakest.message})"
     yield Finding("accuracy", status, what, hint)
 
 
@@ -143,7 +143,7 @@ def margin_findings(margins: Margins, source: Source, is_symmetric: bool, units:
                 "fragile_contact",
                 "warning",
                 f"the loss of one contact {words}: {listed(labels)}",
-                "add a contact, so that any one may be missed or thrown away",
+                "add a contact, so that any single one may be missing or discarded",
             )
 
 
@@ -164,7 +164,7 @@ def blind_spot_findings(
         # Contacts other than the spread ones will be made: a bad one among these is of no interest.
         if spot.detectable or not matters or (source == "spread" and spot.error in ("contact", "contacts")):
             if spot.error == "tip_radius":
-                harm = "shows" if spot.detectable else "does no harm"
+                harm = "is detected" if spot.detectable else "does no harm"
                 yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius {harm}: {spot.message} {units}")
             continue
         is_error = spot.error == "tip_radius" and not spread_sees_tip
@@ -182,13 +182,11 @@ def layout_findings(layouts: Sequence[CylinderLayout], source: Source) -> Iterat
     for layout in layouts:
         if layout.is_ambiguous or (layout.is_tidy and source != "spread"):
             own = "" if layout.own_radius is None else f", {layout.own_radius} of its radius"
-            alone = (
-                "alone it stays ambiguous" if layout.is_ambiguous else "without the known radius it would be ambiguous"
-            )
+            alone = "alone it is ambiguous" if layout.is_ambiguous else "without the known radius it would be ambiguous"
             yield Finding(
                 "tidy_layout",
                 "warning",
-                f"the {layout.contacts} contacts on {layout.feature} stand so regularly that they lie on "
+                f"the {layout.contacts} contacts on {layout.feature} are so regular that they lie on "
                 f"{_many(layout)} cylinders at once{own}: {alone}",
                 "space them unevenly, such as 0, 90, 180, 270 degrees at one height and 45, 135 at another",
             )

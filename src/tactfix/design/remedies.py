@@ -33,14 +33,14 @@ features, by half and twice as much."""
 
 def symmetry_remedy(symmetry: Symmetry, surfaces: Mapping[str, Surface], boxes: Mapping[str, TouchBox]) -> str:
     """A touch box or a moved feature that breaks the symmetry, or else a further feature."""
-    add = "add a feature that the motion does not lay on itself, such as a sphere off its axis"
+    add = "add a feature that the motion does not map onto itself, such as a sphere off its axis"
     move = move_remedy(surfaces, boxes, _is_unsymmetric)
     add = f"{move}; or {add}" if move else add
     for name, box, words in _one_sided(symmetry, surfaces, boxes):
         size = _length(surfaces, box)
         exists = regions_meet(surfaces[name], box, box, np.eye(4), size)
         if exists and not regions_meet(surfaces[name], box, box, symmetry.image_from_fixture, size):
-            return f"touch {name} on one side only and say so in the fixture file: touch: {words}; or {add}"
+            return f"touch {name} on one side only and limit it in the fixture file: touch: {words}; or {add}"
     return add
 
 
@@ -83,7 +83,7 @@ def relabelling_remedy(surfaces: Mapping[str, Surface], boxes: Mapping[str, Touc
 
     move = move_remedy(surfaces, boxes, is_mended)
     if not move:
-        differ = "limit them by touch boxes that cannot come to lie on each other, or add a feature beside them"
+        differ = "limit them by touch boxes that the exchange does not map onto each other, or add a further feature"
     else:
         differ = f"make their distances or radii differ by more than ten sigma, for instance {move}"
     return f"{differ}; or check the labels on the first part"

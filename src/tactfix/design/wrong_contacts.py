@@ -18,7 +18,7 @@ import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.design.blind_spot import BlindSpot, Case, no_pose, power_of, refined, refitted, spot_of
-from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, moments, most_telling, normals_of, shift_of
+from tactfix.design.nominal_contacts import ERROR_SIGMAS, Touched, moments, most_influential, normals_of, shift_of
 from tactfix.diagnosis.contact_mistakes import relabelled, swapped
 from tactfix.diagnosis.deletion import span_of
 from tactfix.diagnosis.hypotheses import Hypothesis
@@ -52,7 +52,7 @@ def exchanged_labels(case: Case) -> Iterator[BlindSpot]:
 def swapped_labels(case: Case) -> Iterator[BlindSpot]:
     """Two contacts on different features with their labels exchanged; of very many those with the most leverage."""
     contacts = case.touched.contacts
-    pairs = combinations(sorted(most_telling(case.touched)), 2)
+    pairs = combinations(sorted(most_influential(case.touched)), 2)
     wrong = [swapped(contacts, i, j) for i, j in pairs if contacts.features[i] != contacts.features[j]]
     for one in _least_visible(case.touched, wrong):
         first, second = (f"{contacts.label(i)} on {contacts.features[i]}" for i in one.index)
@@ -66,7 +66,7 @@ def wrong_label(case: Case) -> Iterator[BlindSpot]:
     sided = [name for name in contacts.by_feature if not isinstance(case.touched.surfaces[name], Point)]
     wrong = [
         relabelled(contacts, i, name)
-        for i in sorted(most_telling(case.touched))
+        for i in sorted(most_influential(case.touched))
         for name in sided
         if name != contacts.features[i] and contacts.features[i] in sided
     ]
@@ -104,14 +104,14 @@ def _as_labelled(touched: Touched, wrong: Sequence[Hypothesis]) -> tuple[Floats,
 
 def one_contact(case: Case) -> Iterator[BlindSpot]:
     """Each contact in turn off along its normal."""
-    for i in most_telling(case.touched):
+    for i in most_influential(case.touched):
         what = f"{case.touched.contacts.label(i)} off by {ERROR_SIGMAS:g} sigma"
         yield refitted("contact", case.touched, _off(case.touched, {i: ERROR_SIGMAS}), what)
 
 
 def two_contacts(case: Case) -> Iterator[BlindSpot]:
     """Two contacts off along their normals: the pairs that, to first order, leave the least chi-square."""
-    touched, index = case.touched, sorted(most_telling(case.touched))
+    touched, index = case.touched, sorted(most_influential(case.touched))
     span = span_of(moments(touched, normals_of(touched)) / touched.sigmas[:, None])[index]
     shown = np.eye(len(index)) - span @ span.T
     own = np.add.outer(np.diag(shown), np.diag(shown))

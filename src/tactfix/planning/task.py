@@ -25,7 +25,7 @@ from tactfix.planning.exchange import Choice, Search, exchanged, extended, polis
 from tactfix.planning.information import Criterion, Known, Objective, flat, known_of
 from tactfix.planning.pool import Touches, joined_contacts, pool_of, touches_made
 from tactfix.planning.result import Plan, PlanStep
-from tactfix.planning.uniqueness import telling_approaches, uniqueness_of
+from tactfix.planning.uniqueness import separating_approaches, uniqueness_of
 from tactfix.poses.pose_fit import covariance_at
 from tactfix.probe import probe_settings
 from tactfix.simulation.simulate import nominal_surfaces
@@ -198,7 +198,7 @@ class Task:
         by_contacts = None if self.made is None else self.made.base_from_fixture
         found = uniqueness_of(self.fixture, joined_contacts(fixed, nominal), base_from_fixture)
         if found.rivals:
-            turned = telling_approaches(pool.access, nominal, touches.normals, found.rivals)
+            turned = separating_approaches(pool.access, nominal, touches.normals, found.rivals)
             second = uniqueness_of(self.fixture, joined_contacts(fixed, turned), base_from_fixture)
             if second.located and len(second.rivals) < len(found.rivals):
                 nominal, found = turned, second

@@ -74,7 +74,9 @@ def uniqueness_of(fixture: Fixture, contacts: Contacts, base_from_fixture: Float
     return Uniqueness(result, True, tuple(candidate for i, candidate in enumerate(accepted) if i != right))
 
 
-def telling_approaches(access: Access, contacts: Contacts, normals: Floats, rivals: tuple[Candidate, ...]) -> Contacts:
+def separating_approaches(
+    access: Access, contacts: Contacts, normals: Floats, rivals: tuple[Candidate, ...]
+) -> Contacts:
     """The contacts, in the fixture frame, with as few approaches as possible tilted so that no rival passes eq. 11.
 
     normals (n, 3): outward at the contacts. For each rival one contact, that with the least tilt, comes out of the

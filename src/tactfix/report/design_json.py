@@ -68,7 +68,7 @@ def _contacts(report: DesignReport) -> Json:
         "minimum_total": counts.minimum_total,
         "alone": counts.each.alone,
         "alone_radius_unknown": counts.each.alone_any_size,
-        "with_distances": counts.each.beside,
+        "with_distances": counts.each.others_located,
         "minimal_sets": counts.minimal_sets,
         "minimal_sets_complete": counts.complete,
         "complex_poses": [None if count is None else count.complex_poses for count in report.pose_counts],

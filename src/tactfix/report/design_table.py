@@ -73,10 +73,10 @@ def _findings(report: DesignReport) -> Table:
 
 
 def _symmetries(report: DesignReport) -> Table:
-    table = _table("settled by", "motion that lays the fixture on itself", title="Symmetries")
+    table = _table("broken by", "motion that maps the fixture onto itself", title="Symmetries")
     for symmetry in report.symmetries[:_MOST_SYMMETRIES]:
-        settled = Text(symmetry.broken_by or "nothing", "green" if symmetry.broken_by else "red")
-        table.add_row(settled, Text(symmetry.message))
+        breaker = Text(symmetry.broken_by or "nothing", "green" if symmetry.broken_by else "red")
+        table.add_row(breaker, Text(symmetry.message))
     if len(report.symmetries) > _MOST_SYMMETRIES:
         table.add_row("", f"and {len(report.symmetries) - _MOST_SYMMETRIES} more")
     return table
@@ -84,12 +84,12 @@ def _symmetries(report: DesignReport) -> Table:
 
 def _counts(counts: ContactCounts) -> Table:
     table = _table(
-        "feature", "alone", "radius unknown", "beside the others", "paper", "radius unknown",
+        "feature", "alone", "radius unknown", "others located", "paper", "radius unknown",
         title="Fewest contacts on each feature",
     )  # fmt: skip
     each = counts.each
     for name in each.alone:
-        row = (each.alone, each.alone_any_size, each.beside, each.paper, each.paper_any_size)
+        row = (each.alone, each.alone_any_size, each.others_located, each.paper, each.paper_any_size)
         table.add_row(Text(name), *(str(column[name]) for column in row))
     return table
 

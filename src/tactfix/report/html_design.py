@@ -15,7 +15,7 @@ _BREAKERS: Final = {
     "labels": "the labels on the contacts",
     "approach": "the outward side, by the approach",
     "touch": "a touch box",
-    "placement": "only what is known beforehand of where it stands",
+    "placement": "only the placement",
     None: "nothing: this is an error",
 }
 
@@ -52,7 +52,7 @@ def answer(report: DesignReport) -> str:
     counts = {status: sum(finding.status == status for finding in report.findings) for status in ("error", "warning")}
     found = [f"{count} {status}{'' if count == 1 else 's'}" for status, count in counts.items() if count]
     if report.status == "error":
-        return f"Not fit for use as it is: {' and '.join(found)}, told below with what to do."
+        return f"Not fit for use: {' and '.join(found)}, listed below with what to do."
     return (
         f"Fit for use; {' and '.join(found)} to read before metal is cut." if found else "Fit for use; nothing found."
     )
