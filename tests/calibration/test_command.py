@@ -254,7 +254,7 @@ BAD_CELLS = {
     "two robots": (("  dh:", "  urdf: r.urdf\n  dh:"), "line 5, column 3: robot has both urdf and dh"),
     "no robot file": (("robot:\n  dh:", "robot: {urdf: r.urdf, tip_link: t}\nx:\n  dh:"), "unknown key 'x'"),
     "a loop of places": (
-        ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself in the end"
+        ("front: plate", "front: {fixture: plate, place: {of: front, xyzabc: x}}"), "joined to itself, directly"
     ),
     "unknown as a word": (("unknown: all", "unknown: tip"), "unknown is the text 'tip'; write all, or a list"),
     "a version to come": (

@@ -28,7 +28,7 @@ class DhModel(Strict):
         description="One row a joint: a, d, alpha, theta in units and degrees; fifth, where axes are parallel, beta."
     )
     types: list[Literal["revolute", "prismatic", "fixed"]] | None = Field(
-        default=None, description="The type of each row's joint; all revolute where not given."
+        default=None, description="The type of each row's joint; by default all are revolute."
     )
 
 
@@ -37,10 +37,10 @@ class RobotModel(Strict):
 
     urdf: Name | None = Field(default=None, description="A URDF file, relative to this file's folder.")
     tip_link: Name | None = Field(default=None, description="The link of the URDF whose origin is the tip's centre.")
-    base_link: Name | None = Field(default=None, description="Where the chain begins; the URDF's root if not given.")
+    base_link: Name | None = Field(default=None, description="The first link of the chain; by default the URDF's root.")
     dh: DhModel | None = Field(default=None, description="Rows instead of a URDF.")
     joint_ranges: list[Range] | None = Field(
-        default=None, description="Where the robot will work: [low, high] of each joint, degrees or units."
+        default=None, description="The working range of the robot: [low, high] of each joint, degrees or units."
     )
 
 
@@ -53,12 +53,12 @@ class CellProbeModel(Strict):
 
 
 class PriorModel(Strict):
-    """One sigma of what the nominal robot may be off by, at most."""
+    """Upper limits of the sigmas of the nominal robot's errors."""
 
     joint_offset: Length | None = Field(default=None, description="Of a joint's zero, degrees.")
     length: Length | None = Field(default=None, description="Of a length, in units.")
     angle: Length | None = Field(default=None, description="Of the direction of an axis, degrees.")
-    tip: Length | None = Field(default=None, description="Of the tip's place on the flange, in units.")
+    tip: Length | None = Field(default=None, description="Of the tip's position in the flange frame, in units.")
 
 
 class PlaceModel(Strict):
@@ -86,7 +86,7 @@ class CellDocument(Strict):
     prior: PriorModel
     fixtures: Annotated[dict[Name, Name], Field(min_length=1)] = Field(description="Fixture files by name.")
     places: Annotated[dict[Name, Name | PlaceModel], Field(min_length=1)] = Field(
-        description="The fixture at each place; where it stands is unknown."
+        description="The fixture at each place; its pose is unknown."
     )
 
 
@@ -154,7 +154,7 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
         return which_unit(str(value))
     if kind == "literal_error":
         return f"write one of: {context['expected']}".replace("'", "")
-    return number_remedy(kind, value, context) or "see the JSON Schema of cell files for what stands here"
+    return number_remedy(kind, value, context) or "see the JSON Schema of cell files for what is allowed here"
 
 
 def _known(path: Path) -> tuple[str, ...]:
@@ -207,12 +207,16 @@ def _joined_findings(document: CellDocument, name: str, joined: dict[str, Any]) 
         return [Finding(path, what, "write place: {of: base_plate, matrix: [[...], ...]}, or a pose in another format")]
     if document.places[name].placement is not None:  # type: ignore[union-attr]
         what = f"place {name!r} is joined to {other!r} and has a placement of its own"
-        return [Finding(path, what, f"keep one; a placement of {other!r} holds for both")]
+        return [Finding(path, what, f"keep one; a placement of {other!r} applies to both")]
     visited = {name}
     while isinstance(other, str):
         if other in visited:
             return [
-                Finding(path, f"place {name!r} is joined to itself in the end", "leave one place of them by itself")
+                Finding(
+                    path,
+                    f"place {name!r} is joined to itself, directly or through others",
+                    "unjoin one of these places",
+                )
             ]
         visited.add(other)
         entry = document.places[other]

@@ -76,7 +76,7 @@ Interval: TypeAlias = Annotated[list[float | None], Field(min_length=2, max_leng
 
 
 class ProbeModel(Strict):
-    """What holds for a contact file that does not say."""
+    """Properties of the probe, used if the contact file does not give them."""
 
     tip_radius: Annotated[float, Field(ge=0)] | None = Field(
         default=None,
@@ -87,13 +87,13 @@ class ProbeModel(Strict):
     )
     approach_distance: Length | None = Field(
         default=None,
-        description="How far the probe comes in a straight line before it touches; without it: from far away.",
+        description="Length of the straight path of the probe before it touches; by default unlimited.",
     )
     tip_offset: Vector | None = Field(
         default=None, description="Centre of the tip in the flange frame, for contacts that are flange poses."
     )
     tip_within: Length | None = Field(
-        default=None, description="How far the tip can be from tip_offset at most, where it is to be found."
+        default=None, description="Largest distance of the tip from tip_offset, if the tip is determined with the pose."
     )
 
 
@@ -112,7 +112,7 @@ class AngleModel(Strict):
 
     between: Pair = Field(description="The two features: planes and cylinders.")
     value: Annotated[float, Field(ge=0, le=180)] = Field(
-        description="Degrees: 0 to 180 between outward normals, 0 to 90 where an axis takes part, which has no sign."
+        description="Degrees: 0 to 180 between outward normals, 0 to 90 if one is an axis, which has no sign."
     )
     sigma: Annotated[float, Field(ge=0, le=180)] = Field(
         default=0.0, description="One standard deviation of value, in degrees."
@@ -120,8 +120,8 @@ class AngleModel(Strict):
 
 
 class TouchModel(Strict):
-    """A box in the fixture frame; null is open."""
+    """A box in the fixture frame; null: no limit."""
 
-    x: Interval | None = Field(default=None, description="[low, high] of x, null where it is open.")
-    y: Interval | None = Field(default=None, description="[low, high] of y, null where it is open.")
-    z: Interval | None = Field(default=None, description="[low, high] of z, null where it is open.")
+    x: Interval | None = Field(default=None, description="[low, high] of x; null: no limit.")
+    y: Interval | None = Field(default=None, description="[low, high] of y; null: no limit.")
+    z: Interval | None = Field(default=None, description="[low, high] of z; null: no limit.")

@@ -29,35 +29,37 @@ class CenterOf(Strict):
 class FootOf(Strict):
     """The point of one feature that is nearest to another."""
 
-    foot_of: Name = Field(description="The feature above: a sphere or point; a cylinder where 'on' is a cylinder too.")
-    on: Name = Field(description="The cylinder or plane on whose axis or face the origin lies, nearest to 'foot_of'.")
+    foot_of: Name = Field(description="The feature to project: a sphere or point, or a cylinder if 'on' is one too.")
+    on: Name = Field(
+        description="A cylinder or plane; the origin is the point of its axis or face nearest to 'foot_of'."
+    )
 
 
 class MeetOf(Strict):
-    """The point where features meet."""
+    """The point at which features intersect."""
 
     meet_of: Annotated[list[Name], Field(min_length=2, max_length=3)] = Field(
-        description="Three planes, or a cylinder and a plane: the origin is where they (or the axis) meet."
+        description="Three planes, or a cylinder and a plane: the origin is where planes, or axis and plane, intersect."
     )
 
 
 class Along(Strict):
     """The direction of an axis or an outward normal."""
 
-    along: Name = Field(description="A cylinder (its axis, of open sign) or a plane (its outward normal).")
+    along: Name = Field(description="A cylinder (its axis, of either sign) or a plane (its outward normal).")
 
 
 class FromTo(Strict):
     """The direction from one feature to another."""
 
-    from_: Name = Field(alias="from", description="Where the axis comes from.")
-    to: Name = Field(description="Where the axis points to.")
+    from_: Name = Field(alias="from", description="The feature from which the axis points.")
+    to: Name = Field(description="The feature to which the axis points.")
 
 
 class Opposite(Strict):
     """The reverse of a direction."""
 
-    opposite: "Direction" = Field(description="The direction that this one is the reverse of: along, or from and to.")
+    opposite: "Direction" = Field(description="The direction that is reversed: along, or from and to.")
 
 
 def _first_known(keys: Iterable[str]) -> Any:
@@ -84,7 +86,7 @@ AxisModel: TypeAlias = Annotated[
 
 
 class FrameModel(Strict):
-    """An origin and two of x, y, z: the first one written holds exactly, the second is made square to it."""
+    """An origin and two of x, y, z: the first one written is exact, the second is made perpendicular to it."""
 
     origin: Origin = Field(description="Where the origin is: center_of, foot_of and on, or meet_of.")
     x: AxisModel | None = Field(default=None, description="Direction of x: along, from and to, or opposite of one.")
@@ -115,14 +117,14 @@ class PoseFile(Strict):
 
 
 class WithinModel(Strict):
-    """Limits of how far the fixture may stand from near."""
+    """Limits of the difference between the fixture's pose and near."""
 
-    translation: Length = Field(description="Of the fixture's origin, at most.")
-    rotation: Turn = Field(description="Of the angle, at most, in degrees.")
+    translation: Length = Field(description="Largest displacement of the fixture's origin.")
+    rotation: Turn = Field(description="Largest angle of rotation, in degrees.")
 
 
 class PlacementSigma(Strict):
-    """How well near was measured."""
+    """The uncertainty of a measured near."""
 
     translation: Length = Field(description="One standard deviation of each coordinate of the fixture's origin.")
     rotation: Turn = Field(description="One standard deviation of each component of the rotation, in degrees.")
@@ -139,17 +141,17 @@ MeasuredSigma: TypeAlias = Annotated[
 
 
 class PlacementModel(Strict):
-    """What is known beforehand of where the fixture stands."""
+    """What is known beforehand of the fixture's pose."""
 
     near: Annotated[dict[Name, PoseText], Field(min_length=1, max_length=1)] = Field(
         description="A pose by the name of its format, {kuka: '{X 1200, ...}'}; or {matrix: [[...], ...]}, {file: ...}."
     )
-    within: WithinModel | None = Field(default=None, description="Limits; a pose beyond them falls.")
+    within: WithinModel | None = Field(default=None, description="Limits; a pose beyond them is rejected.")
     sigma: MeasuredSigma | None = Field(
         default=None, description="near is a measurement with this sigma, or with the covariance of a file."
     )
     free: Annotated[list[FreeDirection], Field(min_length=1, max_length=6)] | None = Field(
-        default=None, description="These alone may differ from near: along and about the axes of base."
+        default=None, description="Only these may differ from near: along and about the axes of base."
     )
 
 
@@ -168,20 +170,20 @@ class FixtureDocument(Strict):
 
     # Not Literal[1]: true and 1.0 equal 1.
     tactfix: int = Field(ge=1, le=1, description="Version of this file format.", json_schema_extra={"const": 1})
-    name: str | None = Field(
-        default=None, min_length=1, description="Name of the fixture; without it, the file's name."
-    )
+    name: str | None = Field(default=None, min_length=1, description="Name of the fixture; by default the file's name.")
     units: Unit = Field(description="The unit of every length in this file. Angles are degrees.")
-    probe: ProbeModel = Field(default=ProbeModel(), description="Defaults for a contact file that does not say.")
-    features: dict[Name, FeatureModel] = Field(min_length=1, description="What the probe touches, by name.")
+    probe: ProbeModel = Field(
+        default=ProbeModel(), description="The probe; defaults for contact files without these values."
+    )
+    features: dict[Name, FeatureModel] = Field(min_length=1, description="The features to be touched, by name.")
     distances: list[DistanceModel] = Field(default=[], description="Known distances between features.")
     angles: list[AngleModel] = Field(default=[], description="Known angles between features.")
     frame: FrameModel | None = Field(
-        default=None, description="How the frame is built from the features; not needed where they carry their place."
+        default=None, description="How the frame is built from the features; not needed if these have known places."
     )
     touch: dict[Name, TouchModel] = Field(
         default={}, description="Where each surface may be touched: a box in the fixture frame."
     )
     placement: PlacementModel | None = Field(
-        default=None, description="What is known beforehand of where the fixture stands in base."
+        default=None, description="What is known beforehand of the fixture's pose in base."
     )

@@ -53,7 +53,7 @@ SurfaceJson: TypeAlias = PlaneJson | SphereJson | CylinderJson | PointJson
 
 
 class ReasonJson(TypedDict):
-    """Why a candidate fell: the test, and the feature and data row (from 1) where it has one."""
+    """Why a candidate is rejected: the test, and the feature and the data row (from 1) if it concerns one."""
 
     code: ReasonCode
     feature: str | None
@@ -62,7 +62,7 @@ class ReasonJson(TypedDict):
 
 
 class CandidateJson(TypedDict):
-    """A pose that explains the contacts; accepted unless a reason speaks against it."""
+    """A pose that explains the contacts; accepted if there are no reasons against it."""
 
     transform: Matrix
     chi2: Number
@@ -72,7 +72,7 @@ class CandidateJson(TypedDict):
 
 
 class ContactJson(TypedDict):
-    """One contact: its residual along the outward normal, and how far the approach is off the inward normal."""
+    """One contact: its residual along the outward normal, and the angle from the inward normal to its approach."""
 
     row: int
     feature: str
@@ -81,7 +81,7 @@ class ContactJson(TypedDict):
 
 
 class FreeMotionJson(TypedDict):
-    """A motion that the contacts do not see: rotation vector (rad) and translation at the frame's origin."""
+    """A motion that remains free: rotation vector (rad), and translation of the frame's origin."""
 
     rotation: Vector
     translation: Vector
@@ -89,8 +89,8 @@ class FreeMotionJson(TypedDict):
 
 
 class NextContactJson(TypedDict):
-    """The contact to make next; in base null where no pose is known, without approach on a point. further: the others
-    that are missing at least.
+    """The contact to make next; null in base if no pose is known, without approach for a point. further: the other
+    contacts of a smallest set that is needed.
     """
 
     feature: str
@@ -103,14 +103,14 @@ class NextContactJson(TypedDict):
 
 
 class WithoutPriorJson(TypedDict):
-    """What the contacts alone would leave, without what is known beforehand."""
+    """The result without what is known beforehand: the status, and the number of poses left."""
 
     status: Status
     poses: int | None
 
 
 class DiagnosisJson(TypedDict):
-    """A mistake that explains the contacts; causes are given where one_of is true: they cannot be told apart."""
+    """A mistake that explains the contacts; causes are given if one_of is true: contacts do not distinguish them."""
 
     code: DiagnosisCode
     rows: list[int]
@@ -123,7 +123,7 @@ class DiagnosisJson(TypedDict):
 
 
 class TipJson(TypedDict):
-    """The tip found: its centre in the flange frame, its radius, the covariance of what was unknown of them."""
+    """The tip found: its centre in the flange frame, its radius, and the covariance of the unknown ones of these."""
 
     offset: Vector | None
     radius: float
@@ -132,7 +132,7 @@ class TipJson(TypedDict):
 
 
 class AtJson(TypedDict):
-    """A point that was asked for: where it is in base, and how surely."""
+    """A requested point of the fixture: its position in base, and the uncertainty of that."""
 
     point_fixture: Vector
     point: Vector | None
@@ -180,7 +180,7 @@ class FitCandidateJson(TypedDict):
 
 
 class SurfaceSigmaJson(TypedDict, total=False):
-    """One standard deviation of each number of a surface; null where it is not known."""
+    """One standard deviation of each number of a surface; null if it is not determined."""
 
     point: Numbers
     normal: Numbers
@@ -209,7 +209,7 @@ class FitJson(TypedDict):
 
 
 class GuideJson(TypedDict):
-    """One line of guide: what is known after so many touches."""
+    """One line of guide: the result of the touches so far."""
 
     schema: Literal["tactfix/guide/1"]
     touches: int

@@ -6,7 +6,7 @@ from tactfix.report.json_types import Covariance, Matrix, Number, Numbers
 
 
 class ParameterJson(TypedDict):
-    """A parameter of the robot: error of the nominal robot and its sigma; not identified: held as it was."""
+    """A parameter of the robot: nominal and calibrated error, and its sigma; if not identified, it is near nominal."""
 
     name: str
     joint: str | None
@@ -18,7 +18,7 @@ class ParameterJson(TypedDict):
 
 
 class PlaceJson(TypedDict):
-    """Where the fixture at a place stands in base; covariance null where a motion of it is free."""
+    """The pose in base of the fixture at a place; covariance is null if a motion of it is free."""
 
     transform: Matrix
     covariance: Covariance | None
@@ -27,7 +27,7 @@ class PlaceJson(TypedDict):
 
 
 class HeldOutJson(TypedDict):
-    """The residuals at a place that the robot was not fitted to."""
+    """The residuals at a place whose touches were not used in the fit of the robot."""
 
     place: str
     rms_before: Number
@@ -36,7 +36,7 @@ class HeldOutJson(TypedDict):
 
 
 class BeforeAfterJson(TypedDict):
-    """rms sigma of the tip's place, with the prior and with the touches."""
+    """rms sigma of the tip's position, with the prior (before) and with the touches (after)."""
 
     before: Number
     after: Number
@@ -53,7 +53,7 @@ class TouchJson(TypedDict):
 
 
 class CalibratedTipJson(TypedDict):
-    """The tip's centre in the frame that carries it, with the covariance of its place, and its radius."""
+    """The tip's centre in the frame that carries it, with the covariance of its position, and its radius."""
 
     flange: str
     transform: Matrix
@@ -63,7 +63,7 @@ class CalibratedTipJson(TypedDict):
 
 
 class FactorJson(TypedDict):
-    """The rms residual at the places left out, with so much of the prior believed."""
+    """A factor on the prior, and the rms residual at the places left out with it."""
 
     factor: float
     rms: Number
@@ -101,7 +101,7 @@ class AddedTouchJson(TypedDict):
 
 
 class PlannedParameterJson(TypedDict):
-    """Sigma of a parameter by the prior, after the touches planned, and with those added."""
+    """Sigma of a parameter with the prior, with the planned touches, and with the added ones too."""
 
     name: str
     unit: str
@@ -112,7 +112,7 @@ class PlannedParameterJson(TypedDict):
 
 
 class PlanStagesJson(TypedDict):
-    """A sigma of the tip's place by the prior, after the touches planned, and with those added."""
+    """A sigma of the tip's position with the prior, with the planned touches, and with the added ones too."""
 
     prior: Number
     planned: Number
@@ -120,7 +120,7 @@ class PlanStagesJson(TypedDict):
 
 
 class UndeterminedStagesJson(TypedDict):
-    """What touches leave of the robot's errors, from 0 to 1: the touches planned, and with those added."""
+    """Share of the robot's errors, from 0 to 1, that stays undetermined: with planned touches, and with added ones."""
 
     planned: Number
     with_added: Number

@@ -6,7 +6,7 @@ from tactfix.report.json_types import Covariance, FreeMotionJson, Matrix, Number
 
 
 class SymmetryJson(TypedDict):
-    """A motion that lays the unbounded features on themselves, and what tells it from none in practice."""
+    """A motion that maps the unbounded features onto themselves, and what breaks this symmetry in practice."""
 
     transform: Matrix
     broken_by: Literal["touch", "approach", "labels", "placement"] | None
@@ -16,7 +16,7 @@ class SymmetryJson(TypedDict):
 
 
 class RealPosesJson(TypedDict):
-    """How many poses random sets of this kind left; what was seen, never a proof."""
+    """The number of poses that random sets of this kind left: observed numbers, not bounds."""
 
     layouts: int
     fewest_seen: int
@@ -25,7 +25,7 @@ class RealPosesJson(TypedDict):
 
 
 class RandomLayoutsJson(TypedDict):
-    """The shares of random layouts with so many contacts that do not locate."""
+    """The shares of random layouts with this number of contacts that do not determine one pose."""
 
     contacts: int
     layouts: int
@@ -59,7 +59,7 @@ class PointSigmaJson(TypedDict):
 
 
 class InfluenceJson(TypedDict):
-    """A contact, and what the worst sigma is without it; null where a motion is free then."""
+    """A contact, and the worst sigma without it; null if a motion is then free."""
 
     contact: str
     feature: str
@@ -68,7 +68,7 @@ class InfluenceJson(TypedDict):
 
 
 class AccuracyJson(TypedDict):
-    """How surely the pose will be known; covariance at the fixture's origin: rx ry rz (rad), tx ty tz."""
+    """The accuracy of the pose; covariance at the fixture's origin: rx ry rz (rad), tx ty tz."""
 
     of: str
     contacts: int
@@ -91,7 +91,7 @@ class WrongPoseJson(TypedDict):
 
 
 class FragileJson(TypedDict):
-    """A contact that must not be lost, and what is left without it."""
+    """A contact without which the pose is not unique, and what is then left."""
 
     contact: str
     feature: str
@@ -99,7 +99,7 @@ class FragileJson(TypedDict):
 
 
 class MarginsJson(TypedDict):
-    """How far wrong poses are behind the right one."""
+    """How much worse than the right pose the wrong poses fit."""
 
     nearest_wrong_pose: WrongPoseJson | None
     looked_within_sigmas: Number
@@ -109,7 +109,7 @@ class MarginsJson(TypedDict):
 
 
 class CylinderLayoutJson(TypedDict):
-    """How many cylinders lie on the contacts of one feature; null: infinitely many."""
+    """The number of cylinders on which the contacts of one feature lie; null: infinitely many."""
 
     feature: str
     contacts: int
@@ -118,7 +118,7 @@ class CylinderLayoutJson(TypedDict):
 
 
 class BlindSpotJson(TypedDict):
-    """A mistake, whether the residuals would show it, and how far the pose is off."""
+    """A mistake, whether the residuals show it, and the error of the pose that it causes."""
 
     error: str
     detectable: bool

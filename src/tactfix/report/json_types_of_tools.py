@@ -14,7 +14,7 @@ class MovedJson(TypedDict):
 
 
 class CompareJson(TypedDict):
-    """The JSON of compare. chance: how probable so much or more is of a fixture that stood still."""
+    """The JSON of compare. chance: the probability of this or a larger movement if nothing moved."""
 
     schema: Literal["tactfix/compare/1"]
     tactfix_version: str
@@ -41,7 +41,7 @@ class MovedPointJson(TypedDict):
 
 
 class DriftJson(TypedDict):
-    """The drift over the history, a check."""
+    """The drift over the history, per check."""
 
     checks: int
     detected: bool
@@ -52,7 +52,7 @@ class DriftJson(TypedDict):
 
 
 class CheckJson(TypedDict):
-    """The JSON of check; base and fixture: how it moved in the axes of each. locate: today's contacts."""
+    """The JSON of check; base and fixture: the movement in the axes of each. locate: the result of the contacts."""
 
     schema: Literal["tactfix/check/1"]
     tactfix_version: str
@@ -87,7 +87,7 @@ class ToolContactJson(TypedDict):
 
 
 class PlannedContactJson(ToolContactJson):
-    """A contact of a plan; in base too where it is known where the fixture stands."""
+    """A contact of a plan; in base too if the pose of the fixture is known."""
 
     point_in_base: Vector | None
     approach_in_base: Vector | None
@@ -95,7 +95,7 @@ class PlannedContactJson(ToolContactJson):
 
 
 class StepJson(TypedDict):
-    """How sure the pose is after so many contacts of a plan."""
+    """The accuracy of the pose with this number of contacts of a plan."""
 
     contacts: int
     worst_sigma: Number
@@ -104,7 +104,7 @@ class StepJson(TypedDict):
 
 
 class PlanJson(TypedDict):
-    """The JSON of plan: contacts in the frame that frame names; transform: where the fixture stands, in base."""
+    """The JSON of plan: contacts in the frame that frame names; transform: the pose of the fixture, null if unknown."""
 
     schema: Literal["tactfix/plan/1"]
     tactfix_version: str
@@ -128,7 +128,7 @@ class PlanJson(TypedDict):
 
 
 class SimulateJson(TypedDict):
-    """The JSON of simulate: contacts in base, and the truth. mistake: what the fault did, in words."""
+    """The JSON of simulate: contacts in base, and the true pose. mistake: the effect of the fault in words."""
 
     schema: Literal["tactfix/simulate/1"]
     tactfix_version: str
@@ -143,21 +143,21 @@ class SimulateJson(TypedDict):
 
 
 class ProbeDriftJson(TypedDict):
-    """A straight line through the touches in their order."""
+    """A straight line fitted to the touches in their order: its slope, and the sigma of that."""
 
     per_touch: Number
     sigma: Number
 
 
 class ProbeStepJson(TypedDict):
-    """From this row on the touches are off by size."""
+    """A step: from this row on the touches are displaced by size."""
 
     row: int
     size: Number
 
 
 class DirectionJson(TypedDict):
-    """The mean residual of the touches that came from about one direction."""
+    """The mean residual of the touches from approximately one direction."""
 
     direction: Vector
     touches: int
@@ -188,7 +188,7 @@ class QualifyJson(TypedDict):
 
 
 class BatchJson(TypedDict):
-    """The JSON of batch: how many sets ended how, and where their rows are."""
+    """The JSON of batch: the number of sets with each status, and the file with their rows."""
 
     schema: Literal["tactfix/batch/1"]
     sets: int
