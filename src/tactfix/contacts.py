@@ -174,9 +174,7 @@ class Contacts:
         if index.ndim != 1 or (index.size and not np.issubdtype(index.dtype, np.integer)):
             raise UsageError(f"{indices!r} are no indices; give whole numbers or booleans, or take on(feature)")
         if index.size and not (index.min() >= -len(self) and index.max() < len(self)):
-            raise UsageError(
-                f"there are {len(self)} contacts, with indices from 0; one of those that are wanted is not"
-            )
+            raise UsageError(f"there are {len(self)} contacts, with indices from 0; an index is out of range")
         index = index.astype(np.intp, copy=False)
         pick = tuple(int(i) for i in index)
         return Contacts(

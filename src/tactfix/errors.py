@@ -87,8 +87,8 @@ class FileError(TactfixError):
         super().__init__(joined("\n", [f"{path}: " + line for line in self.lines]))
 
 
-PROBLEMS_TOLD: Final = 20
-"""Problems of one file that are listed."""
+PROBLEMS_LISTED: Final = 20
+"""Problems of one file that are listed at most."""
 _MANY_PROBLEMS: Final = 4
 """Number of problems of one kind from which only the first is listed, with their number."""
 _VALUE: Final = re.compile(r"^(\S+ is )('(?:[^'\\]|\\.)*'|[^\s,]+)")
@@ -105,10 +105,10 @@ def _lines(problems: Sequence[Problem]) -> list[str]:
         if len(kind) < _MANY_PROBLEMS:
             lines.append(problem.text)
         elif problem is kind[0]:
-            lines.append(problem.text + f"; so in {len(kind)} {'rows' if problem.row else 'places'}")
-    if len(lines) <= PROBLEMS_TOLD:
+            lines.append(problem.text + f"; the same in {len(kind)} {'rows' if problem.row else 'places'}")
+    if len(lines) <= PROBLEMS_LISTED:
         return lines
-    return [*lines[:PROBLEMS_TOLD], f"{len(lines) - PROBLEMS_TOLD} more problems; mend the ones above first"]
+    return [*lines[:PROBLEMS_LISTED], f"{len(lines) - PROBLEMS_LISTED} more problems; correct the ones above first"]
 
 
 class UsageError(TactfixError):
@@ -184,7 +184,7 @@ class OtherFixtureError(TactfixError):
     def __init__(self, expected: str, found: str) -> None:
         self.expected, self.found = expected, found
         super().__init__(
-            f"one pose is of the fixture {expected!r}, the other of {found!r}: they tell nothing of each other; "
+            f"one pose is of the fixture {expected!r}, the other of {found!r}: they cannot be compared; "
             f"give a pose of {expected!r}"
         )
 

@@ -105,7 +105,7 @@ def _place(kind: str, **vectors: ArrayLike | None) -> list[Floats] | None:
         if vector.shape != (3,) or not np.isfinite(vector).all():
             raise UsageError(f"{name} of a {kind} is three finite numbers")
         if name in ("normal", "direction") and not vector.any():
-            raise UsageError(f"{name} of a {kind} is zero; it must point somewhere")
+            raise UsageError(f"{name} of a {kind} is zero; give a vector of any other length")
     return list(given.values())
 
 

@@ -28,7 +28,7 @@ class Block:
             if letter not in letters:
                 lexer.refuse(f"the word {letter}{number:g} is not known here", remedy)
             if letter in found:
-                lexer.refuse(f"{letter} stands twice", remedy)
+                lexer.refuse(f"{letter} is given twice", remedy)
             found[letter] = number
         return found
 
@@ -43,7 +43,7 @@ def read_block(lexer: Lexer, *, comments: bool = True) -> Block:
             return Block(tuple(words))
         letter = lexer.rest[0]
         if not (letter.isascii() and letter.isalpha()):
-            lexer.refuse(f"{letter!r} begins no word", _GCODE_REMEDY)
+            lexer.refuse(f"{letter!r} does not begin a word", _GCODE_REMEDY)
         lexer.position += 1
         words.append((letter.upper(), lexer.number(_GCODE_REMEDY, glued=True)))
 

@@ -98,7 +98,7 @@ class Lexer:
         """The name that comes next: letters, digits, _ and $, no digit first."""
         self.blanks()
         found = self.match(_IDENTIFIER)
-        return found.group() if found else self.refuse(f"no name stands before {self._shown()}", remedy)
+        return found.group() if found else self.refuse(f"there is no name before {self._shown()}", remedy)
 
     def literal(self, remedy: str, *, glued: bool = False) -> str:
         """The characters of the number that comes next.
@@ -158,7 +158,7 @@ class Lexer:
             self.refuse(f"{self._shown()} is left over", remedy)
 
     def _no_number(self) -> str:
-        return f"no number stands before {self._shown()}"
+        return f"there is no number before {self._shown()}"
 
     def _shown(self) -> str:
         rest = self.rest.strip()

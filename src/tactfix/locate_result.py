@@ -152,10 +152,10 @@ class LocateResult(JsonResult):
         """
         from tactfix.report.json_reader import locate_result
 
-        return locate_result(text).as_told
+        return locate_result(text).by_status
 
     @property
-    def as_told(self) -> "LocatedResult | NotLocatedResult":
+    def by_status(self) -> "LocatedResult | NotLocatedResult":
         """The same values as the subclass for its status."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
         return LocatedResult(**values) if self.status == "located" else NotLocatedResult(**values)

@@ -68,7 +68,7 @@ class Placement:
         covariance = self.covariance
         if covariance is not None and not _is_positive_definite(covariance):
             problem = "the sigma of the pose known beforehand must be above zero in every direction"
-            raise UsageError(f"{problem}; where one is held, name the others as free")
+            raise UsageError(f"{problem}; for a fixed direction, name the others as free")
 
     @property
     def is_in_fit(self) -> bool:

@@ -126,9 +126,7 @@ def _read_mapping(events: Iterator[Any], path: Path, tree: Tree) -> dict[str, An
             _read_value(event, events, (*path, ""), tree)
         elif key in mapping:
             first = tree.keys[(*path, key)]
-            tree.refuse(
-                event, f"{key!r} stands here a second time, first in line {first.line}", "remove one of the two"
-            )
+            tree.refuse(event, f"{key!r} is given twice, first in line {first.line}", "remove one of the two")
         else:
             tree.keys[(*path, key)] = _mark(event.start_mark)
         child = (*path, f"{key} again" if key in mapping else key or "")

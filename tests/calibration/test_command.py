@@ -121,10 +121,10 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
     left = report["undetermined"]
     assert 0.5 < left["planned"] == left["with_added"] < 1
     assert f"the touches planned leave {100 * left['planned']:.0f} per cent of the robot's errors undetermined" in err
-    assert "let fewer parameters be unknown" in err
+    assert "reduce the unknown parameters" in err
     assert keeps(report, schema_of("calibrate-plan"))
     for words, message in (
-        ((cell, "--plan", 3), "nothing says where front, left and high is; give planned touches, or placement"),
+        ((cell, "--plan", 3), "the pose of front, left and high is not known; give planned touches, or placement"),
         ((cell,), "no TOUCHES are given"),
         ((cell, few, "--plan", 3, "--hold-out", "front"), "--plan goes without --hold-out"),
         ((cell, few, "--plan", 3, "--output", "x.urdf"), "x.urdf: touches to add are written as .csv or .json"),
@@ -155,11 +155,11 @@ BAD_TOUCHES = {
     "a column too few": ((",q6", ""), "line 2: the robot has 6 joints, the file has q1, q2, q3, q4 and q5"),
     "an unknown place": (("\nfront,a", "\nfronk,a"), "row 1, line 3: there is no place 'fronk'; did you mean 'front'"),
     "an unknown feature": (("\nfront,a", "\nfront,d"), "row 1, line 3: seats at 'front' has no feature 'd'"),
-    "a setting twice": (("# joints: deg", "# joints: deg\n# joints: rad"), "line 2: joints is said twice"),
+    "a setting twice": (("# joints: deg", "# joints: deg\n# joints: rad"), "line 2: joints is given twice"),
     "a setting without its colon": (("# joints: deg", "# joints: deg\n## sigma 0.2"), "line 2: .*write '# sigma: 0.2'"),
     "a setting of the cell": (
         ("# joints: deg", "# joints: deg\n# tip_radius: 3"),
-        "line 2: tip_radius is said by the cell",
+        "line 2: tip_radius belongs in the cell",
     ),
     "a setting misspelt": (
         ("# joints: deg", "# joints: deg\n# sigm: 1"),
@@ -207,7 +207,7 @@ def test_relations_that_fix_the_shape_will_do(cell: Path, capsys: pytest.Capture
     (cell.parent / "seats.yaml").write_text(text.replace("value: 60.0", "value: 60.0, sigma: 0.1"))
     status, _, err = told(capsys, cell, touches)
     assert status == 3
-    assert "line 17, column 19: fixture 'plate' says where its features are by relations that have a sigma" in err
+    assert "line 17, column 19: fixture 'plate' has relations between its features that have a sigma" in err
 
 
 def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -240,7 +240,7 @@ def test_an_approach_that_is_given_in_part_is_refused(cell: Path, capsys: pytest
 
 
 BAD_CELLS = {
-    "a decimal comma": (("sigma: 0.05", "sigma: 0,05"), "line 14.*05 stands alone after a comma; write a decimal"),
+    "a decimal comma": (("sigma: 0.05", "sigma: 0,05"), "line 14.*05 follows a comma; write a decimal"),
     "a decimal comma on a line of its own": (
         ("probe: {tip_radius: 5.0, sigma: 0.05,", "probe:\n  {tip_radius: 5.0,\n  sigma:\n    '0,05',"),
         "probe.sigma is the text '0,05'; write a decimal point: 0.05\n",

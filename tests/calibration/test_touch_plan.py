@@ -124,5 +124,5 @@ def test_places_of_which_nothing_is_known_are_told(cell: Cell) -> None:
     far = replace(cell, places={"front": Place("front", cell.places["front"].fixture, Placement(moved))})
     with pytest.raises(UsageError, match="nothing to plan with"):
         plan_touches(far, None, 3, SIGMA)
-    with pytest.raises(UsageError, match="nothing says where left is"):
+    with pytest.raises(UsageError, match="the pose of left is not known"):
         plan_touches(replace(cell, places={"left": places["left"]}), None, 3, SIGMA)

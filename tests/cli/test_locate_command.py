@@ -86,7 +86,7 @@ def test_candidates_that_differ_in_their_rotation_are_told_apart(capsys: pytest.
         for line in capsys.readouterr().err.splitlines()
         if line.startswith((" 1  ", " 2  ", " 3  ", " 4  "))
     ]
-    poses = [tuple(row[1:7]) for row in rows if "left" in row or "fell:" in row]
+    poses = [tuple(row[1:7]) for row in rows if "accepted" in row or "rejected:" in row]
     assert len({pose[:3] for pose in poses}) == 2
     assert len({tuple(map(float, pose)) for pose in poses}) == 4
 

@@ -70,10 +70,10 @@ def test_a_smaller_slip_is_named_with_how_far_it_moves_the_pose():
     without = locate(placed(PLATE), slipped.subset(np.delete(np.arange(18), 8)))
     moves = np.linalg.inv(result.base_from_fixture) @ np.vstack([slipped.points.T, np.ones(18)])
     moved = np.linalg.norm((without.base_from_fixture @ moves - np.vstack([slipped.points.T, np.ones(18)]))[:3], axis=0)
-    assert float(cause.message.split("found ")[1].split()[0]) == pytest.approx(moved.max(), rel=0.1)
+    assert float(cause.message.split("move by ")[1].split()[0]) == pytest.approx(moved.max(), rel=0.1)
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1.9, "times what sigma allows"), (0.2, "improbably small")])
+@pytest.mark.parametrize(("factor", "words"), [(1.9, "times as large as sigma"), (0.2, "improbably small")])
 def test_sigma_is_doubted_where_no_contact_stands_out(factor, words):
     truth, contacts = touched({"plate": 7, "pin": 7, "ball": 7})
     clean = truth.contacts()

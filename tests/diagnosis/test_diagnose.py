@@ -107,10 +107,10 @@ def test_the_best_pose_of_many_contacts_is_the_one_most_agree_on():
 @pytest.mark.parametrize(
     ("factor", "words", "whole"),
     [
-        (1 / 25.4, ("25.4", "inches where mm is said"), False),
-        (1000 / 25.4, ("0.0254", "inches where metres are said"), True),
-        (1e6, ("1e-06", "micrometres where metres are said"), False),
-        (1e-3, ("1000", "metres where mm is said"), True),
+        (1 / 25.4, ("25.4", "inches given as mm"), False),
+        (1000 / 25.4, ("0.0254", "inches given as metres"), True),
+        (1e6, ("1e-06", "micrometres given as metres"), False),
+        (1e-3, ("1000", "metres given as mm"), True),
     ],
 )
 def test_a_wrong_unit_is_named(factor, words, whole):
@@ -128,7 +128,7 @@ def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
     boxes = {name: box(*[(-100, 0)] * 3) for name in CORNER}
     _, contacts = touched(CORNER, dict.fromkeys(CORNER, 4), sigma=0.01)
     wrong = replace(contacts, points=contacts.points * 25.4)
-    says(placed(CORNER, boxes), wrong, "mm where inches are said")
+    says(placed(CORNER, boxes), wrong, "mm given as inches")
 
 
 def test_contacts_that_are_corrected_for_the_tip_already():

@@ -110,7 +110,7 @@ def test_poses_that_a_mistake_leaves_are_one_entry_that_says_so():
     assert locate(fixture, contacts).status == "ambiguous"
     result = locate(fixture, replace(contacts, approaches=-contacts.approaches))
     assert [(cause.code, cause.rows, cause.one_of) for cause in result.diagnosis] == [("approach", (), False)]
-    assert "what is left is ambiguous" in result.diagnosis[0].message
+    assert "the result is then ambiguous" in result.diagnosis[0].message
 
 
 def test_two_features_exchanged_are_asked_before_all_other_orders():
@@ -197,7 +197,7 @@ def test_with_two_contacts_too_many_it_is_said_that_more_are_needed():
     first = locate(placed(patches), replace(contacts, points=points)).diagnosis[0]
     assert first.one_of
     assert any(cause.rows == (5,) for cause in first.causes)
-    assert first.message.endswith("These contacts give only 2 equations more than a pose needs: touch more places")
+    assert first.message.endswith("These contacts give only 2 equations more than a pose needs: make more contacts")
 
 
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():

@@ -246,7 +246,7 @@ def test_one_mistake_in_twelve_rows_is_one_line_with_the_count(paper: Fixture) -
         read(HEAD + "feature,x,y,z\n" + rows + "bar,1,,3\n", paper)
     many, one = caught.value.lines
     assert many.startswith("row 1, line 5: z is '0.5 mm', not a number; ")
-    assert many.endswith("; so in 12 rows")
+    assert many.endswith("; the same in 12 rows")
     assert one == "row 13, line 17: y is empty; write a number"
 
 
@@ -359,7 +359,7 @@ def test_columns_that_say_their_unit(paper: Fixture, names: str) -> None:
     [
         ("feature,x (mm),y (m),z (mm)", "a column is in 'm', another in 'mm'"),
         ("feature,x (feet),y (feet),z (feet)", "units is 'feet'"),
-        ("feature,x (mm),x,y,z", "column 'x' stands there 2 times"),
+        ("feature,x (mm),x,y,z", "column 'x' is given 2 times"),
         ("feature,x,y,z,ax (mm),ay,az", "unknown column 'ax (mm)'"),
     ],
 )
@@ -398,7 +398,7 @@ def test_a_unit_that_is_nearly_right_in_an_option(unit: str) -> None:
 def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fixture) -> None:
     """Without how the flange stood it is no place; with a pose it is used, or the start of a search."""
     for head, options in (("# tip_offset: 0, 0, 120\n", None), ("", ContactOptions(tip_offset=(0, 0, 120)))):
-        with pytest.raises(FileError, match="a tip offset is given, and no column says how the flange stood"):
+        with pytest.raises(FileError, match="a tip offset is given, and no column gives the orientation of the flange"):
             load_contacts((head + contact_text()).encode(), paper, options)
 
 

@@ -102,8 +102,11 @@ def test_subsets_keep_how_the_flange_stood() -> None:
         (text("rx,ry", values=np.zeros((3, 2))), "rx, ry without rz"),
         (text("qx,qy,qz", values=np.zeros((3, 3))), "qx, qy, qz without qw"),
         (text("rx,ry,rz,w,p,r", values=np.zeros((3, 6))), "both rx, ry, rz and w, p, r"),
-        (text("fx,fy,fz", values=np.ones((3, 3))), "no column says how it stood"),
-        (text("id", "# pose: flange\n# tip_offset: 1, 2, 3", np.ones((3, 1))), "no column says how the flange stood"),
+        (text("fx,fy,fz", values=np.ones((3, 3))), "no column gives its orientation"),
+        (
+            text("id", "# pose: flange\n# tip_offset: 1, 2, 3", np.ones((3, 1))),
+            "no column gives the orientation of the flange",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(content: str, words: str) -> None:
@@ -114,7 +117,7 @@ def test_an_unknown_tip_need_not_be_said_but_orientations_must() -> None:
     unknown = ContactOptions(unknown=frozenset({"tip"}))
     contacts = read(text("rx,ry,rz", "# pose: flange"), unknown)
     np.testing.assert_array_equal(contacts.points, FLANGE)
-    assert "no column says how the flange stood" in refusal(text("id", values=np.ones((3, 1))), unknown)
+    assert "no column gives the orientation of the flange" in refusal(text("id", values=np.ones((3, 1))), unknown)
 
 
 def test_comments_that_begin_like_a_key_stay_comments() -> None:

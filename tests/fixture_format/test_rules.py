@@ -156,7 +156,7 @@ def test_axes_have_a_distance_where_they_are_parallel_or_clearly_askew(
     relation = f"{{between: [b, a], value: {angle}}}" if angle else ""
     found = problems(tmp_path, RELATED_BARS.format(angle=relation))
     assert (found == []) == is_right
-    assert is_right or "only where clearly askew or parallel" in found[0]
+    assert is_right or "only if clearly skew or parallel" in found[0]
 
 
 def test_a_frame_that_agrees_with_the_places_may_stand_there(tmp_path: Path) -> None:
@@ -268,7 +268,7 @@ def test_points_carry_their_place(tmp_path: Path) -> None:
         ("distances: [{between: [a, top], value: -5}]", "distance of a and top is -5"),
         ("distances: [{between: [a, b], value: -100}]", "has no sign"),
         ("angles: [{between: [a, top], value: 90}]", "a is a point and has no direction"),
-        ("touch: {a: {x: [-1, 1]}}", "a is a point and is touched at one place alone"),
+        ("touch: {a: {x: [-1, 1]}}", "a is a point, which is touched at one place only"),
         ("frame: {origin: {center_of: a}, x: {from: a, to: b}, z: {along: top}}", ""),
         ("frame: {origin: {foot_of: a, on: top}, x: {from: a, to: b}, z: {along: top}}", "origin at (0, 0, -5)"),
         ("frame: {origin: {center_of: a}, x: {from: a, to: b}, z: {along: b}}", "b is a point and has no direction"),
@@ -292,5 +292,5 @@ def test_points_by_relations(tmp_path: Path) -> None:
     text = "tactfix: 1\nunits: mm\nfeatures:\n" + "".join(f"  {name}: {{type: point}}\n" for name in "abc")
     text += "distances: [{between: [a, b], value: 10}, {between: [b, c], value: 10}, {between: [a, c], value: 30}]\n"
     text += "frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}\n"
-    assert problems(tmp_path, text) == ["a and c are further apart than the way round over b"]
+    assert problems(tmp_path, text) == ["a and c are farther apart than their distances from b allow"]
     assert problems(tmp_path, text.replace("30", "15")) == []

@@ -296,7 +296,7 @@ def test_known_so_weakly_that_it_is_worthless(gap):
     result = locate(placed(CORNER), truth.contacts(points=points.astype(float), approaches=-normals.astype(float)))
     assert result.status == "underdetermined"
     assert "known only to" in result.free_motions[0].message
-    assert "if the equations were linear" not in result.free_motions[0].message
+    assert "in the linear model" not in result.free_motions[0].message
 
 
 def test_a_pose_next_to_a_fold_is_not_refused_for_its_small_sigma():
@@ -307,7 +307,7 @@ def test_a_pose_next_to_a_fold_is_not_refused_for_its_small_sigma():
     folded = replace(solution, trusted=False)
     assert is_underdetermined(folded, contacts)
     (motion,) = free_motions(fixture, contacts, folded)
-    assert "if the equations were linear; within the noise they are not" in motion.message
+    assert "in the linear model; within the noise it is not valid" in motion.message
 
 
 # Ambiguous. -------------------------------------------------------------------------------------------------------

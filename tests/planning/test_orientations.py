@@ -69,7 +69,7 @@ def test_one_and_two_orientations_do_not_tell_the_tip_unless_a_measurement_does(
 def test_what_cannot_be_asked_is_refused():
     with pytest.raises(UsageError, match="one or more"):
         plan(CELL, 9, starts=1, orientations=0)
-    with pytest.raises(UsageError, match="how the flange stood"):
+    with pytest.raises(UsageError, match="flange orientations"):
         plan(CELL, existing=simulate(CELL, seed=1).contacts, orientations=3, starts=1)
 
 
@@ -93,7 +93,7 @@ def test_the_command_writes_orientations_that_simulate_takes(tmp_path, capsys):
     fixture, file = str(ROOT / "fixtures" / "robot-cell-plate.yaml"), tmp_path / "plan.csv"
     words = ["plan", fixture, "--orientations", "4", "--contacts", "12", "--starts", "1", "--quiet"]
     assert run([*words, "--output", str(file)]) == 0
-    assert "where the tip is unknown, locate finds it to" in file.read_text()
+    assert "an unknown tip is determined by locate to" in file.read_text()
     assert (
         run(
             [

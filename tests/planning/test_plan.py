@@ -174,7 +174,7 @@ def test_contacts_that_leave_motions_free_are_extended_by_what_holds_them(rows):
     found = plan(fixture, existing=made)
     assert (found.frame, found.base_from_fixture) == ("fixture", None)
     assert len(found.contacts) == 6 - len(rows)
-    with pytest.raises(UsageError, match=f"leave free take more; ask for {6 - len(rows)} or more"):
+    with pytest.raises(UsageError, match=f"leave free need more; ask for {6 - len(rows)} or more"):
         plan(fixture, existing=made, add=5 - len(rows))
     more = plan(fixture, existing=made, add=9 - len(rows))
     touched = simulate(fixture, more.contacts, right.base_from_fixture, seed=2).contacts

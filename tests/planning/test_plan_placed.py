@@ -98,7 +98,7 @@ def test_a_fixture_that_lies_flat_takes_three_contacts():
     result = locate(fixture, simulation.contacts)
     assert result.status == "located"
     assert abs(result.base_from_fixture[2, 3] - NEAR[2, 3]) < 1e-9
-    with pytest.raises(UsageError, match="2 contacts cannot be planned: the pose takes more; ask for 3 or more"):
+    with pytest.raises(UsageError, match="2 contacts cannot be planned: the pose needs more; ask for 3 or more"):
         plan(fixture, 2)
 
 

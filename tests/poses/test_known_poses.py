@@ -355,7 +355,7 @@ def test_limits_change_no_pose_but_only_what_is_left(scale):
                 off = pose_error(truth.pose, candidate.base_from_fixture)
                 assert np.linalg.norm(off[:3]) > 0.3 or np.linalg.norm(off[3:]) > 20 * scale
         if limited.status == "located":
-            assert any("only what is known" in warning for warning in limited.warnings)
+            assert any("depends on what is known" in warning for warning in limited.warnings)
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ def test_outliers_are_told_by_row_also_where_two_hide_each_other() -> None:
 
 def sigma_without_outliers(warnings: tuple[str, ...]) -> float:
     """The number in the warning, of three digits, and its unit."""
-    (told,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: see", text))]
+    (told,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: check", text))]
     return told
 
 

@@ -175,7 +175,7 @@ def test_branches_that_are_not_followed_are_told():
     _, fixture, contacts = leaning_bars()
     result = tactfix.locate(fixture, contacts)
     assert result.status == "ambiguous"
-    assert any("there may be one that was not found" in warning for warning in result.warnings)
+    assert any("a pose may have been missed" in warning for warning in result.warnings)
 
 
 def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():

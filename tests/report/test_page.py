@@ -71,7 +71,7 @@ def test_candidates_that_fell_say_why(tmp_path):
     assert fallen, "this fixture always leaves a second pose to fall"
     page = page_of(fixture, contacts, result)
     assert f"{fallen[0].reasons[0].code}: " in page
-    assert "(fell)" in page
+    assert "(rejected)" in page
     assert 'badge located"' in page
 
 
@@ -268,7 +268,7 @@ def test_the_accused_contact_is_ringed_in_the_scene(tmp_path):
     (ring,) = (
         trace
         for trace in figure_of(page_of(fixture, contacts, result))["data"]
-        if trace.get("name") == f"accused: row {row}"
+        if trace.get("name") == f"suspect: row {row}"
     )
     center = np.array([ring[k][0] for k in "xyz"])
     assert np.linalg.norm(center - contacts.points[row - 1]) == pytest.approx(contacts.tip_radius)

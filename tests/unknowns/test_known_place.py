@@ -91,4 +91,4 @@ def test_only_what_is_known_decides_where_one_orientation_leaves_the_tip_open():
     result = locate(fixture, problem.contacts, unknown=["tip"])
     assert result.status == "located"
     assert result.without_prior.status == "underdetermined"
-    assert any("only what is known beforehand decides" in warning for warning in result.warnings)
+    assert any("depends on what is known beforehand" in warning for warning in result.warnings)

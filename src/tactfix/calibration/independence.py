@@ -124,7 +124,7 @@ def independent(cell: Cell, touches: Touches | None) -> tuple[Bools, tuple[Held,
     # Step 2.
     moves = base_motions(motion.points) @ _free_base(cell, touches, motion.points.mean(axis=0))
     basis = list(np.linalg.qr(moves)[0].T)
-    names = ["where the fixtures stand"] * len(basis)
+    names = ["the poses of the fixtures"] * len(basis)
     scales = np.array([cell.prior.sigma(parameter) for parameter in cell.parameters])
     largest = float((np.linalg.norm(columns, axis=0) * scales[:-1])[asked[:-1]].max(initial=0.0))
     free, held = np.zeros(len(asked), dtype=bool), []
@@ -171,6 +171,6 @@ def _partners(names: list[str], shares: Floats) -> list[str]:
 
 def _words(name: str, partners: list[str]) -> str:
     if not partners:
-        return f"{name} moves the tip nowhere: held at its nominal value"
+        return f"{name} does not move the tip: held at its nominal value"
     with_ = ", ".join(partners)
     return f"{name} trades off exactly with {with_}: held at its nominal value"

@@ -41,7 +41,7 @@ def status_of(
     rows = sum(len(group.touches) for group in fit.groups)
     if fit.suspicious and fit.noise**2 * rows <= chi_square_limit(rows, SUSPICIOUS):
         named = listed([str(row) for row in fit.suspicious])
-        return "inconsistent", (f"row {named}: no robot explains them beside all others; touch there anew",)
+        return "inconsistent", (f"row {named}: no robot explains them together with all others; repeat these touches",)
     reasons = [reason for place in result.places if (reason := _against_placement(fit.cell, place))]
     if fit.noise > GROSS_RESIDUAL:
         what = f"the residuals are {fit.noise:.0f} times sigma after calibration"
@@ -56,14 +56,14 @@ def status_of(
     # Step 3.
     if result.undetermined >= accuracy.IDENTIFIED:
         left = f"the touches leave {100 * result.undetermined:.0f} per cent of the robot's errors over its joint ranges"
-        remedy = "touch at more places and features that face other ways, or let fewer parameters be unknown"
+        remedy = "touch at more places and features that face other ways, or reduce the unknown parameters"
         reasons.append(f"{left}, {100 * accuracy.IDENTIFIED:.0f} or more is too much: {remedy}")
     # Step 4.
     names = [parameter.name for parameter, free in zip(fit.cell.parameters, fit.free, strict=True) if free]
     unknown = [name for name, known in zip(names, certainty.identified, strict=True) if not known]
     asked = [name for name in unknown if name in fit.cell.unknown and "." in name]
     if asked:
-        reasons.append(f"the touches do not tell {listed(asked)}, asked for by name")
+        reasons.append(f"the touches do not determine {listed(asked)}, asked for by name")
     return ("underdetermined" if reasons else "calibrated"), tuple(reasons)
 
 
@@ -72,7 +72,7 @@ def _is_one_place(fit: RobotFit) -> bool:
 
 
 @frozen_value
-class _Standing:
+class _PlacePose:
     """The pose of a place; infinite variances if its touches leave motions free."""
 
     base_from_fixture: Floats
@@ -87,7 +87,7 @@ def _against_placement(cell: Cell, place: PlaceResult) -> str | None:
         return None
     covariance = np.full((6, 6), np.inf) if place.covariance is None else place.covariance
     found = contradiction(
-        placement, _Standing(place.base_from_fixture, covariance, np.zeros((0, 6))), cell.units, fitted=True
+        placement, _PlacePose(place.base_from_fixture, covariance, np.zeros((0, 6))), cell.units, fitted=True
     )
     remedy = "check its placement in the cell file, and that the touches are of this place"
     return (
@@ -99,13 +99,13 @@ def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
     """The warnings of a fit."""
     found = [_NOTHING_CHECKS] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
-        what = f"the residuals are {fit.noise:.2g} times what sigma allows for"
-        wider = "" if "all" in fit.cell.unknown else "more of the robot is off than is unknown, "
+        what = f"the residuals are {fit.noise:.2g} times as large as sigma"
+        wider = "" if "all" in fit.cell.unknown else "parameters that are not unknown are wrong, "
         causes = f"{wider}surfaces are not as the file says, or the robot bends"
         found.append(f"{what}: {causes}; sigmas are scaled up by it")
     if fit.suspicious:
         named = listed([f"row {row}" for row in fit.suspicious[:10]])
-        found.append(f"beyond noise: {named} (data snooping): touch there anew")
+        found.append(f"larger than noise: {named} (data snooping): repeat these touches")
     if fit.choice.left_out and fit.choice.factor > 0:
         worse = [name for name, (before, after) in fit.choice.left_out.items() if after > 1.05 * before]
         if worse:

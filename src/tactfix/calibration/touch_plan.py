@@ -100,7 +100,7 @@ def plan_touches(
     if not len(start) and not len(pool):
         remedy = "give planned touches, or placement: {near: ...} for each place in the cell file"
         raise UsageError(
-            f"there is nothing to plan with: nothing says where {listed(unplaced or ('a place',))} is; {remedy}"
+            f"there is nothing to plan with: the pose of {listed(unplaced or ('a place',))} is not known; {remedy}"
         )
     # Step 4.
     _, moves = accuracy.workspace_points(cell, planned, np.zeros(len(cell.parameters)))

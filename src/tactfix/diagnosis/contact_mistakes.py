@@ -23,16 +23,16 @@ Overtravel is a length of the probe, whatever the fixture's size, but no contact
 choice without a source, which holds in every unit: 1 mm on 100 mm. On a fixture of 10 mm it leaves out a trigger
 0.2 mm late; on one of several metres it admits tens of millimetres."""
 UNITS_MEANT = {
-    25.4: "inches where mm is said",
-    1 / 25.4: "mm where inches are said",
-    1e3: "metres where mm is said, or mm where micrometres are",
-    1e-3: "mm where metres are said, or micrometres where mm is",
-    1e3 / 25.4: "metres where inches are said",
-    25.4e-3: "inches where metres are said",
-    1e6: "metres where micrometres are said",
-    1e-6: "micrometres where metres are said",
-    25.4e3: "inches where micrometres are said",
-    1 / 25.4e3: "micrometres where inches are said",
+    25.4: "inches given as mm",
+    1 / 25.4: "mm given as inches",
+    1e3: "metres given as mm, or mm given as micrometres",
+    1e-3: "mm given as metres, or micrometres given as mm",
+    1e3 / 25.4: "metres given as inches",
+    25.4e-3: "inches given as metres",
+    1e6: "metres given as micrometres",
+    1e-6: "micrometres given as metres",
+    25.4e3: "inches given as micrometres",
+    1 / 25.4e3: "micrometres given as inches",
 }
 """Factors between any two units that a contact file may have (mm, m, um, inch), each with the mistake that it
 undoes."""

@@ -34,9 +34,9 @@ INDISTINCT = 10.0
 evidence is called very strong (Kass and Raftery 1995), and misleads in less than one of a thousand cases, whatever
 the effect (Royall 2000)."""
 BY_CHANCE = 0.01
-"""Probability that free numbers without meaning lower chi-square by more: below it a general explanation is kept beside
-a special one. With 0.001 a feature displaced by 0.6 mm was reported as exchanged coordinates, which fitted by accident
-(`tests.validation.diagnosis`)."""
+"""Probability that free numbers without meaning lower chi-square by more: below it a general explanation is kept
+next to a special one. With 0.001 a feature displaced by 0.6 mm was reported as exchanged coordinates, which fitted by
+accident (`tests.validation.diagnosis`)."""
 
 
 @frozen_value
@@ -217,8 +217,8 @@ def says_more(problem: Problem, special: Explanation, general: Explanation) -> b
     if more < 1 or not _is_general(general.hypothesis, special.hypothesis):
         return False
     # A further deleted contact was chosen among all: the one whose deletion lowers chi-square most.
-    beside = len(set(general.hypothesis.deleted) - set(special.hypothesis.index))
-    chosen_among = math.comb(len(problem.contacts), beside)
+    further = len(set(general.hypothesis.deleted) - set(special.hypothesis.index))
+    chosen_among = math.comb(len(problem.contacts), further)
     return special.chi2 - general.chi2 <= chi_square_limit(more, BY_CHANCE / chosen_among)
 
 

@@ -105,11 +105,11 @@ ELSEWHERE = 0.01
 fixture. Far more than sigma, so that one pose reached twice is not called ambiguous."""
 ELSEWHERE_CODES: Final[tuple[DiagnosisCode, ...]] = ("feature_place", "axes", "mirrored")
 """Codes of the mistakes that displace one feature in the fixture file."""
-AMBIGUOUS = " (what is left is ambiguous)"
+AMBIGUOUS = " (the result is then ambiguous)"
 FEW_EQUATIONS = 2
 """Equations beyond the six of a pose with which most single mistakes explain the contacts: of eight contacts, three on
 a plate, three on a pin and two on a ball, one that is 1 mm off leaves eight explanations in one entry. The message then
-says that more touches are needed to tell them apart."""
+says that more touches are needed to distinguish them."""
 MOST_ENTRIES = 8
 """Entries of a diagnosis at most, the most plausible first: what a person reads."""
 MOST_TESTED = 40
@@ -255,5 +255,5 @@ def ranked_diagnoses(fixture: Fixture, problem: Problem, accepted: dict[Explanat
     entry = one_of(first)
     if entry.one_of and problem.dof <= FEW_EQUATIONS:
         count = f"{problem.dof} equation{'s' if problem.dof > 1 else ''} more than a pose needs"
-        entry = replace(entry, message=f"{entry.message}. These contacts give only {count}: touch more places")
+        entry = replace(entry, message=f"{entry.message}. These contacts give only {count}: make more contacts")
     return (entry, *rest)

@@ -48,7 +48,7 @@ def one_of(causes: list[Diagnosis]) -> Diagnosis:
         causes[0],
         rows=tuple(sorted({row for cause in causes for row in cause.rows})),
         features=tuple(dict.fromkeys(name for cause in causes for name in cause.features)),
-        message="one of these, which the contacts cannot tell apart: " + "; or ".join(c.message for c in causes),
+        message="one of these, which the contacts do not distinguish: " + "; or ".join(c.message for c in causes),
         one_of=True,
         causes=tuple(causes),
     )
@@ -104,7 +104,7 @@ def _labels(contacts: Contacts, hypothesis: Hypothesis) -> str:
             named = contacts.features[hypothesis.index[0]]
             return f"{labels[0]} is labelled {named}; on {hypothesis.features[0]} it fits, and {CONSISTENT}"
         case _:
-            return f"with the contacts of {listed(hypothesis.features)} taken for each other's {CONSISTENT}"
+            return f"with the contacts of {listed(hypothesis.features)} exchanged {CONSISTENT}"
 
 
 def _approach_or_outlier(contacts: Contacts, hypothesis: Hypothesis) -> str:
@@ -184,8 +184,8 @@ def _fixture_file(problem: Problem, units: str, explanation: Explanation) -> Val
         )
     place = tuple(reference_point(surface).tolist())
     return place, (
-        f"without {name} all agree; its contacts put it at {_coordinates_of(surface, digits)}, the file says "
-        f"{_coordinates_of(given, digits)} {units}"
+        f"without {name} the others are consistent; its contacts put it at {_coordinates_of(surface, digits)}, "
+        f"the file at {_coordinates_of(given, digits)} {units}"
     )
 
 

@@ -29,7 +29,7 @@ from tactfix.poses.robust_poses import BOUND, ONE_POSE, robust_poses
 from tactfix.poses.search_frame import SearchFrame
 
 ROBUST_POSES = 8
-"""Robust poses that trials start from, beside the known ones. The true pose need not be the best of them: wrong
+"""Robust poses that trials start from, in addition to the known ones. The true pose need not be the best of them: wrong
 contacts, and the symmetry of a fixture, make others as good."""
 FEW_STARTS = 120
 """Start rotations of a search for a hypothesis that concerns all contacts. With 120 all 31 such hypotheses that explain

@@ -179,7 +179,7 @@ def _cell(
     for parameter, is_unknown in zip(cell.parameters, asked_for(cell), strict=True):
         if is_unknown and not prior.sigma(parameter):
             what = f"prior has no {parameter.kind}, which {parameter.name} needs"
-            raise _CellError(Finding(("prior",), what, f"add {parameter.kind}: what the nominal robot may be off by"))
+            raise _CellError(Finding(("prior",), what, f"add {parameter.kind}: the sigma of the nominal robot's error"))
     return cell
 
 
@@ -241,8 +241,8 @@ def _rigid(name: str, fixture: Fixture) -> Fixture:
     if len(shapes) == 1:
         features = {key: replace(feature, surface=shapes[0][key]) for key, feature in fixture.features.items()}
         return replace(fixture, features=features, relations=(), frame=None)
-    why = f"fit {len(shapes)} shapes" if shapes else "have a sigma, or leave the shape open"
-    what = f"fixture {name!r} says where its features are by relations that {why}"
+    why = f"fit {len(shapes)} shapes" if shapes else "have a sigma, or allow several shapes"
+    what = f"fixture {name!r} has relations between its features that {why}"
     raise _CellError(Finding(("fixtures", name), what, "write its features by geometry: plane: point and normal, ..."))
 
 

@@ -89,7 +89,7 @@ def _read(
         problems.append(table.problem(int(index), "too far away for a number", "check the coordinates and the units"))
     for index in np.flatnonzero((sigmas < LEAST_LENGTH) | (sigmas > MOST_LENGTH)):
         what = f"sigma is {table.columns['sigma'][int(index)]}, which is no length"
-        problems.append(table.problem(int(index), what, "write what the probe is good for, like 0.005"))
+        problems.append(table.problem(int(index), what, "write the standard deviation of a contact, such as 0.005"))
     contacts = Contacts(
         features=features,
         points=points,
@@ -154,7 +154,7 @@ def _flange_problems(options: ContactOptions, header: Header, settings: Settings
         remedy = (
             "add it in one convention: qw, qx, qy, qz; rx, ry, rz (rad); a, b, c (KUKA) or w, p, r (Fanuc), degrees"
         )
-        yield Problem(f"{wants}, and no column says how the flange stood", remedy)
+        yield Problem(f"{wants}, and no column gives the orientation of the flange", remedy)
     is_missing = (
         settings.tip_offset is None and "tip_offset" not in header.setting_keys and "tip" not in options.unknown
     )

@@ -114,7 +114,7 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
         found.append((what, "name the columns ax, ay, az for the former or nx, ny, nz for the latter"))
     for name in dict.fromkeys(names):
         if names.count(name) > 1:
-            found.append((f"column {name!r} stands there {names.count(name)} times", "remove or rename all but one"))
+            found.append((f"column {name!r} is given {names.count(name)} times", "remove or rename all but one"))
         if not name:
             position = names.index(name) + 1
             found.append(
@@ -134,8 +134,8 @@ def _vector_problems(names: list[str]) -> list[tuple[str, str]]:
         *_one_of(names, ORIENTATION_COLUMNS, "keep one of them: the orientation of the flange, in one convention"),
     ]
     if "fx" in names and not any(name in names for vector in ORIENTATION_COLUMNS for name in vector):
-        remedy = "add how the flange stood, such as qw, qx, qy, qz, or give the approach in base: ax, ay, az"
-        found.append(("fx, fy, fz are in the flange frame, and no column says how it stood", remedy))
+        remedy = "add the orientation of the flange, such as qw, qx, qy, qz, or give the approach in base: ax, ay, az"
+        found.append(("fx, fy, fz are in the flange frame, and no column gives its orientation", remedy))
     return found
 
 

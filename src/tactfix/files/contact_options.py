@@ -66,7 +66,9 @@ class ContactOptions:
         if self.sigma is not None and not self.sigma > 0:
             raise UsageError(f"sigma {self.sigma:g} is not above zero; no probe is exact")
         if self.sigma is not None and not LEAST_LENGTH <= self.sigma <= MOST_LENGTH:
-            raise UsageError(f"sigma {self.sigma:g} is no length; write what the probe is good for, like 0.005")
+            raise UsageError(
+                f"sigma {self.sigma:g} is no length; write the standard deviation of a contact, such as 0.005"
+            )
 
 
 @frozen_value(eq=True)

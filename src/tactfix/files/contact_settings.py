@@ -64,7 +64,7 @@ class SettingLines:
 
     def _set(self, key: str, value: str, number: int) -> None:
         if key in self.values:
-            what = f"{key} stands here a second time, first in line {self.values[key][1]}"
+            what = f"{key} is given twice, first in line {self.values[key][1]}"
             self.problems.append(Problem(what, "remove one of the two", line=number))
         self.values.setdefault(key, (value, number))
 

@@ -102,11 +102,11 @@ def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> t
     for number, line in enumerate(rest, first):
         if line == header_row:
             remedy = "remove it, or give each of the files joined here by itself"
-            problems.append(Problem("the header row stands here a second time", remedy, line=number))
+            problems.append(Problem("the header row is given twice", remedy, line=number))
         if "#" in line and line.lstrip().startswith("#"):
             key = key_of(line.strip())
             if key:
-                problems.append(Problem(f"{key} stands below the header row", "move it above", line=number))
+                problems.append(Problem(f"{key} is below the header row", "move it above", line=number))
     if all(keep):
         return list(rest), range(first, first + len(rest))
     body = [line for line, kept in zip(rest, keep, strict=True) if kept]
@@ -124,7 +124,7 @@ def _quoted_rows(
         try:
             rows.append(next(csv.reader([line], delimiter=header.separator, strict=True)))
         except csv.Error:
-            what, remedy = "a quotation mark is left open or stands inside a cell", "close it in its line, or remove it"
+            what, remedy = "a quotation mark is left open or inside a cell", "close it in its line, or remove it"
             problems.append(Problem(what, remedy, line=places[index], row=index + 1))
             rows.append(None)
     return rows

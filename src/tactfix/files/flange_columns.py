@@ -55,7 +55,7 @@ _WRONG: Final[Mapping[tuple[str, ...], tuple[Check, str, str]]] = MappingProxyTy
         ("qw", "qx", "qy", "qz"): (
             lambda q: np.abs(lengths(q) - 1) > MOST_OFF_UNIT,
             "the quaternion qw, qx, qy, qz is not of length 1",
-            "check the order and the digits; the scalar stands in qw",
+            "check the order and the digits; the scalar part is qw",
         ),
         ("rx", "ry", "rz"): (
             lambda v: lengths(v) > MOST_RADIANS,

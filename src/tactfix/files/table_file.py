@@ -79,7 +79,7 @@ def csv_table(name: str, text: str) -> CsvTable:
     for number, line in enumerate(lines[header + 1 :], header + 2):
         if line.lstrip().startswith("#"):
             if key_of(line.strip()):
-                problems.append(Problem("a setting stands below the header row", "move it above", line=number))
+                problems.append(Problem("a setting is below the header row", "move it above", line=number))
         elif line.strip(separator + " \t"):
             sets[_without(line, separator, column)[0]].append(number)
     if not sets:

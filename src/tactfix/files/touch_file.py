@@ -96,7 +96,7 @@ def _read_settings(lines: Sequence[str], problems: list[Problem]) -> _Settings:
             continue
         assert match is not None  # since key is not empty
         if key in found:
-            problems.append(Problem(f"{key} is said twice", "keep one of the lines", line=number))
+            problems.append(Problem(f"{key} is given twice", "keep one of the lines", line=number))
         found[key] = match[2].strip().lower()
         if key == "joints" and found["joints"] not in ("deg", "rad"):
             problems.append(Problem(f"joints is {match[2]!r}", "write '# joints: deg' or '# joints: rad'", line=number))
@@ -111,10 +111,10 @@ def _read_settings(lines: Sequence[str], problems: list[Problem]) -> _Settings:
 def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
     """The problem of a misspelt setting; key: its key, "" if it has none."""
     if key in _OF_THE_CELL:
-        what = f"{key} is said by the cell file, not by its touches"
+        what = f"{key} belongs in the cell file, not in its touch file"
         return [Problem(what, "remove the line, and write it under probe: in the cell file", line=number)]
     if not key and (nearly := _NEARLY.fullmatch(line)):
-        return [Problem(f"{line!r} is nearly a setting", f"write '# {nearly[1].lower()}: {nearly[2]}'", line=number)]
+        return [Problem(f"{line!r} looks like a setting", f"write '# {nearly[1].lower()}: {nearly[2]}'", line=number)]
     near = get_close_matches(key, _SETTINGS, n=1, cutoff=0.7)
     return [Problem(f"unknown setting {key!r}", f"write '# {near[0]}: ...'", line=number)] if near else []
 
@@ -137,7 +137,7 @@ def _header(line: str, index: int, count: int, problems: list[Problem]) -> Heade
         if name not in known and name not in joint_columns
     ]
     found += [(f"there is no column {name!r}", "add it") for name in ("place", "feature") if name not in names]
-    found += [(f"column {n!r} stands there twice", "remove one") for n in dict.fromkeys(names) if names.count(n) > 1]
+    found += [(f"column {n!r} is given twice", "remove one") for n in dict.fromkeys(names) if names.count(n) > 1]
     given = [[name for name in vector if name in names] for vector in _TOUCH_APPROACHES]
     if any(len(part) not in (0, 3) for part in given) or all(given):
         found.append(("the approach is not one whole vector", "give ax, ay, az in base or fx, fy, fz in the flange"))

@@ -217,7 +217,7 @@ def _located(result: FitResult, candidate: FitCandidate, contacts: Contacts, rad
     if candidate.poorly_determined:
         warnings += (
             f"the {result.kind} is close to a double root, which makes it poorly determined: its sigma grows with the "
-            "square root of the contacts'; one more contact elsewhere helps",
+            "square root of the contacts'; add a contact elsewhere",
         )
     return replace(
         result,

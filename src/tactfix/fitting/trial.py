@@ -80,7 +80,7 @@ def _against_approach(
         for i in wrong
     )
     doubts = tuple(
-        f"the approach at {contacts.label(int(i))} grazes the surface: too close to tell a side"
+        f"the approach at {contacts.label(int(i))} grazes the surface: its sign is not certain"
         for i in np.flatnonzero(np.abs(cosines) <= margins)
     )
     return reasons, doubts

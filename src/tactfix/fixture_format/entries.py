@@ -27,7 +27,7 @@ def unknown_key(path: Path, known: Iterable[str]) -> Finding:
     """An unknown key, or the digits behind a decimal comma: {sigma: 0,1}; known: the valid keys."""
     key = str(path[-1])
     if key.isdecimal():
-        return Finding(path, f"{key} stands alone after a comma", "write a decimal point: 10.5, not 10,5", at_key=True)
+        return Finding(path, f"{key} follows a comma", "write a decimal point: 10.5, not 10,5", at_key=True)
     return Finding(path, f"unknown key {path[-1]!r}", did_you_mean(key, known), at_key=True)
 
 

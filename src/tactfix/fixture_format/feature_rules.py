@@ -42,7 +42,7 @@ def check_features(entries: Entries) -> Iterator[Finding]:
     for name in entries.named:
         if _FORBIDDEN.search(name):
             remedy = "write a name without commas, semicolons, colons, quotes, # and outer blanks"
-            yield Finding(("features", name), f"{name!r} is no name for a feature", remedy, at_key=True)
+            yield Finding(("features", name), f"{name!r} is not a valid name of a feature", remedy, at_key=True)
     for name, feature in entries.features.items():
         yield from _check_place(name, feature)
     placed = [name for name, feature in entries.features.items() if given_places(feature)]
@@ -129,7 +129,7 @@ def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries)
             yield from entries.unknown(name, (section, index, "between", place))
         pair = frozenset(relation["between"])
         if len(pair) == 1:
-            what = f"{relation['between'][0]} stands on both sides"
+            what = f"both features are {relation['between'][0]}"
             yield Finding((section, index, "between"), what, "name two features")
         elif pair in first:
             what = f"{section[:-1]} between {' and '.join(relation['between'])} is given twice"
@@ -157,7 +157,7 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
     names = " and ".join(distance["between"])
     angle = next((a["value"] for a in entries.angles.values() if set(a["between"]) == set(distance["between"])), None)
     if kinds == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
-        what = f"{names} have a distance only where clearly askew or parallel; their angle is {angle:g}"
+        what = f"{names} have a distance only if clearly skew or parallel; their angle is {angle:g}"
         remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
         yield Finding((*path, "between"), what, remedy)
     if kinds in (("plane", "plane"), ("cylinder", "plane")):
@@ -166,7 +166,7 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
             known = "their angle is not given" if angle is None else f"their angle is {angle:g}"
             angles = " or ".join(f"{value:g}" for value in wanted)
             remedy = f"give the angle {angles} between {names} too, or leave out the distance"
-            yield Finding((*path, "between"), f"{names} have a distance only where parallel; {known}", remedy)
+            yield Finding((*path, "between"), f"{names} have a distance only if parallel; {known}", remedy)
 
 
 def _check_angle(path: Path, angle: Entry, entries: Entries) -> Iterator[Finding]:
@@ -200,9 +200,8 @@ def _check_triangles(entries: Entries) -> Iterator[Finding]:
         )
         if excess > slack:
             path = ("distances", index_of[frozenset(longest["between"])], "value")
-            what = (
-                f"{' and '.join(longest['between'])} are further apart than the way round over {_third(three, longest)}"
-            )
+            apart = " and ".join(longest["between"])
+            what = f"{apart} are farther apart than their distances from {_third(three, longest)} allow"
             yield Finding(path, what, "check the three distances between these")
 
 

@@ -28,7 +28,7 @@ def check_frame(entries: Entries) -> Iterator[Finding]:
         yield from _check_axis(("frame", axis), entry, entries)
         yield from _check_length(("frame", axis), entry, entries)
     if len(axes) == 2 and _names(axes[0][1]) == _names(axes[1][1]):
-        what = f"{axes[0][0]} and {axes[1][0]} follow the same line"
+        what = f"{axes[0][0]} and {axes[1][0]} are defined by the same features"
         yield Finding(("frame", axes[1][0]), what, "take another feature for one of them")
 
 
@@ -38,7 +38,7 @@ def _check_absence(entries: Entries) -> Iterator[Finding]:
     is_any_placed = any(entry.get(key) is not None for entry in named for key in PLACE_KEYS)
     if entries.written.get("frame") is None and entries.features and not is_any_placed:
         remedy = "add frame: {origin: ..., and two of x, y, z}, or give every feature its place"
-        yield Finding((), "there is no frame, and the features do not carry their place", remedy)
+        yield Finding((), "there is no frame, and the features have no places", remedy)
 
 
 def _check_origin(origin: Entry, entries: Entries) -> Iterator[Finding]:
@@ -76,7 +76,7 @@ def _check_meeting(names: list[str], entries: Entries) -> Iterator[Finding]:
         yield from entries.unknown(name, ("frame", "origin", "meet_of", index))
     types = [entries.type_of(name) for name in names]
     if len(set(names)) < len(names):
-        yield Finding(("frame", "origin", "meet_of"), "a feature stands here twice", "name different features")
+        yield Finding(("frame", "origin", "meet_of"), "a feature is given twice", "name different features")
     elif None not in types and tuple(sorted(str(type_) for type_ in types)) not in _MEETINGS:
         what = f"a {' and a '.join(map(str, types))} do not meet in one point"
         yield Finding(("frame", "origin", "meet_of"), what, "name three planes, or a cylinder and a plane")
@@ -100,9 +100,9 @@ def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterat
     yield from entries.unknown(end, (*path, "to"))
     kinds = {entries.kind_of(start), entries.kind_of(end)}
     if start == end:
-        yield Finding((*path, "to"), f"{end} is where the axis comes from", "name another feature")
+        yield Finding((*path, "to"), f"from and to are both {end}", "name another feature")
     elif None not in kinds and "plane" in kinds and "center" not in kinds:
-        what = f"there is no one direction from {start} to {end}"
+        what = f"the direction from {start} to {end} is not defined"
         yield Finding(path, what, "use along for the normal of a plane; from and to take spheres, points and cylinders")
 
 

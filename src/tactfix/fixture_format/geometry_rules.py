@@ -52,7 +52,7 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
         a, b = (surfaces[name] for name in distance["between"])
         names = " and ".join(distance["between"])
         if not _has_distance(a, b):
-            what = f"{names} have a distance only where parallel, and their places are not"
+            what = f"{names} have a distance only if parallel, and their places are not"
             yield Finding(("distances", index, "between"), what, "leave out the distance, or correct the places")
             continue
         measured = distance_between(a, b)
@@ -131,7 +131,7 @@ def _check_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[
     for axis, _ in (recipe.first, recipe.second):
         k = AXIS_KEYS.index(axis)
         if np.linalg.norm(built[:3, k] - np.eye(3)[k]) > _FRAME_OFF:
-            what = f"the places of the features turn {axis} to {_shown(built[:3, k])}"
+            what = f"the places of the features give {axis} the direction {_shown(built[:3, k])}"
             yield Finding(("frame", axis), what, remedy)
 
 

@@ -42,7 +42,7 @@ def check_placement(entry: Entry) -> Iterator[Finding]:
     free = entry.get("free") or []
     for index, component in enumerate(free):
         if component in free[:index]:
-            yield Finding(("placement", "free", index), f"{component} stands here twice", "name each component once")
+            yield Finding(("placement", "free", index), f"{component} is given twice", "name each component once")
 
 
 def read_placement(entry: Entry, units: str, pose_files: PoseFiles) -> Placement | list[Finding]:

@@ -186,7 +186,7 @@ def _remedy(kind: str, path: Path, value: Any, context: Any) -> str:
         return _KEY_EXAMPLES[str(path[0])]
     if kind in LIST_ERRORS or path[1:] == ("near",):
         return _list_remedy(path)
-    return number_remedy(kind, value, context) or "see 'tactfix schema' for what stands here"
+    return number_remedy(kind, value, context) or "see 'tactfix schema' for what is allowed here"
 
 
 LIST_ERRORS: Final = ("too_short", "too_long", "list_type")
@@ -227,6 +227,6 @@ def _list_remedy(path: Path) -> str:
         case "meet_of":
             return "write three planes or a cylinder and a plane: [bar, top]"
         case "x" | "y" | "z":
-            return "write [low, high], null for an open end"
+            return "write [low, high], null for no limit"
         case _:
             return "write three numbers: [0.0, 0.0, 0.0]"

@@ -76,7 +76,11 @@ def check_entries(entries: Entries) -> list[Finding]:
 def _check_name(name: object) -> Iterator[Finding]:
     """The name must be one printable line, so that it is safe in comments and messages."""
     if isinstance(name, str) and (UNPRINTABLE.search(name) or "\n" in name):
-        yield Finding(("name",), f"the name {name[:40]!r} holds a control character", "write it in one line of letters")
+        yield Finding(
+            ("name",),
+            f"the name {name[:40]!r} contains a control character",
+            "write it in one line of printable characters",
+        )
 
 
 def _check_probe(entries: Entries) -> Iterator[Finding]:
@@ -91,13 +95,13 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
     for name, box in entries.touch.items():
         yield from entries.unknown(name, ("touch", name), at_key=True)
         if entries.type_of(name) == "point":
-            what = f"{name} is a point and is touched at one place alone"
+            what = f"{name} is a point, which is touched at one place only"
             yield Finding(("touch", name), what, "remove its box", at_key=True)
         for axis in AXIS_KEYS:
             low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:
                 what = f"touch.{name}.{axis} goes from {low:g} to {high:g}"
-                remedy = "write [low, high] with low below high, null for an open end, or leave the axis out"
+                remedy = "write [low, high] with low below high, null for no limit, or leave the axis out"
                 yield Finding(("touch", name, axis), what, remedy)
 
 

@@ -69,7 +69,7 @@ def read_urdf(text: str) -> UrdfTree:
         parser.Parse(reader.content, True)
     except expat.ExpatError as error:
         what = f"this is not XML: {expat.errors.messages.get(error.code, error)}"
-        raise UrdfError(what, "mend the tag there", error.lineno, error.offset + 1) from None
+        raise UrdfError(what, "correct the tag there", error.lineno, error.offset + 1) from None
     if not reader.is_robot:
         raise UrdfError("this is no URDF: its outermost tag is not <robot>", "name the robot's URDF file", 1)
     return UrdfTree(reader.links, reader.joints, reader.robot_start)

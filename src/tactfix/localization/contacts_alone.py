@@ -60,7 +60,7 @@ def decided_by_prior(without: WithoutPrior) -> str:
     left = (
         f"at least {without.poses} poses would be left" if without.poses else "the contacts would leave a motion free"
     )
-    return f"only what is known beforehand decides: without it {left}"
+    return f"the result depends on what is known beforehand: without it {left}"
 
 
 def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome: Outcome) -> ContactsAlone:
@@ -83,10 +83,10 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     return ContactsAlone(without, fallen, tuple(messages))
 
 
-def _counted(contacts: Contacts, outcome: Outcome, beside: Sequence[Solution] = ()) -> WithoutPrior:
-    """The result if rejections by the prior are not counted; beside: further solutions."""
+def _counted(contacts: Contacts, outcome: Outcome, further: Sequence[Solution] = ()) -> WithoutPrior:
+    """The result if rejections by the prior are not counted; further: more solutions."""
     pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
-    left = [*(s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}), *beside]
+    left = [*(s for s, v in pairs if {reason.code for reason in v.reasons} <= {"prior"}), *further]
     is_same = len(left) == len(outcome.left)
     return _without(outcome.status if is_same else status_of(contacts, outcome.solutions, left), left)
 
@@ -100,8 +100,8 @@ def _found_beside(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Lef
     if outcome.solutions.aside is None:
         return None
     alone = replace(outcome.solutions, found=outcome.solutions.aside)
-    beside = outcome_from(_without_placement(fixture), contacts, alone).left
-    return _counted(contacts, outcome, beside), beside
+    further = outcome_from(_without_placement(fixture), contacts, alone).left
+    return _counted(contacts, outcome, further), further
 
 
 def _searched_again(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Left:
@@ -147,7 +147,7 @@ def _contradictions(
     ways = list(_ways(fixture, contacts, sigmas))
     if ways:
         what = ", or ".join(ways)
-        yield f"the contacts contradict what is held: they fit where this may differ from near too: {what}"
+        yield f"the contacts contradict the fixed directions: they fit if this too may differ from near: {what}"
         return
     pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
     only = [s for s, v in pairs if {reason.code for reason in v.reasons} == {"prior"}]

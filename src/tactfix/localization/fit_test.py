@@ -76,7 +76,7 @@ def _tip_elsewhere(fixture: Fixture, contacts: Contacts, solution: Solution, dof
         return None
     from tactfix.diagnosis.messages import tip_offset_message
 
-    then = "the residuals are what sigma allows for"
+    then = "the residuals agree with sigma"
     value, message = tip_offset_message(contacts, found.change, fixture.units, then, float(np.median(contacts.sigmas)))
     return Diagnosis("tip_offset", (), (), value, found.chi2, message)
 
@@ -104,7 +104,7 @@ def _one_contact_or_sigma(
         scores.append((score, _outlier(fixture, contacts, solution, suspect)))
     if all_alike and (suspect is None or dof > 1):
         score = dof * (1 + math.log(solution.chi2 / max(dof, 1))) + math.log(count)
-        words = "the residuals are {ratio:.2g} times what sigma allows for"
+        words = "the residuals are {ratio:.2g} times as large as sigma"
         scores.append((score, _sigma(fixture, contacts, solution, dof, words)))
     scores.sort(key=lambda pair: pair[0])
     causes = [cause for _, cause in scores]
@@ -129,7 +129,7 @@ def _outlier(fixture: Fixture, contacts: Contacts, solution: Solution, suspect: 
     moves = movement_without(contacts, residual_sigmas(fixture, contacts), solution, index, fixture.placement)
     message = (
         f"{contacts.label(index)} on {contacts.features[index]} stands out by {suspect.size:.3g} sigma: touch it "
-        f"again; without it the fixture would be found {moves:.2g} {fixture.units} elsewhere"
+        f"again; without it the pose would move by {moves:.2g} {fixture.units}"
     )
     row, feature = contacts.rows[index], contacts.features[index]
     left = solution.chi2 - suspect.size**2

@@ -26,7 +26,7 @@ UNDERDETERMINED_SHIFT = 0.25
 sigma or more a contact could be anywhere on the fixture."""
 UNBOUNDED_SHIFT = 10.0
 """Sigma, in spreads of the contacts, beyond which no number is given for a weak motion (half a turn for a rotation):
-noise alone resists it, and the linear sigma is meaningless."""
+noise alone constrains it, and the linear sigma is meaningless."""
 
 
 def is_underdetermined(solution: Solution, contacts: Contacts) -> bool:
@@ -48,9 +48,9 @@ def free_motions(fixture: Fixture, contacts: Contacts, solution: Solution) -> tu
     note = f", known only to {np.degrees(worst):.2g} deg and {shift:.2g} {fixture.units} (1 sigma)"
     if not _exceeds_limits(solution, contacts):
         # Near a fold the small sigma of the linear model does not say why there is no pose.
-        note += " if the equations were linear; within the noise they are not, and the true pose may be farther off"
+        note += " in the linear model; within the noise it is not valid, and the true pose may be farther off"
     if worst > np.pi or shift > UNBOUNDED_SHIFT * contacts.spread:
-        note = ", which these contacts hardly resist"
+        note = ", which these contacts hardly constrain"
     return (in_words(fixture, solution, _weakest(contacts, solution), note, contacts.spread),)  # steps 3 and 4
 
 

@@ -105,7 +105,7 @@ def locate(
     answer = _answer(part, counted, scale_sigma, explain, unknown)
     if len(counted) < len(contacts):
         answer = replace(answer, warnings=(*answer.warnings, *_not_counted(part, contacts)))
-    return replace(answer, touched=Touched(fixture, contacts)).as_told
+    return replace(answer, touched=Touched(fixture, contacts)).by_status
 
 
 def _not_counted(part: Fixture, contacts: Contacts) -> Iterator[str]:
@@ -210,11 +210,11 @@ def _warnings(
     warnings = [warning for one in assessments if not one.reasons for warning in one.warnings]
     for assessment in assessments if len(left) == 1 else []:
         if {reason.code for reason in assessment.reasons} == {"path"}:
-            note = "nothing else rules out another pose; where the probe starts closer, say so with approach_distance"
+            note = "no other test rejects another pose; if the probe starts closer, give approach_distance"
             warnings.append(f"{assessment.reasons[0].message}: {note}")
     warnings += [cause.message for cause in suspicious]
     if not solutions.complete and not solutions.continuum and solutions.dof >= 0:
-        warnings.append("the search for poses did not settle: there may be one that was not found; add a contact")
+        warnings.append("the search for poses did not converge: a pose may have been missed; add a contact")
     return tuple(dict.fromkeys(warnings))
 
 
@@ -266,13 +266,13 @@ def _with_diagnosis(result: LocateResult, fixture: Fixture, contacts: Contacts, 
         is_weak = again.status == "underdetermined"
         if is_weak and (again.solutions.dof < 1 or len(corrected) == len(contacts)):
             return None
-        return again.left[0].chi2, "" if again.status == "located" else f" (what is left is {again.status})"
+        return again.left[0].chi2, "" if again.status == "located" else f" (the result is then {again.status})"
 
     def accepts(corrected: Fixture, kept: Contacts, solution: Solution) -> str | None:
         assessment = assessment_of(corrected, kept, solution, chi_square_limit(corrected.dof(kept.features)))
         if {reason.code for reason in assessment.reasons} - {"path"}:
             return None
-        return " (what is left is weak)" if is_underdetermined(solution, kept) else ""
+        return " (the pose is then weakly determined)" if is_underdetermined(solution, kept) else ""
 
     fits = any(reason.code != "fit" for candidate in result.candidates for reason in candidate.reasons)
 

@@ -93,9 +93,9 @@ def _first_of(touches: list[NextContact], is_free: bool) -> NextContact:
     first, *further = touches
     words = f"at least {len(touches)} contacts are missing"
     if not is_free:
-        words = "it holds best what the contacts hold weakly"
+        words = "it best determines what the contacts determine weakly"
     elif not further:
-        words = "at least one contact is missing, and this one will do"
+        words = "at least one contact is missing; this one is enough"
     return replace(first, message=f"{first.message}: {words}", further=tuple(further))
 
 

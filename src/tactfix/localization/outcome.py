@@ -142,7 +142,7 @@ def assessment_of(
     return assess(fixture, contacts, solution, use_path) if misfit is None else Assessment((misfit,), ())
 
 
-NO_PATH = "no pose lets the probe come in a straight line; the test of the path is left out"
+NO_PATH = "no pose allows a straight path of the probe; the path test is omitted"
 
 
 def _without_impossible_path(
@@ -158,7 +158,7 @@ def _without_impossible_path(
     again = [assessment_of(fixture, contacts, s, solutions.limit, use_path=False) for s in solutions.found]
     blocked = next(v.reasons[0].message for v, c in zip(assessments, codes, strict=True) if c == {"path"})
     warning = (
-        f"{blocked}, and so for every pose: {NO_PATH}. If the probe starts closer, say so with probe.approach_distance"
+        f"{blocked}, and likewise for every pose: {NO_PATH}. If the probe starts closer, give probe.approach_distance"
     )
     return [v if v.reasons else replace(v, warnings=(*v.warnings, warning)) for v in again]
 
@@ -208,7 +208,7 @@ def _approach(
     )
     for i in np.flatnonzero((np.abs(cosine) <= margin) & (cosine > -GRAZING))[:3]:
         warnings.append(
-            f"the approach at {contacts.label(int(i))} grazes {contacts.features[i]}: too close to tell a side"
+            f"the approach at {contacts.label(int(i))} grazes {contacts.features[i]}: its sign is not certain"
         )
 
 

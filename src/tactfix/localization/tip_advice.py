@@ -70,7 +70,7 @@ def _together(motion: Floats, centre: Floats) -> FreeMotion:
     motion = motion / size
     along = vector(motion[6:9])
     if np.abs(motion[:6]).max() < NO_PART:
-        words = f"the tip moves unseen along {along} of the flange frame; turn the tool about another axis"
+        words = f"the tip is not determined along {along} of the flange frame; turn the tool about another axis"
     else:
         base = vector(motion[3:6])
         words = f"tip and fixture move together along {along} of the flange frame, {base} in base"

@@ -48,10 +48,10 @@ def locate_with_tip(
     Raises UsageError if contacts have no flange rotations, or the fixture has no known shape.
     """
     if "tip" in unknown and contacts.flange_rotations is None:
-        raise UsageError("the tip is unknown, and the contacts do not say how the flange stood at each touch")
+        raise UsageError("the tip is unknown, and the contacts do not give the orientation of the flange")
     shapes = realize(fixture)
     if not shapes:
-        raise UsageError(f"{fixture.name}: an unknown tip takes a fixture whose features stand in known places")
+        raise UsageError(f"{fixture.name}: an unknown tip needs a fixture whose features have known places")
     sigmas = residual_sigmas(fixture, contacts)
     known = fixture.placement
     # Step 1.
@@ -190,13 +190,13 @@ def _in_words(
         sigma = largest_sigma(best.factor[6:9] @ best.factor[6:9].T)
         off = float(np.linalg.norm(best.tip))
         parts.append(
-            f"the tip is at {vector(offset)} in the flange frame, {off:.3g} from where it was taken to be, "
+            f"the tip is at {vector(offset)} in the flange frame, {off:.3g} from its nominal place, "
             f"worst sigma {sigma:.2g}"
         )
     if "tip-radius" in unknown:
         sigma = float(np.linalg.norm(best.factor[-1]))
         parts.append(f"the tip's radius is {best.contacts.tip_radius:.6g}, sigma {sigma:.2g}")
     if not solutions.complete:
-        bound = "; say probe.tip_within to bound it" if "tip" in unknown and not is_bounded else ""
-        parts.append(f"that no other pose with another tip explains the contacts is not certain{bound}")
+        bound = "; give probe.tip_within to limit it" if "tip" in unknown and not is_bounded else ""
+        parts.append(f"another pose with another tip may explain the contacts too{bound}")
     return "; ".join(parts)

@@ -95,7 +95,7 @@ def _on_line(sphere: SphereLocus, first: PlaneLocus, second: PlaneLocus) -> Floa
     ratio = float(np.linalg.norm(along))
     if ratio <= _NEVER_MEETING:
         raise DegenerateContactsError(
-            "sphere", "what is known of the centre is known twice", ratio, _NEVER_MEETING, _TOUCH_ELSEWHERE
+            "sphere", "two conditions on the centre are the same", ratio, _NEVER_MEETING, _TOUCH_ELSEWHERE
         )
     normals = np.array([first.normal, second.normal, along / ratio])
     offsets = [first.offset, second.offset, float(normals[2] @ sphere.center)]
@@ -123,7 +123,7 @@ def _on_circle(sphere: SphereLocus, plane: PlaneLocus, cylinder: CylinderLocus) 
     if radius == 0.0:
         return middle[None]
     if size <= _NEVER_MEETING * max(radius**2, cylinder.distance**2):
-        reason = "the circle on which the centre must lie is all at the given distance from the axis"
+        reason = "the whole circle on which the centre must lie is at the given distance from the axis"
         raise DegenerateContactsError("sphere", reason, size, _NEVER_MEETING, _TOUCH_ELSEWHERE)
     found = _trigonometric_zeros(angles, values)
     circle = np.column_stack([np.cos(found), np.sin(found)]) @ basis_across(plane.normal)
@@ -158,7 +158,7 @@ def _on_two_cylinders(sphere: SphereLocus, first: CylinderLocus, second: Cylinde
     )
     if gap_of_axes <= _NEVER_MEETING:
         raise DegenerateContactsError(
-            "sphere", "both axes are one", float(gap_of_axes), _NEVER_MEETING, _TOUCH_ELSEWHERE
+            "sphere", "both axes coincide", float(gap_of_axes), _NEVER_MEETING, _TOUCH_ELSEWHERE
         )
     ball = _quadric_matrix(np.eye(3), sphere.center, sphere.distance)
     quadrics = [ball, _cylinder_matrix(first), _cylinder_matrix(second)]

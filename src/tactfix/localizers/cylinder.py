@@ -30,7 +30,7 @@ from tactfix.noise import chi_square_limit
 _SAMPLE = 24
 """Contacts that the search uses, well spread; the others take part in the refinement. The time of a start grows with
 them, and 24 are far more than the five unknowns. Of 417 random problems with 4 to 14 noisy contacts on cylinders and
-spheres 12 change one, by a minimum that noise hardly explains."""
+spheres 12 change one, by a minimum that noise does not explain."""
 
 _CYLINDER_START_STEPS = 10
 """Steps of every start of a redundant set, before most are dropped: those near a minimum have nearly converged. Of
@@ -47,7 +47,7 @@ of the contacts are near the minimum for all, and only weakly determined ones mo
 
 _WELL_DETERMINED = 3e-3
 """A cylinder is well determined if one sigma moves it by less than this share of the contacts' extent. Of 6,000 tidy
-and random problems one minimal subset lost 63 cylinders. All of these lay beside others that one sigma moves by more
+and random problems one minimal subset lost 63 cylinders. All of these were close to others that one sigma moves by more
 than four times as much."""
 
 _BEST, _CYLINDER_RIVAL = 3, 4.0
@@ -117,8 +117,8 @@ def _first_look(problem: CylinderProblem, states: Floats, sigma: float, steps: i
 def _are_all(problem: CylinderProblem, states: Floats, chi2: Floats, dof: int, sigma: float) -> bool:
     """Whether distinct states (B, 7), best first, are all that explain the contacts: then they are well determined.
 
-    A minimal subset loses a cylinder only if its contacts hardly distinguish it from another one, and that one is then
-    weakly determined.
+    A minimal subset loses a cylinder only if its contacts do not clearly distinguish it from another one, and that one
+    is then weakly determined.
     """
     limit = chi_square_limit(dof)
     explaining = states[chi2 <= limit]

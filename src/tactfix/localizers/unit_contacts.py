@@ -84,7 +84,7 @@ def refuse_coincident(kind: str, contacts: UnitContacts, needed: int) -> None:
 
 def refuse_collinear(kind: str, contacts: UnitContacts) -> None:
     """Raise if all contacts lie on one straight line."""
-    _refuse_flat(kind, contacts, 1, "all contacts lie on one straight line", "touch beside it")
+    _refuse_flat(kind, contacts, 1, "all contacts lie on one straight line", "touch off that line")
 
 
 def refuse_coplanar(kind: str, contacts: UnitContacts) -> None:
@@ -110,7 +110,7 @@ def refuse_two_parallel_lines(kind: str, contacts: UnitContacts) -> None:
     ratio = min(_spread_about_two_points(points, d) for d in _directions_of_three(points))
     if ratio <= bound:
         reason = "all contacts lie on two parallel lines, and a cylinder of any radius passes through those"
-        raise DegenerateContactsError(kind, reason, ratio, bound, "touch beside the lines, or give the radius")
+        raise DegenerateContactsError(kind, reason, ratio, bound, "touch off these lines, or give the radius")
 
 
 def _directions_of_three(points: Floats) -> list[Floats]:

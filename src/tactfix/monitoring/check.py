@@ -35,7 +35,7 @@ ONE_SIDED_95: Final = 1.6449
 """The 95 per cent quantile of the standard normal distribution."""
 _POINT_EXTENT: Final = 1e-3
 """Extent (m) of a fixture that is a single point."""
-EXACT_REFERENCE: Final = "the reference does not say how sure it is (no covariance): it is taken as exact"
+EXACT_REFERENCE: Final = "the reference has no covariance: it is taken as exact"
 
 
 @frozen_value

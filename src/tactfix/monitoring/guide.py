@@ -81,7 +81,7 @@ class GuideStep(JsonResult):
                 free = [motion.message for motion in result.free_motions]
                 if len(free) > MOST_MOTIONS:
                     return f"{len(free)} motions are still free"
-                return f"still free: {'; '.join(free) or 'more than can be told'}"
+                return f"still free: {'; '.join(free) or 'more motions than can be named'}"
             case "ambiguous":
                 left = sum(candidate.accepted for candidate in result.candidates)
                 return f"{left} poses are left"
@@ -95,14 +95,14 @@ class GuideStep(JsonResult):
         if self.is_done:
             return "done"
         if self.result.status == "inconsistent":
-            return "repeat or remove the touch that is named, or begin anew"
+            return "repeat or remove the touch that is named, or start again"
         if self.result.next_contact is not None:
             return self.result.next_contact.message
         if self.result.status == "located":
-            return "touch more, far from the touches that were made; plan says where, asked to add 1 to these"
+            return "touch more, far from the touches made so far; plan, asked to add 1 to these, says where"
         if self.untouched:
-            return f"touch {' or '.join(self.untouched)}, which nothing has touched yet"
-        return "touch far from the touches that were made"
+            return f"touch {' or '.join(self.untouched)}, which is not touched yet"
+        return "touch far from the touches made so far"
 
 
 def guide(

@@ -48,7 +48,7 @@ def with_orientations(plan: Plan, fixture: Fixture, count: int, made: Contacts |
         raise UsageError(f"{count} tool orientations cannot be planned; ask for one or more")
     if made is not None and made.flange_rotations is None:
         raise UsageError(
-            "the contacts already made do not say how the flange stood, and the tip is found from all contacts; "
+            "the contacts already made have no flange orientations, and the tip is determined from all contacts; "
             "give columns such as qw,qx,qy,qz, or plan without those contacts"
         )
     base_from_fixture = plan.base_from_fixture if plan.frame == "base" else None

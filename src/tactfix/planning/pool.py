@@ -105,7 +105,7 @@ def pool_of(access: Access, sigmas: Mapping[str, float]) -> Pool:
     if not sum(len(points) for points, _ in found):
         raise UsageError(
             "no feature can be reached in a straight line inside its touch box; enlarge the boxes, "
-            "or say in the fixture's probe block from how far the probe comes (approach_distance)"
+            "or give in the fixture's probe block from how far the probe comes (approach_distance)"
         )
     which = np.concatenate([np.full(len(points), i, dtype=np.intp) for i, (points, _) in enumerate(found)])
     points = np.concatenate([points for points, _ in found])

@@ -122,7 +122,7 @@ class Task:
         """The plan of count contacts."""
         fewest = self.fewest
         if count < fewest:
-            who = "the pose takes" if self.made is None else "the motions that the contacts leave free take"
+            who = "the pose needs" if self.made is None else "the motions that the contacts leave free need"
             raise UsageError(f"{count} contacts cannot be planned: {who} more; ask for {fewest} or more")
         if count > MOST_PLANNED:
             raise UsageError(f"{count} contacts are more than are planned at once; ask for {MOST_PLANNED} or fewer")
@@ -158,7 +158,7 @@ class Task:
         for choice in self.over(partial(exchanged, self.search), begun):
             ended.append(choice)
             self.progress(share[0] + share[1] * len(ended) / (len(begun) + 1), f"{count} contacts")
-        # A set that was unique with one contact less stays so with one more: it is a choice as it is.
+        # A set that was unique with one contact less stays so with one more: it needs no further search.
         choices = [*ended, *([] if smaller is None else [self.search.choice(begun[0])])]
         choices.sort(key=lambda choice: choice.score)
         # Step 3.
@@ -245,6 +245,6 @@ def _rank(rows: Floats) -> int:
 def _refuse_free_motion(fixture: Fixture, touches: Touches, known: Known) -> None:
     if _rank(flat(touches.rows) @ known.basis) < known.unknowns:
         raise UsageError(
-            f"{fixture.name}: a motion stays free whatever is touched, so no plan can fix the pose; "
+            f"{fixture.name}: a motion stays free whatever is touched, so no plan can determine the pose; "
             "design-check names the motion and what to add"
         )

@@ -72,14 +72,14 @@ def _wobjdata(lexer: Lexer) -> Floats:
     """[robhold, ufprog, "ufmec", uframe, oframe]: rejected if a robot holds it or a unit moves it."""
     lexer.mark("[", ABB_EXAMPLE)
     if lexer.take("TRUE"):
-        lexer.refuse("the robot holds this work object (robhold is TRUE)", "give one that stands in the cell")
+        lexer.refuse("the robot holds this work object (robhold is TRUE)", "give one that is fixed in the cell")
     lexer.mark("FALSE", ABB_EXAMPLE)
     lexer.mark(",", ABB_EXAMPLE)
     if not lexer.take("TRUE"):
-        lexer.refuse("a mechanical unit moves this user frame (ufprog is not TRUE)", "give one that stands still")
+        lexer.refuse("a mechanical unit moves this user frame (ufprog is not TRUE)", "give one that does not move")
     lexer.mark(",", ABB_EXAMPLE)
     if lexer.quoted('"', ABB_EXAMPLE).strip():
-        lexer.refuse("a mechanical unit moves this user frame", "give one that stands still")
+        lexer.refuse("a mechanical unit moves this user frame", "give one that does not move")
     lexer.mark(",", ABB_EXAMPLE)
     frames = []
     for separator in (",", "]"):
@@ -140,7 +140,7 @@ def _siemens_axes(lexer: Lexer) -> Floats:
     while True:
         axis = lexer.name(_SIEMENS_REMEDY).upper()
         if axis not in ("X", "Y", "Z") or axis in values:
-            lexer.refuse(f"{axis} is no axis, or stands twice", _SIEMENS_REMEDY)
+            lexer.refuse(f"{axis} is not an axis, or is given twice", _SIEMENS_REMEDY)
         lexer.mark(",", _SIEMENS_REMEDY)
         values[axis] = lexer.number(_SIEMENS_REMEDY)
         if not lexer.take(","):
@@ -197,7 +197,7 @@ def _the_one(text: str, name: str, example: str, known: str, needed: str) -> tup
             block = read_block(lexer)
             units = _units(block, units)
             if code in block.codes("G") and is_incremental:
-                lexer.refuse(f"{name} stands in G91, where some controls add it to the old offset", "write it in G90")
+                lexer.refuse(f"{name} is in G91, where some controls add it to the old offset", "write it in G90")
             if code in block.codes("G"):
                 found.append((_words(block, code, known, needed, lexer, f"write one, like {example}"), units))
         except TextError as error:
@@ -222,7 +222,7 @@ def _words(block: Block, code: float, known: str, needed: str, lexer: Lexer, rem
     before = [letter for letter, _ in block.words[: codes[0]]]
     after = [(letter, number) for letter, number in block.words[codes[0] :] if (letter, number) not in _MODAL]
     if set(before) - {"N", "G"}:
-        lexer.refuse(f"{''.join(before)} stand before G{code:g}", remedy)
+        lexer.refuse(f"{''.join(before)} come before G{code:g}", remedy)
     words = Block(tuple(after)).only(known, lexer, remedy)
     absent = missing(words, needed)
     if absent:

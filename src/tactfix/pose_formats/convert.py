@@ -152,7 +152,7 @@ def _rounding_notes(dialect: Dialect, pose: Pose, rounding: Rounding, force: boo
         if pose.covariance is not None and _is_level(dialect, pose, rounding):
             level = replace(rounding, d_rot=rounding.d_rot * [0.0, 0.0, 1.0])
             tilt = np.rad2deg(np.linalg.norm(rounding.d_rot[:2]))
-            note = f"{dialect.name} leaves out a tilt of {tilt:.2g} deg, which its sigma does not tell from none"
+            note = f"{dialect.name} leaves out a tilt of {tilt:.2g} deg, which is within its sigma"
             return (note, *_rounding_notes(dialect, pose, level, force))
         reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
         if not force:

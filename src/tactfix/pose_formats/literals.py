@@ -73,7 +73,7 @@ def kuka_items(lexer: Lexer, *, loose: bool = False) -> dict[str, float]:
         if name not in (*KUKA_LABELS, *KUKA_AXES, "S", "T"):
             lexer.refuse(f"{name} is not known in a position", KUKA_EXAMPLE)
         if name in numbers:
-            lexer.refuse(f"{name} stands twice", KUKA_EXAMPLE)
+            lexer.refuse(f"{name} is given twice", KUKA_EXAMPLE)
         if loose and not lexer.take("="):
             lexer.take(":")
         bits = name in ("S", "T") and lexer.match(_KUKA_BITS)

@@ -92,7 +92,7 @@ def _read_json(text: str | bytes) -> Pose:
     except json.JSONDecodeError as error:
         raise syntax_error(f"is not JSON: {error.msg}", remedy, error.lineno) from error
     except RecursionError:
-        raise syntax_error("is not a pose: its brackets stand too deep in each other", remedy) from None
+        raise syntax_error("is not a pose: its brackets are nested too deep", remedy) from None
     except ValueError as error:  # an integer of thousands of digits
         raise syntax_error(f"holds a number that cannot be read: {error}", remedy) from error
     return _from_tree(tree)
@@ -104,7 +104,7 @@ def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise syntax_error(f"{twice!r} stands in one object a second time", "remove one of the two")
+        raise syntax_error(f"{twice!r} is given twice in one object", "remove one of the two")
     return found
 
 

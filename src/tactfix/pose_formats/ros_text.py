@@ -49,7 +49,7 @@ def _origin(lexer: Lexer) -> Floats:
     while not (lexer.take("/>") or lexer.take(">")):
         name = lexer.name(remedy).lower()
         if name not in ("xyz", "rpy") or name in attributes:
-            lexer.refuse(f"the attribute {name} is not known, or stands twice", remedy)
+            lexer.refuse(f"the attribute {name} is not known, or is given twice", remedy)
         lexer.mark("=", remedy)
         mark = "'" if lexer.follows("'") else '"'
         lexer.mark(mark, remedy)
@@ -87,7 +87,7 @@ def _by_options(words: list[str]) -> Floats:
         name = words[position].removeprefix("--")
         known = name in (*_FRAME_NAMES, "x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
         if not words[position].startswith("--") or not known or name in values or position + 1 == len(words):
-            raise syntax_error(f"{words[position][:40]!r} is not known, stands twice or has no value", _STATIC)
+            raise syntax_error(f"{words[position][:40]!r} is not known, is given twice or has no value", _STATIC)
         values[name] = 0.0 if name in _FRAME_NAMES else _number(words[position + 1])
         position += 2
     turn = [name for name in values if name in ("qx", "qy", "qz", "qw")]

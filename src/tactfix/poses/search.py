@@ -85,7 +85,7 @@ def find_zeros_near(
 
     Each rotation starts with its best translation, and from START_OFFSET to all sides of it: if the other features
     leave the centre of a ball or bar on a line, both of its places on the line are found. If the features fix the
-    place, and a placement tells it, that is the only other start. Beyond the limits of a placement only the best
+    place, and a placement gives it, that is the only other start. Beyond the limits of a placement only the best
     translation starts, unless nothing is found within.
     """
     search = _Search(equations, cost_limit, turns)

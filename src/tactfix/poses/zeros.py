@@ -48,8 +48,8 @@ MOST_SINGULAR = 12
 """More such zeros than this mean a continuum: no known problem has that many double roots. 6 and 24 change none of
 the trial problems (`search`)."""
 MOST_WELL_DETERMINED = 128
-"""Well determined poses that are kept beside a continuum; more are samples of a motion that is nearly free. None of the
-trial problems (`search`) has more than 48 poses."""
+"""Well determined poses that are kept next to a continuum; more are samples of a motion that is nearly free. None of
+the trial problems (`search`) has more than 48 poses."""
 EXACT_COST = 1e-20
 """Cost below which a pose is an exact zero and not a minimum that noise explains: residuals of 1e-10 of the
 fixture's size."""

@@ -38,7 +38,7 @@ def unless_spread(radius: float, dilution: float, readings: Floats, dof: int) ->
     if LEAST_RADIUS_PRECISION * dilution * np.sqrt(len(readings)) <= 1 and radius >= LEAST_BALL * sigma:
         return []
     return [
-        "the touches do not spread over the ball: neither sigma nor the radius of the tip is to be trusted; touch the "
+        "the touches do not spread over the ball: neither sigma nor the radius of the tip is reliable; touch the "
         "ball from several sides, half of it or more, or give no radius if these are repeats of one place"
     ]
 

@@ -30,7 +30,7 @@ FEWEST_ON_BALL = 5
 """Touches of a ball that leave a degree of freedom beyond centre and radius."""
 FEWEST_FOR_MAP = 25
 """Fewest touches of a ball for means by direction."""
-IN_ALL_DIRECTIONS = "not all touches say their approach: sigma is that of any one direction, rms over all three"
+IN_ALL_DIRECTIONS = "not all touches have an approach: sigma is that of one direction, rms over all three"
 """The warning if deviations are taken in all directions."""
 _ACROSS = 20.0
 """Largest ratio of the spread of touches of one place across the approach to that along it: a machine returns to a
@@ -144,7 +144,7 @@ def _result(
     if far:
         rest = _length(_sigma_without(far, about_rest, places, dof, len(readings)), units)
         rows = ", ".join(contacts.label(i) for i in far)
-        warnings.append(f"outliers: {rows}; without them sigma is about {rest}: see what happened there")
+        warnings.append(f"outliers: {rows}; without them sigma is about {rest}: check these touches")
     if sloped is not None and is_significant(sloped, dof, readings.shape[1]):
         slope = _length(sloped.per_touch, units)
         warnings.append(f"the readings drift by {slope} a touch: wait until the machine is warm")
@@ -152,7 +152,7 @@ def _result(
         size = _length(stepped.size, units)
         warnings.append(f"from row {stepped.row} on the readings are {size} more: did the stylus slip?")
     if dof < 10:
-        warnings.append(f"{dof} degrees of freedom leave sigma very uncertain; make ten touches more")
+        warnings.append(f"{dof} degrees of freedom leave sigma very uncertain; make ten more touches")
     return QualifyResult(
         units=units,
         touches=len(contacts),
@@ -206,13 +206,13 @@ def _deviations(contacts: Contacts, places: Sequence[Ints]) -> Floats:
 
 
 def _of_several_places(contacts: Contacts, places: Sequence[Ints]) -> list[str]:
-    """A warning if touches with the same feature and target can hardly be of one place."""
+    """A warning if touches with the same feature and target cannot plausibly be of one place."""
     elsewhere = [contacts.features[place[0]] for place in places if _are_elsewhere(contacts, place)]
     if not elsewhere:
         return []
     return [
-        f"the touches of {listed(list(dict.fromkeys(elsewhere)))} are not all of one place, and sigma is then none of "
-        "the probe; say with a column target which are, or give the radius if they are of a reference ball"
+        f"the touches of {listed(list(dict.fromkeys(elsewhere)))} are not all of one place, so sigma is not that of "
+        "the probe; name the place of each in a column target, or give the radius if they are of a reference ball"
     ]
 
 
@@ -263,7 +263,7 @@ def _of_ball(contacts: Contacts, radius: float, side: Side, units: str) -> Quali
     seen = outward if flanges is None else np.einsum("nij,ni->nj", flanges, outward)
     warnings = list(result.warnings)
     if tip < 0 and not foreign:
-        warnings.append(f"the tip's radius comes out as {tip:.4g}: is the radius of the ball right, and the side?")
+        warnings.append(f"the tip's radius would be {tip:.4g}: is the radius of the ball right, and the side?")
     return replace(
         result,
         tip_radius=tip,

@@ -102,7 +102,7 @@ def touch_plan_lines(plan: TouchPlan) -> Iterator[str]:
         yield f"with {len(plan.added)} added: {after}, {plan.worst[2]:.3g} {plan.units} where it is worst"
     yield _left(plan)
     identified = [item.name for item in plan.parameters if item.identified]
-    yield f"{len(identified)} of {len(plan.parameters)} parameters told to less than half of their prior"
+    yield f"{len(identified)} of {len(plan.parameters)} parameters determined to less than half of their prior"
     for words in plan.not_identified:
         if "held at" not in words:
             yield f"not known: {words}"
@@ -118,7 +118,7 @@ def _left(plan: TouchPlan) -> str:
     stages = [f"planned leave {planned}"] if plan.planned else []
     stages += [f"added {after}" if stages else f"added leave {after}"] if len(plan.added) else []
     limit = f"calibrate writes no robot at {100 * IDENTIFIED:.0f} or more"
-    remedy = "; plan other features or places, or let fewer parameters be unknown"
+    remedy = "; plan other features or places, or reduce the unknown parameters"
     size = f"if they are {100 * EXPECTED_ERRORS:.0f} per cent of the prior"
     what = f"the touches {', with those '.join(stages)} of the robot's errors undetermined, {size}"
     return f"{what}; {limit}{remedy if plan.undetermined[1] >= IDENTIFIED else ''}"

@@ -31,7 +31,7 @@ def print_calibration(result: Calibration, file: IO[str]) -> None:
 
 def calibration_summary(result: Calibration, *, ascii_only: bool = False) -> RenderableType:
     """Places before and after, parameters with sigma, and those not identified, as a rich renderable."""
-    head = Text(f"{len(result.touches)} touches, shrinkage {result.shrinkage:g} (share of the prior that is believed)")
+    head = Text(f"{len(result.touches)} touches, shrinkage {result.shrinkage:g} (factor on the prior)")
     parts: list[RenderableType] = [head, _places(result, ascii_only=ascii_only), _parameters(result)]
     parts += [Text(f"not known: {words}", "yellow") for words in result.not_identified if "held at" not in words]
     return Group(*(Padding(part, (0, 0, 1, 1)) for part in parts))
@@ -62,7 +62,7 @@ def _parameters(result: Calibration) -> Table:
 def _remark(item: ParameterResult) -> Text:
     if item.identified:
         return Text("")
-    return Text("held" if item.sigma == 0 else "hardly told by the touches", "dim")
+    return Text("held at nominal" if item.sigma == 0 else "weakly determined", "dim")
 
 
 def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
@@ -70,5 +70,5 @@ def print_touch_plan(plan: TouchPlan, file: IO[str]) -> None:
     table = Table("parameter", "prior", "planned", "with added", "unit", "", box=None, header_style="dim")
     for item in plan.parameters:
         sigmas = (f"{value:.3g}" for value in (item.prior, item.planned, item.with_added))
-        table.add_row(item.name, *sigmas, item.unit, "" if item.identified else "hardly told")
+        table.add_row(item.name, *sigmas, item.unit, "" if item.identified else "weakly determined")
     Console(file=file, highlight=False).print(table)

@@ -18,9 +18,9 @@ CALIBRATION_CONVENTIONS: Final = (
     "base is the base of the robot; base_from_fixture takes the fixture's coordinates at a place to it: "
     "x_base = R x_fixture + t, column vectors, right-handed.",
     "Before is the nominal robot with its tip and its places fitted, after the calibrated one.",
-    "A residual is the distance of the tip's centre from where its feature holds it: along the outward normal of a "
+    "A residual is the distance of the tip's centre from where it touches its feature: along the outward normal of a "
     "surface, positive out of the material; in space for a point.",
-    "Sigma is one standard deviation. What believing less of the prior holds back counts at the prior's full width.",
+    "Sigma is one standard deviation. Where the factor on the prior decides, the prior counts at its full width.",
 )
 
 

@@ -33,10 +33,11 @@ POSE_CONVENTIONS: Final = (
     "The approach of a contact is the direction in which the probe travelled, pointing into the material.",
     "With a tip radius above zero, contacts are centres of the tip, and touch surfaces offset by that radius; with a "
     "tip radius of zero they are points of the surface. No contact is moved along its approach.",
-    "A residual is the distance of a contact from touching along the outward normal, positive out of the material.",
+    "A residual is the distance of a contact from its surface (of a centre of the tip: from where the tip touches it) "
+    "along the outward normal, positive out of the material.",
     "Sigma is one standard deviation. The covariance is of (d_rot, d_t) with R_true = exp([d_rot]) R and "
     "t_true = t + d_t: base axes, rotation about the fixture's origin, in rad and the fixture's unit.",
-    "The ellipsoid holds the fixture's true origin in 95 of 100 cases, if sigma is right; it is drawn enlarged.",
+    "The ellipsoid contains the fixture's true origin in 95 of 100 cases, if sigma is right; it is drawn enlarged.",
     "All lengths on this page are in the fixture's unit.",
 )
 

@@ -221,7 +221,7 @@ def _accused_traces(contacts: Contacts, surfaces: Mapping[str, Surface], rows: s
         return []
     each = [_touched(contacts.subset([i]), surfaces.get(contacts.features[i])) for i in index]
     x, y, z = np.concatenate(each).T.tolist()
-    name = f"accused: row {', '.join(str(contacts.rows[i]) for i in index[:4])}" + (" ..." if len(index) > 4 else "")
+    name = f"suspect: row {', '.join(str(contacts.rows[i]) for i in index[:4])}" + (" ..." if len(index) > 4 else "")
     marker = {"size": 12, "symbol": "circle-open", "color": _ACCUSED, "line": {"color": _ACCUSED, "width": 3}}
     points = {"type": "scatter3d", "mode": "markers", "x": x, "y": y, "z": z, "marker": marker}
     return [{**points, "name": name, "hoverinfo": "name"}]
@@ -270,7 +270,7 @@ def _ellipsoid_trace(pose: Floats, covariance: Floats, size: float, units: str) 
 
 def _candidate_traces(fixture: Fixture, candidate: Candidate, number: int, size: float) -> list[Trace]:
     """Another candidate: its frame, and its surfaces once its entry in the legend is clicked."""
-    name = f"pose {number}" + ("" if candidate.accepted else " (fell)")
+    name = f"pose {number}" + ("" if candidate.accepted else " (rejected)")
     hidden: dict[str, Any] = {"visible": "legendonly", "legendgroup": name, "opacity": 0.25}
     grey = dict.fromkeys(fixture.features, "#888888")
     shapes = surface_traces(fixture, candidate.surfaces, candidate.base_from_fixture, grey, **hidden, showlegend=False)

@@ -155,7 +155,7 @@ def _optional(values: Any, shape: tuple[int, ...]) -> Floats | None:
 def _array(values: Any, shape: tuple[int, ...]) -> Floats:
     array = np.asarray(values, dtype=np.float64)
     if array.shape != shape:
-        raise ValueError(f"an array of shape {array.shape} stands where {shape} is wanted")
+        raise ValueError(f"an array has the shape {array.shape} instead of {shape}")
     return array
 
 

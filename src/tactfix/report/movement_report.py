@@ -66,7 +66,7 @@ def compare_lines(movement: Movement) -> list[str]:
         f"{_triple(np.rad2deg(movement.rotation_in_fixture), turn, ' deg')}",
     ]
     if movement.chance is not None:
-        lines.append(f"chance: a fixture that stood still would show this much or more with probability {_p(movement)}")
+        lines.append(f"chance: if nothing moved, this or a larger movement has probability {_p(movement)}")
     return lines
 
 
@@ -138,8 +138,8 @@ def _drift_words(drift: Drift, units: str) -> str:
     distance, angle = np.linalg.norm(drift.per_check[3:]), np.rad2deg(np.linalg.norm(drift.per_check[:3]))
     slope = f"{distance:.2g} {units} and {angle:.2g} deg a check over {drift.checks} checks"
     if drift.chance is None:
-        return f"drift: {slope}; how sure that is is not known"
-    word = "DRIFTS" if drift.detected else "none beyond chance"
+        return f"drift: {slope}; its uncertainty is not known"
+    word = "DRIFTS" if drift.detected else "not significant"
     return f"drift: {word}: {slope} (chance {drift.chance:.2g})"
 
 

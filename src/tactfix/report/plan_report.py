@@ -106,7 +106,7 @@ def _targets(plan: Plan) -> Iterator[str]:
     targets = plan.in_base if plan.frame == "fixture" else None
     if targets is None:
         return
-    yield "plan: the same in base, as the placement has it: row, feature, x y z, and the approach"
+    yield "plan: the same in base, according to the placement: row, feature, x y z, and the approach"
     digits = _digits(float(targets.sigmas.min()))
     for i, (row, feature) in enumerate(zip(targets.rows, targets.features, strict=True)):
         place = " ".join(map(decimal, np.round(targets.points[i], digits)))
@@ -145,24 +145,24 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     yield f"plan: {_outcome(plan)}"
     yield f"plan: {plan.agreeing} of {plan.starts} starts of the search led to within one per cent of the best"
     if plan.tip_sigma is not None:
-        yield f"plan: {_tip_told(plan)}"
+        yield f"plan: {_tip_accuracy(plan)}"
     for step in plan.steps:
         gain = "" if step.gain is None else f", {100 * step.gain:.0f} per cent less"
         unique = "unique" if step.unique else "not unique"
         yield f"plan: {step.count} contacts: worst sigma {step.worst_sigma:.3g} {plan.units}{gain}, {unique}"
 
 
-def _tip_told(plan: Plan) -> str:
+def _tip_accuracy(plan: Plan) -> str:
     if plan.tip_sigma is None or not np.isfinite(plan.tip_sigma):
-        return "these contacts and tool orientations do not tell where the tip is: take three orientations or more"
-    return f"where the tip is unknown, locate finds it to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
+        return "these contacts and tool orientations do not determine the tip: use three orientations or more"
+    return f"an unknown tip is determined by locate to {plan.tip_sigma:.2g} {plan.units} (worst sigma)"
 
 
 def _outcome(plan: Plan) -> str:
     if plan.unique:
         return "unique: no second pose within ten sigma"
     if not plan.located:
-        return "not located: the contacts do not fix the pose"
+        return "not located: the contacts do not determine the pose"
     return f"not unique: {plan.rivals} other {'pose is' if plan.rivals == 1 else 'poses are'} within ten sigma"
 
 

@@ -186,6 +186,6 @@ def _candidates(result: LocateResult) -> Table:
 
 def _outcome(candidate: Candidate) -> Text:
     if candidate.accepted:
-        return Text("is left", "green")
+        return Text("accepted", "green")
     more = len(candidate.reasons) - 1
-    return Text("fell: " + reason_text(candidate.reasons[0]) + (f" (and {more} more)" if more else ""))
+    return Text("rejected: " + reason_text(candidate.reasons[0]) + (f" (and {more} more)" if more else ""))

@@ -107,7 +107,7 @@ def status_lines(result: LocateResult, listed: str = "") -> Iterator[str]:
 def _further(contact: NextContact) -> str:
     """The further contacts to make after this one, in words."""
     touches = [touch.message.removeprefix("touch ") for touch in contact.further]
-    return f", and these will do; then {listed(touches)}" if touches else ""
+    return f"; these are enough: then {listed(touches)}" if touches else ""
 
 
 def _reason_lines(candidates: "Sequence[Candidate | FitCandidate]") -> Iterator[str]:

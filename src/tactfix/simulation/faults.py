@@ -83,9 +83,7 @@ def check_fault(fault: Fault | None) -> None:
     if fault is None or fault.value is None:
         return
     if not abs(fault.value) <= MOST_LENGTH or (fault.kind == "wrong-unit" and 0 < fault.value < LEAST_LENGTH):
-        raise UsageError(
-            f"the fault {fault.kind} by {fault.value:g} is beyond all measure; give a number as in practice"
-        )
+        raise UsageError(f"the value {fault.value:g} of fault {fault.kind} is out of range; give a realistic number")
 
 
 def growth(fault: Fault | None) -> float:
@@ -129,7 +127,7 @@ def mistaken(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.G
 
 def _forgotten(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     touched = touching_radius(fault, contacts.tip_radius)
-    return replace(contacts, tip_radius=0.0), f"a tip of radius {touched:g} touched, the file says 0"
+    return replace(contacts, tip_radius=0.0), f"a tip of radius {touched:g} touched, the file gives 0"
 
 
 def _wrong_side(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
@@ -139,7 +137,7 @@ def _wrong_side(fault: Fault, contacts: Contacts, normals: Floats, rng: np.rando
     # A point determines the tip's centre, whatever its radius.
     points = contacts.points + np.where(contacts.has_approach[:, None], tip * normals, 0.0)
     return replace(contacts, points=points, tip_radius=0.0), (
-        f"the tip's radius {tip:g} was taken off out of the material instead of into it, the file says 0"
+        f"the tip's radius {tip:g} was compensated out of the material instead of into it, the file gives 0"
     )
 
 
@@ -153,7 +151,7 @@ def _noisy(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Gen
 
 def _wrong_tip(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     if contacts.flange_rotations is None:
-        raise UsageError("a wrong tip takes tool orientations; give " + Setting.ORIENTATIONS.to(4))
+        raise UsageError("a wrong tip needs tool orientations; give " + Setting.ORIENTATIONS.to(4))
     off = FAULT_SIGMAS * float(contacts.sigmas.max()) if fault.value is None else fault.value
     angle = rng.uniform(0.0, 2 * np.pi)
     change = off * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -195,13 +193,13 @@ def _outliers(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.
     points = contacts.points.copy()
     points[index] += off[:, None] * normals[index]
     displaced = listed([f"{contacts.label(int(i))} by {by:g}" for i, by in zip(index, off, strict=True)])
-    return replace(contacts, points=points), f"off along the normal are {displaced}"
+    return replace(contacts, points=points), f"displaced along the normal are {displaced}"
 
 
 def _reversed(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     known = np.flatnonzero(contacts.has_approach)
     if not len(known):
-        raise UsageError("no contact says how the probe came, so none can be reversed")
+        raise UsageError("no contact has an approach, so none can be reversed")
     i = int(known[rng.integers(len(known))])
     if fault.value is not None:
         if fault.value not in contacts.rows:
@@ -232,7 +230,7 @@ def _relabelled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.rando
     names, i = list(contacts.features), int(rng.integers(len(contacts)))
     others = [name for name in contacts.by_feature if name != names[i]]
     if not others:
-        raise UsageError("a contact can only be on another feature where two features are touched")
+        raise UsageError("a contact can only be on another feature if two features are touched")
     right, names[i] = names[i], others[int(rng.integers(len(others)))]
     return replace(contacts, features=tuple(names)), f"{contacts.label(i)} is on {right}, the file says {names[i]}"
 
@@ -240,11 +238,11 @@ def _relabelled(fault: Fault, contacts: Contacts, normals: Floats, rng: np.rando
 def _exchanged(fault: Fault, contacts: Contacts, normals: Floats, rng: np.random.Generator) -> tuple[Contacts, str]:
     touched = list(contacts.by_feature)
     if len(touched) < 2:
-        raise UsageError("features can only be taken for each other where two are touched")
+        raise UsageError("features can only be exchanged if two are touched")
     a, b = (touched[int(i)] for i in rng.choice(len(touched), 2, replace=False))
     other = {a: b, b: a}
     names = tuple(other.get(name, name) for name in contacts.features)
-    return replace(contacts, features=names), f"the contacts on {a} are said to be on {b}, and those on {b} on {a}"
+    return replace(contacts, features=names), f"the contacts on {a} are labelled {b}, and those on {b} are labelled {a}"
 
 
 _Maker: TypeAlias = Callable[[Fault, Contacts, Floats, np.random.Generator], tuple[Contacts, str]]

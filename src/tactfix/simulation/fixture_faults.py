@@ -86,13 +86,13 @@ def _side(
 def _elsewhere(
     fault: Fault, surfaces: Mapping[str, Surface], touches: Touches, sigma: float, rng: np.random.Generator
 ) -> tuple[Touches, str]:
-    name, surface = _one_of(surfaces.items() if len(surfaces) > 1 else (), rng, "stands beside another one")
+    name, surface = _one_of(surfaces.items() if len(surfaces) > 1 else (), rng, "has another one next to it")
     directions = place_directions(surface)
     off = FAULT_SIGMAS * sigma if fault.value is None else fault.value
     shift = off * directions @ unit(rng.standard_normal(directions.shape[1]))
     points = touches.points + np.where(touches.on([name])[:, None], shift, 0.0)
     by = ", ".join(fixed(value, decimals(sigma)) for value in shift)
-    return replace(touches, points=points), f"{name} stands {by} from where the file says"
+    return replace(touches, points=points), f"{name} is displaced {by} from where the file says"
 
 
 def _axes(

@@ -79,7 +79,7 @@ def _in_ball(axes: int, radius: float, rng: np.random.Generator) -> Floats:
 
 
 TILT_DEG: Final = 30.0
-"""Tilt that most robots reach beside a fixture; the larger, the better the tip is determined."""
+"""Tilt that most robots reach near a fixture; the larger, the better the tip is determined."""
 _NO_WAY: Final = 0.1
 """Length of the mean approach below which it has no direction."""
 

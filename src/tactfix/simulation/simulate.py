@@ -145,9 +145,9 @@ def simulate(
     """
     check_fault(fault)
     if plan is not None and count is not None:
-        raise UsageError("a plan says how many contacts there are; leave out the number of contacts")
+        raise UsageError("a plan determines the number of contacts; leave out the number of contacts")
     if orientations is not None and orientations < 1:
-        raise UsageError(f"{orientations} tool orientations cannot be had; ask for one or more")
+        raise UsageError(f"{orientations} tool orientations are not possible; ask for one or more")
     pose_stream, touch_stream, noise_stream, fault_stream = streams(seed, 4)
     surfaces = nominal_surfaces(fixture)
     probe_sigma, file_tip = probe_settings(fixture, plan, sigma, tip_radius)
@@ -226,6 +226,6 @@ def nominal_surfaces(fixture: Fixture) -> Mapping[str, Surface]:
         # No shape meets all boxes: making the touches will name the feature.
         return ways[0]
     raise UsageError(
-        f"{fixture.name}: the fixture file does not say where all features stand to each other; "
+        f"{fixture.name}: the fixture file does not determine the relative places of all features; "
         "add the missing distances and angles, or each feature's place"
     )

@@ -28,7 +28,7 @@ _PLACES_PER_TOUCH = 64
 """Candidate points for each random touch, enough for a choice among those that the probe can reach."""
 
 _PLAN_REMEDY: Final = (
-    "a plan says in the fixture frame where to touch, while contacts that were made are in base; "
+    "a plan is in the fixture frame, while contacts that were made are in base; "
     "tactfix plan makes one, and without a plan the touches are random"
 )
 
@@ -52,7 +52,7 @@ def planned_touches(access: Access, plan: Contacts) -> Touches:
     if off.max() > _PLAN_OFF * plan.spread:
         worst = int(off.argmax())
         far = with_unit(borne(float(f"{off[worst]:.3g}"), None), plan.units)
-        what = f"this touch is {far} off {plan.features[worst]} in the fixture frame, so the contacts are no plan"
+        what = f"this touch is {far} off {plan.features[worst]} in the fixture frame, so the contacts are not a plan"
         raise NoPlanError(Problem(what, _PLAN_REMEDY, row=plan.rows[worst]))
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
@@ -91,7 +91,7 @@ def random_touches(access: Access, count: int | None, rng: np.random.Generator) 
         if len(points) < wanted:
             raise UsageError(
                 f"{name} cannot be touched {wanted} times: its touch box leaves too little of it, or other features "
-                "stand in the way of a straight approach; enlarge the box, or shorten probe: approach_distance"
+                "block every straight approach; enlarge the box, or shorten probe: approach_distance"
             )
         pick = rng.permutation(len(points))[:wanted]
         names += [name] * wanted

@@ -193,5 +193,5 @@ def _solution(
         pose, in_base, corrected, residuals, normals, chi2, Spread(factor[:6], free[:, :6].T, trusted=True)
     )
     return TipSolution(
-        solution, corrected, change, factor, weak, known.sigmas(known.is_weak), equations.centre, known.tells_tip
+        solution, corrected, change, factor, weak, known.sigmas(known.is_weak), equations.centre, known.determines_tip
     )

@@ -1,7 +1,7 @@
 """One pose with its tip, and their joint covariance.
 
 1. The Jacobian of all unknowns at the solution is decomposed into singular values and motions (`Knowledge`).
-2. Motions with a singular value of zero are free; those with a sigma above TELLS_NOTHING are nearly free.
+2. Motions with a singular value of zero are free; those with a sigma above NEARLY_FREE are nearly free.
 3. The tip is determined if no free motion moves it, and no nearly free one by more than HARDLY_MOVED.
 4. The others give a factor of the joint covariance, transformed from the contacts' centre to the fixture's origin.
 """
@@ -18,7 +18,7 @@ from tactfix.poses.solution import Solution
 from tactfix.unknowns.equations import PosesWithTip, TipEquations
 from tactfix.values import frozen_value
 
-TELLS_NOTHING = 0.1
+NEARLY_FREE = 0.1
 """Sigma of a motion, in rad or lengths of the problem, above which it counts as nearly free: as
 `localization.free_motions.UNDERDETERMINED_ANGLE`."""
 
@@ -87,10 +87,10 @@ class Knowledge:
     @property
     def is_weak(self) -> Bools:
         """Which motions (u,) are free or nearly free (step 2)."""
-        return np.asarray(self.is_free | (self.svd[0] * TELLS_NOTHING < 1))
+        return np.asarray(self.is_free | (self.svd[0] * NEARLY_FREE < 1))
 
     @property
-    def tells_tip(self) -> bool:
+    def determines_tip(self) -> bool:
         """Whether no free motion moves the tip or changes its radius, and no nearly free one by much (step 3)."""
         motions = np.zeros((len(self.svd[1]), 10))
         motions[:, self.equations.columns] = self.svd[1]

@@ -33,7 +33,7 @@ def test_what_is_told_of_the_good_ones():
     told = "; ".join(log.notes)
     assert "line 11: the machine reports an error" in told
     assert "line 12: the machine reports bad quality, Q(50)" in told
-    assert "Tool.A(), stands at 90" in told
+    assert "Tool.A(), is 90" in told
     log = read("grbl", GOOD["grbl of CNCjs"][1])
     np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
     assert "circle" in "".join(read("xyzijk", GOOD["xyz of seven"][1], options=ContactOptions()).notes)
@@ -55,11 +55,11 @@ REFUSED = [
     ("grbl", ONE.replace("3.000", "3.0.00"), "no number"),
     ("grbl", ONE.replace(":1]", ":1"), "']' is missing"),
     ("grbl", ONE.replace(":1]", ":2]"), "neither 1"),
-    ("grbl", '{"prb":{"e":1,"x":1.0,"y":2.0,"z":1e999}}', "no number"),
+    ("grbl", '{"prb":{"e":1,"x":1.0,"y":2.0,"z":1e999}}', "not a number"),
     ("grbl", '{"prb":{"e":1,"x":1.0,"x":2.0,"y":2.0,"z":1}}', "not JSON"),
     ("grbl", "Bed X: 1.00 Y: 2.00 Z: 3.0.0", "column 24: '3.0.0' is no number"),
     ("grbl", "Bed X: 1.00 Y: 2.00", "'Z' is missing"),
-    ("grbl", ONE + "Bed X: 1.00 Y: 2.00 Z: 3.00", "what reports changes"),
+    ("grbl", ONE + "Bed X: 1.00 Y: 2.00 Z: 3.00", "the controller changes"),
     ("grbl", '{"D":"[PRB:1.000,2.000,3.000:1]","data":"x"}', "not a whole probe report"),
     ("grbl", "b'[PRB:1.000,2.000,3.000:1]", "not a whole probe report"),
     ("grbl", '{"prb":{"e":1,"x":1,"y":2,"z":3,"a":0}}\n{"prb":{"e":1,"x":1,"y":2,"z":3,"a":90}}', "the axis A changes"),
@@ -69,7 +69,7 @@ REFUSED = [
     ("ippdme", "00001 # X(1,5), Y(2), Z(3)", "'\\)' is missing"),
     ("ippdme", "00001 # X(1), Y(2), Z(3), Wobble(3)", "WOBBLE"),
     ("msr", "G330 N1 A0 B0 C0 X5 Y0 Z0\nG801 N1 X1 Y2 Z3", "G330 shifts"),
-    ("msr", "G801 N1 X1 Y2 Z3 R1 X2", "X stands twice"),
+    ("msr", "G801 N1 X1 Y2 Z3 R1 X2", "X is given twice"),
     ("msr", "G801.5 N1 X1 Y2 Z3 R1", "no block"),
     ("kuka", "{" + KUKA.format(1, 2, 3) + ",E1 0.0}\n{" + KUKA.format(1, 2, 3) + ",E1 50.0}", "external axes changes"),
     ("kuka", "{" + KUKA.format("1,5", 2, 3) + "}", "no name"),
@@ -91,11 +91,11 @@ REFUSED = [
     ("abb", "PDispSet [[10,0,0],[1,0,0,0]];\n[[1,2,3],[1,0,0,0]]", "line 1.*program displacement"),
     ("fanuc", "CURRENT USER FRAME POSITION:\n" + LISTED + "\nCURRENT WORLD POSITION:\n" + LISTED, "frame of the positions changes: WORLD"),
     ("fanuc", "1: UTOOL_NUM=1 ;\n4: UTOOL_NUM=2 ;\nP[1]{\nGP1:\n" + FANUC.format(*P) + "\n};", "UT, selected changes: 2"),
-    ("ur", "movel(p[1,2,3,0,0,0], a=1.2)", "no name"),
+    ("ur", "movel(p[1,2,3,0,0,0], a=1.2)", "not a name"),
     ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/POL,1,2,3,0,0,1", "'CART' is missing"),
     ("dmis", "UNITS/MM,ANGDEC\nPTMEAS/CART,1,2,3\nUNITS/INCH,ANGDEC\nPTMEAS/CART,1,2,3", "unit changes"),
     ("xyz", "1,5;2,5;3.5", "decimal mark changes"),
-    ("xyz", "1.5 2.5 3.5\n1.5,2.5,3.5", "what divides the numbers changes"),
+    ("xyz", "1.5 2.5 3.5\n1.5,2.5,3.5", "the separator of the numbers changes"),
     ("xyz", "42,9984,14.9986,30.4519,0,0,1", "some with a decimal point"),
     ("kuka", "LIN_REL {X 10,Y 0,Z 0,A 0,B 0,C 0}", "relative motion"),
     ("kuka", f"LIN {{{KUKA.format(1, 2, 3)}}}\n$BASE=BASE_DATA[3]\nLIN {{{KUKA.format(1, 2, 3)}}}", "line 3.*.BASE changes"),
@@ -120,7 +120,7 @@ REFUSED = [
     ("xyz", "X [mm],Y [in],Z [mm]\n1,2,3", "unit 'in'"),
     ("xyz", "X [cubits],Y,Z\n1,2,3", "unit 'cubits'"),
     ("xyz", "X1.0 Y2.0 Z3.0 A0\nX1.0 Y2.0 Z3.0 A90", "the axis A changes"),
-    ("xyz", "X1.0 Y2,0 Z3.0", "no letter"),
+    ("xyz", "X1.0 Y2,0 Z3.0", "not a letter"),
     ("xyz", "X1.0 Y2.0 I0 J0 K1", "a point has X, Y and Z"),
     ("linuxcnc", "1,5 2 3 0 0 0 0 0 0", "no number|left over"),
 ]  # fmt: skip

@@ -110,7 +110,7 @@ def test_ten_thousand_damages_of_each_line(case):
 
 
 def mutated(text, rng):
-    """Lines lost, doubled, exchanged; characters damaged; numbers beyond all measure."""
+    """Lines lost, doubled, exchanged; characters damaged; numbers out of range."""
     lines = text.split("\n")
     for _ in range(rng.randrange(1, 5)):
         at, other = rng.randrange(len(lines)), rng.randrange(len(lines))

@@ -92,7 +92,7 @@ def test_inch_and_metric_agree_and_beat_no_option(fixture):
     overruled = ContactOptions(units="mm", tip_radius=0.0, sigma=0.003)
     got, notes = load_log("xyzijk", DATA / "pcdmis_xyzijk_inch.xyz", fixture, overruled, LogOptions(RUNS))
     np.testing.assert_allclose(got.contacts.points * 25.4, inch.contacts.points)
-    assert any("the option holds" in note for note in notes)
+    assert any("the option is used" in note for note in notes)
 
 
 POSES = [
@@ -214,9 +214,9 @@ def test_what_is_passed_over_is_told(fixture):
     assert len(got.contacts) == 1
     assert any("line 3: the machine reports an error" in note for note in notes)
     _, notes = load("linuxcnc", "1 2 3 0 5 0 0 0 0\n", fixture)
-    assert any("stands at 0 5 0" in note for note in notes)
+    assert any("is 0 5 0" in note for note in notes)
     _, notes = load("msr", "G801 N1 X1 Y2 Z3 R3\n", fixture)
-    assert not any("option holds" in note for note in notes)
+    assert not any("option is used" in note for note in notes)
     _, notes = load("msr", "G801 N1 X1 Y2 Z3 R2\n", fixture)
     assert any("the log says tip radius 2.0, the option says 3.0" in note for note in notes)
 

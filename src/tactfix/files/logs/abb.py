@@ -15,7 +15,7 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, passed_over, try_reading, vector
+from tactfix.files.logs.log import Log, LogContact, skipped, try_reading, vector
 from tactfix.lexer import Lexer, text_lines
 from tactfix.pose_formats.literals import ABB_EXAMPLE, abb_pose
 
@@ -81,7 +81,7 @@ class _Reader:
         for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
             for line, tool, work_object in self.motions.get(name.upper(), []):
                 for what, value in (("the tool", tool), ("the work object", work_object)):
-                    try_reading(Lexer("", line), problems, partial(self.columns.standing.keep, what, value))
+                    try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, what, value))
 
     def _bare(self, lexer: Lexer) -> None:
         """A position: declared with a name, inside a motion, or alone."""
@@ -90,8 +90,8 @@ class _Reader:
             after = lexer.match(_AFTER_MOTION)
             if after is None:
                 lexer.refuse("what follows the target is no motion", ABB_EXAMPLE)
-            self.columns.standing.keep("the tool", after.group(1), lexer)
-            self.columns.standing.keep("the work object", after.group(2) or "wobj0", lexer)
+            self.columns.constant.keep("the tool", after.group(1), lexer)
+            self.columns.constant.keep("the work object", after.group(2) or "wobj0", lexer)
             lexer.take(";")
             lexer.end(ABB_EXAMPLE)
             return
@@ -125,11 +125,11 @@ class _Reader:
         lexer.position = start
         values, axes = abb_pose(lexer)
         if axes:
-            self.columns.standing.keep("external axes", axes, lexer)
+            self.columns.constant.keep("external axes", axes, lexer)
         return pose_contact(lexer, self.columns.numbers, values, name)
 
     def log(self) -> Log:
-        notes = (*self.columns.standing.notes("external axes"), *passed_over(self.other, "other statements"))
+        notes = (*self.columns.constant.notes("external axes"), *skipped(self.other, "other statements"))
         return Log(tuple(self.contacts), "mm", notes)
 
 

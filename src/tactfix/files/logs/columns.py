@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from tactfix.files.logs.log import LogContact, Standing, vector
+from tactfix.files.logs.log import ConstantStates, LogContact, vector
 from tactfix.lexer import Lexer
 from tactfix.pose_formats import DIALECTS
 from tactfix.pose_formats.dialect import Numbers
@@ -54,11 +54,11 @@ def separator_of(line: str) -> str:
     return next((mark for mark in ";\t," if mark in line.strip()), " ")
 
 
-def cells_of(lexer: Lexer, standing: Standing) -> tuple[Cell, ...]:
+def cells_of(lexer: Lexer, constant: ConstantStates) -> tuple[Cell, ...]:
     """The cells of a line; an error if its separator differs from that of the lines before."""
     separator = separator_of(lexer.rest)
     if len(lexer.rest.split()) > 1 or separator != " ":
-        standing.keep("what divides the numbers", _SEPARATOR_NAMES[separator], lexer, _COLUMNS_REMEDY)
+        constant.keep("the separator of the numbers", _SEPARATOR_NAMES[separator], lexer, _COLUMNS_REMEDY)
     cells, column = [], lexer.column
     for part in lexer.rest.split(separator):
         inside = part.lstrip()
@@ -72,17 +72,17 @@ def is_number(cell: Cell) -> bool:
     return cell.text[:1] in set("+-.0123456789") and bool(cell.text)
 
 
-def numbers_of(lexer: Lexer, cells: Sequence[Cell], standing: Standing) -> tuple[float, ...]:
+def numbers_of(lexer: Lexer, cells: Sequence[Cell], constant: ConstantStates) -> tuple[float, ...]:
     """Each cell as a number."""
     commas = separator_of(lexer.rest) in ";\t"
     found = []
     for cell in cells:
         text = cell.text
         if commas and "," in text and "." not in text:
-            standing.keep("the decimal mark", "comma", lexer, _COLUMNS_REMEDY)
+            constant.keep("the decimal mark", "comma", lexer, _COLUMNS_REMEDY)
             text = text.replace(",", ".", 1)
         elif "." in text:
-            standing.keep("the decimal mark", "point", lexer, _COLUMNS_REMEDY)
+            constant.keep("the decimal mark", "point", lexer, _COLUMNS_REMEDY)
         inside = Lexer(text, lexer.line, cell.column)
         found.append(inside.number(_COLUMNS_REMEDY))
         inside.end(_COLUMNS_REMEDY)
@@ -107,7 +107,7 @@ class PoseColumns:
     """Reads lines of numbers as poses whose numbers are those of a pose format."""
 
     numbers: Numbers
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     columns: tuple[str, ...] = ()
     passed: list[str] = field(default_factory=list)
     open_end: bool = False
@@ -125,14 +125,14 @@ class PoseColumns:
 
     def line(self, lexer: Lexer) -> LogContact | None:
         """The contact of a line; None for the header row."""
-        cells = cells_of(lexer, self.standing)
+        cells = cells_of(lexer, self.constant)
         if not self.columns and not any(map(is_number, cells)):
             self._names(lexer, cells)
             return None
         if not self.columns:
             labels = self.numbers.labels
             if len(cells) not in (3, len(labels)):
-                lexer.refuse(f"{len(cells)} numbers are no pose", self._remedy)
+                lexer.refuse(f"{len(cells)} numbers are not a pose", self._remedy)
             self.columns = tuple(labels[: len(cells)])
         if self.open_end and not cells[-1].text:
             cells = cells[:-1]
@@ -140,7 +140,7 @@ class PoseColumns:
             lexer.refuse(f"{len(cells)} numbers where there are {len(self.columns)} columns", self._remedy)
         by_name = dict(zip(self.columns, cells, strict=True))
         numbered = {name: cell for name, cell in by_name.items() if name not in NAMING | COUNTING}
-        found = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
+        found = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.constant), strict=True))
         name = next((cell.text.strip('"') for name, cell in by_name.items() if name in NAMING), None)
         return self._contact(lexer, found, name or None)
 
@@ -165,7 +165,7 @@ class PoseColumns:
             if not known and not _RECORDED.fullmatch(name):
                 lexer.refuse(f"the column {cell.text[:40]!r} is not known", self._remedy)
             if names.count(name) > 1:
-                lexer.refuse(f"the column {cell.text[:40]!r} stands twice", self._remedy)
+                lexer.refuse(f"the column {cell.text[:40]!r} is given twice", self._remedy)
         absent = [label for label in self.numbers.labels if label not in columns]
         if absent and absent != list(self.numbers.labels[3:]):
             lexer.refuse(f"there is no column {', '.join(absent)}", self._remedy)
@@ -175,9 +175,9 @@ class PoseColumns:
     def _contact(self, lexer: Lexer, found: dict[str, float], called: str | None) -> LogContact:
         for name, value in found.items():
             if _EXTERNAL.fullmatch(name):
-                self.standing.keep(f"the external axis {name}", value, lexer)
+                self.constant.keep(f"the external axis {name}", value, lexer)
             elif name.upper().startswith("TCP_OFFSET"):
-                self.standing.keep(f"the tool's offset, {name.lower()},", value, lexer)
+                self.constant.keep(f"the tool's offset, {name.lower()},", value, lexer)
         labels = self.numbers.labels
         if not all(label in found for label in labels):
             return LogContact(lexer.line, vector([found[label] for label in labels[:3]]), id=called)

@@ -11,12 +11,12 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.log import (
     ONE_STATE_REMEDY,
+    ConstantStates,
     Log,
     LogContact,
-    Standing,
     against,
     check_normal,
-    passed_over,
+    skipped,
     try_reading,
     vector,
 )
@@ -42,7 +42,7 @@ class _Reader:
     units: str | None = None
     frame: str = ""
     states: dict[str, str] = field(default_factory=dict)
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     other: list[int] = field(default_factory=list)
 
     def statement(self, lexer: Lexer) -> None:
@@ -91,13 +91,13 @@ class _Reader:
             normal = (i, j, k)
         lexer.end(_DMIS_REMEDY)
         check_normal(lexer, normal, _DMIS_REMEDY)
-        self.standing.keep("the part coordinate system", self.frame, lexer)
+        self.constant.keep("the part coordinate system", self.frame, lexer)
         for what, _ in _STATES:
-            self.standing.keep(what, self.states.get(what, "as at the beginning"), lexer)
+            self.constant.keep(what, self.states.get(what, "as at the beginning"), lexer)
         self.contacts.append(LogContact(lexer.line, vector(numbers), against(normal)))
 
     def log(self) -> Log:
-        return Log(tuple(self.contacts), self.units, passed_over(self.other, "other statements"))
+        return Log(tuple(self.contacts), self.units, skipped(self.other, "other statements"))
 
 
 def _statements(text: str) -> list[Lexer]:

@@ -13,7 +13,7 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact
-from tactfix.files.logs.log import Log, LogContact, passed_over, try_reading
+from tactfix.files.logs.log import Log, LogContact, skipped, try_reading
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.literals import FANUC_EXAMPLE, fanuc_item, fanuc_pose
 
@@ -94,10 +94,10 @@ class _Reader:
     def check_selected(self, problems: list[Problem]) -> None:
         """Positions without their own frame or tool: the program must select the same one throughout."""
         for label, selected in self.selected.items():
-            if self.columns.standing.values.get(label, ("", 0))[0] == _SELECTED_FRAME:
+            if self.columns.constant.values.get(label, ("", 0))[0] == _SELECTED_FRAME:
                 for line, number in selected:
                     try_reading(
-                        Lexer("", line), problems, partial(self.columns.standing.keep, f"{label} selected", number)
+                        Lexer("", line), problems, partial(self.columns.constant.keep, f"{label} selected", number)
                     )
 
     def _is_row(self, text: str) -> bool:
@@ -122,7 +122,7 @@ class _Reader:
         if pose is None:
             self.joints.append(lexer.line)
             return
-        self.columns.standing.keep("axes of other groups", tuple(axes), lexer)
+        self.columns.constant.keep("axes of other groups", tuple(axes), lexer)
         self._contact(lexer, pose, name)
 
     def _frame(self, lexer: Lexer, group: int) -> None:
@@ -134,7 +134,7 @@ class _Reader:
                 number = _SELECTED_FRAME if lexer.take(_SELECTED_FRAME) else str(lexer.integer(FANUC_EXAMPLE))
                 lexer.mark(",", FANUC_EXAMPLE)
             if group == 1:
-                self.columns.standing.keep(label, number, lexer)
+                self.columns.constant.keep(label, number, lexer)
         if lexer.take("CONFIG"):
             lexer.mark(":", FANUC_EXAMPLE)
             lexer.quoted("'", FANUC_EXAMPLE)
@@ -160,22 +160,22 @@ class _Reader:
             self.other.append(lexer.line)
             return
         pose = fanuc_pose(lexer)
-        self.columns.standing.keep("axes of other groups", tuple(_axes(lexer)), lexer)
+        self.columns.constant.keep("axes of other groups", tuple(_axes(lexer)), lexer)
         lexer.end(FANUC_EXAMPLE)
         self._contact(lexer, pose, name)
 
     def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
         begin = Lexer("", lexer.first_line)
         for what, value in self.now.items():
-            self.columns.standing.keep(what, value, begin)
+            self.columns.constant.keep(what, value, begin)
         self.contacts.append(pose_contact(begin, self.columns.numbers, pose, name))
 
     def log(self) -> Log:
         notes = (
-            *self.columns.standing.notes("axes of other groups"),
-            *passed_over(self.joints, "positions of joints, which tell no point,"),
-            *passed_over(self.empty, "positions that were never set"),
-            *passed_over(self.other, "other lines"),
+            *self.columns.constant.notes("axes of other groups"),
+            *skipped(self.joints, "positions of joints, which give no point,"),
+            *skipped(self.empty, "positions that were never set"),
+            *skipped(self.other, "other lines"),
         )
         return Log(tuple(self.contacts), "mm", notes)
 

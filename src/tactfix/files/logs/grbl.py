@@ -13,7 +13,7 @@ from typing import Any, Final
 from tactfix.errors import Problem
 from tactfix.files.contact_options import Vector
 from tactfix.files.logs.console import block_of, read_closing, read_opening, unwrapped
-from tactfix.files.logs.log import ONE_STATE_REMEDY, Log, LogContact, Standing, passed_over, read_lines, vector
+from tactfix.files.logs.log import ONE_STATE_REMEDY, ConstantStates, Log, LogContact, read_lines, skipped, vector
 from tactfix.gcode import Block
 from tactfix.lexer import LARGEST_NUMBER, Lexer
 
@@ -74,9 +74,9 @@ class _ProbeCommands:
         """Notes on assumed and undetermined approaches."""
         notes = []
         if self.assumed:
-            notes.append("approaches are read from probe commands, taken as incremental (G91): nothing says which")
+            notes.append("approaches are read from probe commands, taken as incremental (G91): the log does not say")
         if self.absolute:
-            notes.append("probe commands in G90 do not tell the approach; give it")
+            notes.append("probe commands in G90 do not give the approach; give it with the contacts")
         return tuple(notes)
 
     def mode(self, block: Block) -> None:
@@ -110,7 +110,7 @@ class _Reader:
     repeated: list[int] = field(default_factory=list)
     noisy: list[int] = field(default_factory=list)
     talk: list[int] = field(default_factory=list)
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     commands: _ProbeCommands = field(default_factory=_ProbeCommands)
     units: str | None = None
     json_units: str | None = None
@@ -165,15 +165,15 @@ class _Reader:
             lexer.refuse("this is not JSON", _JSON)
         report = tree.get("prb") or tree.get("r", {}).get("prb") if isinstance(tree, dict) else None
         if not isinstance(report, dict) or not {"e", "x", "y", "z"} <= report.keys() <= set("exyzabcuvw"):
-            lexer.refuse("prb does not hold e, x, y and z alone", _JSON)
+            lexer.refuse("prb does not contain exactly e, x, y and z", _JSON)
         if report["e"] not in (0, 1) or not all(_plain(value) for value in report.values()):
-            lexer.refuse("prb holds something that is no number", _JSON)
+            lexer.refuse("prb contains something that is not a number", _JSON)
         if report["e"]:
             for axis in "abcuvw":
                 if axis in report:
-                    self.standing.keep(f"the axis {axis.upper()}", float(report[axis]), lexer)
+                    self.constant.keep(f"the axis {axis.upper()}", float(report[axis]), lexer)
         if self.json_units is not None:
-            self.standing.keep("the unit, G20 or G21,", self.json_units, lexer)
+            self.constant.keep("the unit, G20 or G21,", self.json_units, lexer)
         self.units = self.units or self.json_units
         self._touched(lexer, [float(report[axis]) for axis in "xyz"], bool(report["e"]), None)
 
@@ -186,7 +186,7 @@ class _Reader:
             lexer.mark(":", _BED)
             point.append(lexer.number(_BED))
         read_closing(lexer, _BED)
-        self.standing.keep("what reports", "Marlin", lexer)
+        self.constant.keep("the controller", "Marlin", lexer)
         self.units = self.units or "mm"
         self.on_bed = True
         self.contacts.append(LogContact(lexer.line, vector(point), _DOWN))
@@ -202,8 +202,8 @@ class _Reader:
         if not hit:
             self.misses.append(lexer.line)
             return
-        self.standing.keep("what reports", "grbl", lexer)
-        self.standing.keep(_ROTARY, tuple(axes[3:]), lexer)
+        self.constant.keep("the controller", "grbl", lexer)
+        self.constant.keep(_ROTARY, tuple(axes[3:]), lexer)
         self.contacts.append(LogContact(lexer.line, now[0], approach))
 
     def _talk(self, lexer: Lexer, command: Block | None) -> None:
@@ -246,13 +246,13 @@ class _Reader:
 
     def log(self) -> Log:
         notes = [f"line {line}: the probe met nothing; dropped" for line in self.misses]
-        notes += [f"line {line}: $# tells the last hit again; dropped" for line in self.repeated]
+        notes += [f"line {line}: $# repeats the last hit; dropped" for line in self.repeated]
         notes += [f"line {line}: stray bytes before the report" for line in self.noisy]
         if self.on_bed:
             notes.append("Marlin's G30 reports in the active coordinates; a work offset takes the results out of them")
         rotary = (_ROTARY, *(f"the axis {axis}" for axis in "ABCUVW"))
-        notes += [*self.commands.notes(), *self.standing.notes(*rotary)]
-        return Log(tuple(self.contacts), self.units, (*notes, *passed_over(self.talk, "lines that are no reports")))
+        notes += [*self.commands.notes(), *self.constant.notes(*rotary)]
+        return Log(tuple(self.contacts), self.units, (*notes, *skipped(self.talk, "lines that are no reports")))
 
 
 def _plain(value: object) -> bool:
@@ -262,7 +262,7 @@ def _plain(value: object) -> bool:
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise ValueError("a key stands twice")
+        raise ValueError("a key is given twice")
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
+from tactfix.files.logs.log import ConstantStates, Log, LogContact, against, read_lines, skipped, vector
 from tactfix.lexer import Lexer
 
 _TAG: Final = re.compile(r"(?:[0-9]{5}|E[0-9]{4})(?![0-9A-Za-z])")
@@ -22,13 +22,13 @@ _WIDTHS: Final = {"X": 1, "Y": 1, "Z": 1, "IJK": 3, "IJKACT": 3, "R": 1, "Q": 1,
 _HEAD_ANGLES: Final = ("TOOL.A", "TOOL.B", "TOOL.C")
 _COORDINATE_SYSTEM: Final = "the coordinate system"
 _TOOL: Final = "the tool"
-_STANDING: Final = {"R": "the rotary table, R()", **{name: f"the head, Tool.{name[-1]}()," for name in _HEAD_ANGLES}}
+_CONSTANT: Final = {"R": "the rotary table, R()", **{name: f"the head, Tool.{name[-1]}()," for name in _HEAD_ANGLES}}
 
 
 @dataclass(slots=True)
 class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     commands: dict[str, str] = field(default_factory=dict)
     now: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -94,24 +94,24 @@ class _Reader:
         if wrapped and radius is None and not any(name in properties for name in _HEAD_ANGLES) and "R" in properties:
             radius = properties.pop("R")
             self.notes.append(f"line {lexer.line}: {_RADIUS}") if not self.contacts else None
-        for name, what in _STANDING.items():
+        for name, what in _CONSTANT.items():
             if name in properties:
-                self.standing.keep(what, properties[name], lexer)
+                self.constant.keep(what, properties[name], lexer)
         for what, value in self.now.items():
-            self.standing.keep(what, value, lexer)
+            self.constant.keep(what, value, lexer)
         point = vector([properties[axis][0] for axis in "XYZ"])
         tip_radius = None if radius is None else radius[0]
         normal = properties.get("IJKACT", properties.get("IJK", (0.0, 0.0, 0.0)))
         self.contacts.append(LogContact(lexer.line, point, against(normal), tip_radius=tip_radius, id=tag))
 
     def log(self) -> Log:
-        notes = (*self.notes, *self.standing.notes(*_STANDING.values()))
-        return Log(tuple(self.contacts), "mm", (*notes, *passed_over(self.talk, "lines that are no measurements")))
+        notes = (*self.notes, *self.constant.notes(*_CONSTANT.values()))
+        return Log(tuple(self.contacts), "mm", (*notes, *skipped(self.talk, "lines that are no measurements")))
 
 
 _RADIUS: Final = (
     "R() without ER(), inside PtMeas(...), is taken as the radius of the tip, as in files that were not written by "
-    "the standard, where R() is the rotary table; a tip radius that is given beats it"
+    "the standard, where R() is the rotary table; a tip radius that is given takes precedence"
 )
 
 
@@ -126,7 +126,7 @@ def _properties(lexer: Lexer) -> dict[str, tuple[float, ...]]:
         if name not in _WIDTHS and name not in _HEAD_ANGLES:
             lexer.refuse(f"{name}() is not known in a measurement", _IPPDME_REMEDY)
         if name in properties:
-            lexer.refuse(f"{name}() stands twice", _IPPDME_REMEDY)
+            lexer.refuse(f"{name}() is given twice", _IPPDME_REMEDY)
         lexer.mark("(", _IPPDME_REMEDY)
         properties[name] = lexer.numbers(_WIDTHS.get(name, 1), _IPPDME_REMEDY)
         lexer.mark(")", _IPPDME_REMEDY)

@@ -15,7 +15,7 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, is_header, pose_contact, separator_of
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, passed_over, read_lines, try_reading
+from tactfix.files.logs.log import Log, LogContact, read_lines, skipped, try_reading
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.literals import KUKA_AXES, KUKA_EXAMPLE, KUKA_LABELS, kuka_items, kuka_position
 
@@ -129,8 +129,8 @@ class _Reader:
 
     def _contact(self, lexer: Lexer, numbers: dict[str, float], name: str | None) -> None:
         for what in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
-            self.columns.standing.keep(what, self.active.get(what, "that before the program"), lexer)
-        self.columns.standing.keep("external axes", tuple(numbers.get(axis, 0.0) for axis in KUKA_AXES), lexer)
+            self.columns.constant.keep(what, self.active.get(what, "that before the program"), lexer)
+        self.columns.constant.keep("external axes", tuple(numbers.get(axis, 0.0) for axis in KUKA_AXES), lexer)
         self.contacts.append(pose_contact(lexer, self.columns.numbers, [numbers[label] for label in KUKA_LABELS], name))
 
     def _tool(self, lexer: Lexer) -> None:
@@ -147,16 +147,16 @@ class _Reader:
         for contact in self.contacts:
             line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
             for what, number in numbers:
-                try_reading(Lexer("", line), problems, partial(self.columns.standing.keep, what.upper(), int(number)))
+                try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, what.upper(), int(number)))
 
     def log(self) -> Log:
         notes = (
-            *passed_over(self.axes, "positions of axes, which tell no point,"),
-            *passed_over(self.frames, "frames of tools, bases and the robot itself"),
-            *passed_over(self.talk, "other lines"),
+            *skipped(self.axes, "positions of axes, which give no point,"),
+            *skipped(self.frames, "frames of tools, bases and the robot itself"),
+            *skipped(self.talk, "other lines"),
         )
         return Log(
-            tuple(self.contacts), "mm", (*self.columns.standing.notes("external axes", "TOOL_NO", "BASE_NO"), *notes)
+            tuple(self.contacts), "mm", (*self.columns.constant.notes("external axes", "TOOL_NO", "BASE_NO"), *notes)
         )
 
 

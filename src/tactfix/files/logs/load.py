@@ -147,7 +147,7 @@ def _check_tip_offset(format_name: str, units: str, contacts: Sequence[LogContac
         raise UsageError(
             Setting.TIP_OFFSET.word
             + f" is in the unit of the log: {length:g} {units} from the flange? write it in {units}, "
-            + "as if it stood in the log"
+            + "as if it were in the log"
         )
 
 
@@ -263,7 +263,7 @@ def _overruled(options: ContactOptions, header: ContactOptions) -> tuple[str, ..
         ("tip radius", header.tip_radius, options.tip_radius),
     ):
         if logged is not None and option is not None and logged != option:
-            notes.append(f"the log says {word} {logged}, the option says {option}: the option holds")
+            notes.append(f"the log says {word} {logged}, the option says {option}: the option is used")
     return tuple(notes)
 
 
@@ -272,7 +272,7 @@ def _frame_notes(log_format: LogFormat, contacts: Sequence[LogContact], wanted: 
     notes = []
     if log_format.frame and wanted.work_offset is None:
         notes.append(
-            f"{log_format.name} reports in {log_format.frame}, and so stand the results; "
+            f"{log_format.name} reports in {log_format.frame}, and so are the results; "
             f"a work offset takes them to the frame that it is written in"
         )
     if wanted.tip_offset is None and any(contact.rotation is not None for contact in contacts):

@@ -70,7 +70,7 @@ class LogFormat:
 
 
 @dataclass(slots=True)
-class Standing:
+class ConstantStates:
     """States that must not change between the contacts of one log, by name: rotary axes, tool, frame, unit."""
 
     values: dict[str, tuple[object, int]] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Standing:
     def notes(self, *names: str) -> tuple[str, ...]:
         """A note for each state among names whose value is not zero."""
         values = {name: self.values[name][0] for name in names if name in self.values}
-        return tuple(f"{name} stands at {_shown(value)} throughout" for name, value in values.items() if _says(value))
+        return tuple(f"{name} is {_shown(value)} throughout" for name, value in values.items() if _says(value))
 
 
 def _says(value: object) -> bool:
@@ -134,13 +134,13 @@ def check_normal(lexer: Lexer, normal: Sequence[float], remedy: str) -> None:
         lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", remedy)
 
 
-def passed_over(lines: Iterable[int], what: str) -> tuple[str, ...]:
+def skipped(lines: Iterable[int], what: str) -> tuple[str, ...]:
     """A note on lines without contacts, if there are any."""
     found = tuple(lines)
     if not found:
         return ()
     shown = ", ".join(map(str, found[:5])) + (", ..." if len(found) > 5 else "")
-    return (f"{len(found)} {what} passed over (line {shown})",)
+    return (f"{len(found)} {what} skipped (line {shown})",)
 
 
 ONE_PLACE_MM: Final = 1.0

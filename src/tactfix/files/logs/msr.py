@@ -10,7 +10,7 @@ from typing import Final
 
 from tactfix.errors import Problem
 from tactfix.files.contact_options import Vector
-from tactfix.files.logs.log import Log, LogContact, Standing, against, passed_over, read_lines, vector
+from tactfix.files.logs.log import ConstantStates, Log, LogContact, against, read_lines, skipped, vector
 from tactfix.gcode import missing, read_block
 from tactfix.lexer import Lexer
 
@@ -31,7 +31,7 @@ class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
     normals: dict[str, Vector | None] = field(default_factory=dict)
     waiting: dict[str, int] = field(default_factory=dict)
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     notes: list[str] = field(default_factory=list)
     other: list[int] = field(default_factory=list)
 
@@ -46,7 +46,7 @@ class _Reader:
                 self._plane(lexer)
             case "331":
                 words = _words(lexer, "GNABCXYZ", "", _PLANE)
-                self.standing.keep(_MODEL, tuple(words.get(axis, 0.0) for axis in "XYZABC"), lexer)
+                self.constant.keep(_MODEL, tuple(words.get(axis, 0.0) for axis in "XYZABC"), lexer)
             case "800":
                 self._nominal(lexer)
             case "801":
@@ -61,7 +61,7 @@ class _Reader:
         words = _words(lexer, "GNABCXYZIR", "", _PLANE)
         if any(words.get(letter, 0.0) for letter in "XYZIR"):
             lexer.refuse("G330 shifts the points", _SHIFTED)
-        self.standing.keep("A B C of G330", tuple(words.get(axis, 0.0) for axis in "ABC"), lexer)
+        self.constant.keep("A B C of G330", tuple(words.get(axis, 0.0) for axis in "ABC"), lexer)
 
     def _nominal(self, lexer: Lexer) -> None:
         """G800: record the normal of a point; its G801 follows."""
@@ -89,8 +89,8 @@ class _Reader:
     def log(self) -> Log:
         for name in list(self.waiting):
             self._unmeasured(name)
-        notes = (*self.notes, *self.standing.notes("A B C of G330", _MODEL))
-        return Log(tuple(self.contacts), notes=(*notes, *passed_over(self.other, "lines of text")))
+        notes = (*self.notes, *self.constant.notes("A B C of G330", _MODEL))
+        return Log(tuple(self.contacts), notes=(*notes, *skipped(self.other, "lines of text")))
 
 
 def _words(lexer: Lexer, known: str, needed: str, remedy: str) -> dict[str, float]:

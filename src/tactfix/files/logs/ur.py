@@ -11,7 +11,7 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import PoseColumns, pose_contact
 from tactfix.files.logs.console import read_opening
-from tactfix.files.logs.log import Log, LogContact, passed_over, read_lines
+from tactfix.files.logs.log import Log, LogContact, read_lines, skipped
 from tactfix.lexer import Lexer
 from tactfix.pose_formats.literals import UR_EXAMPLE, ur_pose
 
@@ -60,7 +60,7 @@ class _Reader:
     def _pose(self, lexer: Lexer, literal: re.Match[str]) -> LogContact:
         before = _ENTRY_NAME.fullmatch(lexer.text, 0, literal.start())
         if before is None:
-            lexer.refuse("what stands before p[ is no name", UR_EXAMPLE)
+            lexer.refuse("what precedes p[ is not a name", UR_EXAMPLE)
         lexer.position = literal.start()
         values = ur_pose(lexer)
         lexer.take(";")
@@ -73,6 +73,6 @@ def read_ur(text: str, problems: list[Problem]) -> Log:
     reader = _Reader(PoseColumns.of("ur"))
     read_lines(text, problems, reader.line)
     passed = reader.columns.passed
-    notes = (f"the columns {', '.join(passed[:5])} say nothing of the pose; passed over",) if passed else ()
-    other = (*passed_over(reader.comments, "comments"), *passed_over(reader.variables, "variables that are no poses"))
+    notes = (f"the columns {', '.join(passed[:5])} are not part of the pose; skipped",) if passed else ()
+    other = (*skipped(reader.comments, "comments"), *skipped(reader.variables, "variables that are no poses"))
     return Log(tuple(reader.contacts), "m", (*notes, *other))

@@ -13,13 +13,13 @@ from typing import Final
 from tactfix.errors import Problem
 from tactfix.files.logs.columns import COUNTING, NAMING, Cell, cells_of, is_header, is_number, numbers_of
 from tactfix.files.logs.log import (
+    ConstantStates,
     Log,
     LogContact,
-    Standing,
     against,
     check_normal,
-    passed_over,
     read_lines,
+    skipped,
     vector,
 )
 from tactfix.lexer import Lexer
@@ -48,7 +48,7 @@ class _Reader:
     contacts: list[LogContact] = field(default_factory=list)
     circles: list[int] = field(default_factory=list)
     comments: list[int] = field(default_factory=list)
-    standing: Standing = field(default_factory=Standing)
+    constant: ConstantStates = field(default_factory=ConstantStates)
     notes: list[str] = field(default_factory=list)
 
     def line(self, lexer: Lexer) -> None:
@@ -66,19 +66,19 @@ class _Reader:
     def _header(self, lexer: Lexer, words: list[str]) -> None:
         system = " ".join(words[1:]).upper()
         if system not in ("", "METRIC", "INCH"):
-            lexer.refuse(f"{' '.join(words[1:])!r} stands after XYZIJK", _HEADER)
+            lexer.refuse(f"{' '.join(words[1:])!r} follows XYZIJK", _HEADER)
         self.units = "mm" if system == "METRIC" else "in"
         self.begun = True
 
     def _names(self, lexer: Lexer) -> None:
         """The header row: every name must be known, and none of the point missing."""
         columns: list[str] = []
-        for cell in cells_of(lexer, self.standing):
+        for cell in cells_of(lexer, self.constant):
             lexer.position = cell.column - 1
             match = _COLUMN.fullmatch(cell.text)
             name = match.group(1).strip().upper() if match else ""
             if name not in _COORDINATES | NAMING | COUNTING or name in columns:
-                lexer.refuse(f"the column {cell.text[:40]!r} is not known, or stands twice", _XYZ_REMEDY)
+                lexer.refuse(f"the column {cell.text[:40]!r} is not known, or is given twice", _XYZ_REMEDY)
             columns.append(name)
             unit = match.group(2) if match else None
             if unit is not None and (unit not in UNITS or self.units not in (None, unit)):
@@ -91,12 +91,12 @@ class _Reader:
 
     def _named(self, lexer: Lexer) -> None:
         """A line below a header row."""
-        cells = cells_of(lexer, self.standing)
+        cells = cells_of(lexer, self.constant)
         if len(cells) != len(self.columns):
             lexer.refuse(f"{len(cells)} cells where there are {len(self.columns)} columns", _XYZ_REMEDY)
         by_name = dict(zip(self.columns, cells, strict=True))
         numbered = {name: cell for name, cell in by_name.items() if name in _COORDINATES}
-        values = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.standing), strict=True))
+        values = dict(zip(numbered, numbers_of(lexer, tuple(numbered.values()), self.constant), strict=True))
         name = next((cell.text.strip('"') for name, cell in by_name.items() if name in NAMING), None)
         self._add(lexer, values, name or None)
 
@@ -106,7 +106,7 @@ class _Reader:
         while lexer.blanks().rest:
             letter = lexer.rest[0].upper()
             if letter not in "XYZIJK" + _ROTARY_AXES or letter in values:
-                lexer.refuse(f"{lexer.rest[0]!r} is no letter of a point, or stands twice", _LETTERS)
+                lexer.refuse(f"{lexer.rest[0]!r} is not a letter of a point, or is given twice", _LETTERS)
             lexer.position += 1
             if not lexer.take("="):
                 lexer.take(":")
@@ -117,7 +117,7 @@ class _Reader:
             lexer.refuse("a point has X, Y and Z, and I, J and K or none of them", _LETTERS)
         for axis in _ROTARY_AXES:
             if axis in values:
-                self.standing.keep(f"the axis {axis}", values[axis], lexer)
+                self.constant.keep(f"the axis {axis}", values[axis], lexer)
         self._add(lexer, values, name)
 
     def _add(self, lexer: Lexer, values: dict[str, float], name: str | None) -> None:
@@ -140,18 +140,18 @@ class _Reader:
 
     def _numbers(self, lexer: Lexer) -> None:
         """A line of numbers, optionally after a name."""
-        cells = cells_of(lexer, self.standing)
+        cells = cells_of(lexer, self.constant)
         name = cells[0].text if not is_number(cells[0]) else None
         if name is not None and not _COLUMN_NAME.fullmatch(name):
             lexer.refuse(f"{name[:40]!r} is neither a number nor a name", _XYZ_REMEDY)
         cells = cells if name is None else cells[1:]
-        numbers = numbers_of(lexer, cells, self.standing)
+        numbers = numbers_of(lexer, cells, self.constant)
         if not 3 <= len(numbers) <= 8 or len(numbers) == 4:
             what = "a circle with its diameter" if len(numbers) == 4 else f"{len(numbers)} numbers"
             lexer.refuse(f"{what} where a touch has 3 or 6", _XYZ_REMEDY)
         if name is not None and len(numbers) not in (3, 6):
             lexer.refuse(f"a name and {len(numbers)} numbers", _XYZ_REMEDY)
-        self.standing.keep("how many numbers stand in a line", len(numbers), lexer, _XYZ_REMEDY)
+        self.constant.keep("the number of numbers in a line", len(numbers), lexer, _XYZ_REMEDY)
         if len(numbers) not in (3, 6):
             self._check(lexer, cells, numbers)
         normal = numbers[3:6] if len(numbers) in _WITH_NORMAL else (0.0, 0.0, 0.0)
@@ -167,11 +167,11 @@ class _Reader:
 
     def log(self) -> Log:
         for axis in _ROTARY_AXES:
-            self.notes.extend(self.standing.notes(f"the axis {axis}"))
+            self.notes.extend(self.constant.notes(f"the axis {axis}"))
         notes = [
             f"line {line}: a circle with its diameter; its centre is taken for the contact" for line in self.circles
         ]
-        return Log(tuple(self.contacts), self.units, (*notes, *self.notes, *passed_over(self.comments, "comments")))
+        return Log(tuple(self.contacts), self.units, (*notes, *self.notes, *skipped(self.comments, "comments")))
 
 
 def read_xyzijk(text: str, problems: list[Problem]) -> Log:
