@@ -1,4 +1,4 @@
-"""The straight approach against a walk along it."""
+"""Straight approaches: the closed form against small steps along the approach."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_balls_and_bars_block_as_the_walk_says(margin, length):
     points, approaches = random_approaches(400)
     blocked = path_blocked(SURFACES, BOXES, "wall", points, approaches, length, margin)
     unclear = 0.02
-    seen = set()
+    blocking = set()
     for point, approach, name in zip(points, approaches, blocked, strict=True):
         bar = deepest(lambda x: depth_in_bar(SURFACES["bar"], -3, 4, x), point, approach, length)
         ball = deepest(lambda x: depth_in_ball(SURFACES["ball"], x), point, approach, length)
@@ -37,8 +37,8 @@ def test_balls_and_bars_block_as_the_walk_says(margin, length):
             continue
         expected = "bar" if bar > margin else "ball" if ball > margin else None
         assert name == expected, (point, approach, bar, ball)
-        seen.add(name)
-    assert seen == {"bar", "ball", None}
+        blocking.add(name)
+    assert blocking == {"bar", "ball", None}
 
 
 def test_an_endless_approach_is_a_very_long_one():
@@ -71,12 +71,12 @@ def test_a_bar_without_end_is_not_believed_to_cover_a_contact():
 
 def test_a_bar_is_where_its_box_says():
     surfaces = {"bar": Cylinder([0, 0, 0], [0, 1, 0], 1.0), "ball": Sphere([5, 10, 0], 1.0)}
-    beside = np.array([[4.0, 10.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
-    assert path_blocked(surfaces, {}, "ball", *beside) == ["bar"]
-    assert path_blocked(surfaces, {"bar": box(y=(0, 9))}, "ball", *beside) == [None]
-    assert path_blocked(surfaces, {"bar": box(y=(0, 11))}, "ball", *beside) == ["bar"]
-    # A box that takes half of the bar's side says nothing of its length.
-    assert path_blocked(surfaces, {"bar": box(x=(0, 1))}, "ball", *beside) == ["bar"]
+    touch = np.array([[4.0, 10.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
+    assert path_blocked(surfaces, {}, "ball", *touch) == ["bar"]
+    assert path_blocked(surfaces, {"bar": box(y=(0, 9))}, "ball", *touch) == [None]
+    assert path_blocked(surfaces, {"bar": box(y=(0, 11))}, "ball", *touch) == ["bar"]
+    # A box that covers half of the bar's side does not limit its length.
+    assert path_blocked(surfaces, {"bar": box(x=(0, 1))}, "ball", *touch) == ["bar"]
 
 
 FACE = {"face": Plane([0, 0, 0], [0, 0, 1]), "ball": Sphere([0, 0, 10], 1.0)}
@@ -110,7 +110,7 @@ def test_a_face_blocks_what_is_behind_it_only_when_strict():
     small = {"face": box((-2, 2), (-2, 2))}
     assert path_blocked(surfaces, small, "under", *down) == [None]
     assert path_blocked(surfaces, small, "under", *down, strict=True) == ["face"]
-    # Touched from below, the face is ahead of the probe, not on its way.
+    # Touched from below, the face lies ahead of the probe and does not block the approach.
     assert path_blocked(surfaces, small, "under", np.array([[0.0, 0, -11]]), np.array([[0.0, 0, 1]])) == [None]
 
 
@@ -123,5 +123,5 @@ def test_a_rigid_motion_without_boxes_changes_nothing():
         "ball": Sphere(rotation @ ball.center + shift, ball.radius),
         "wall": SURFACES["wall"],
     }
-    there = path_blocked(moved, {}, "wall", points @ rotation.T + shift, approaches @ rotation.T)
-    assert there == path_blocked(SURFACES, {}, "wall", points, approaches)
+    blocking = path_blocked(moved, {}, "wall", points @ rotation.T + shift, approaches @ rotation.T)
+    assert blocking == path_blocked(SURFACES, {}, "wall", points, approaches)

@@ -1,4 +1,4 @@
-"""The touchable parts of surfaces, the extent of a fixture, and points spread over it."""
+"""Touchable parts of surfaces, the extent of a fixture, and touches distributed over it."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ TILTED = np.array([2.0, 1.0, -1.0]) / np.sqrt(6)
 
 
 def off_surface(surface, points):
-    """The defining equation, written anew."""
+    """Distance from the surface by its defining equation, independent of the package."""
     if isinstance(surface, Plane):
         return np.einsum("ni,i->n", points - surface.point, surface.normal)
     if isinstance(surface, Sphere):

@@ -1,9 +1,9 @@
-"""The pages of the project and their examples: what they are, and what they print now.
+"""The pages of the project: their examples, and the output that the examples have now.
 
-python tests/api/pages.py        writes the output of the console examples anew into the pages
+python tests/api/pages.py        rewrites the output of the console examples in the pages
 
-A page is one session: its console blocks are run in order, in one folder. It has copies of fixtures/ and samples/, and
-the fixture files that the page writes out, by the name that each gives itself.
+The console blocks of a page are run in order, in one folder. The folder has copies of fixtures/ and samples/, and the
+fixture files that the page shows, each under the name that the page gives it.
 """
 
 import os
@@ -26,18 +26,18 @@ _END = "-- end of output --"
 
 
 def blocks(page: Path, language: str) -> list[str]:
-    """The code blocks of a page in this language, those inside lists too, without their indent."""
+    """The code blocks of a page in this language, without their indentation; also those inside lists."""
     found = ANY_BLOCK.findall(page.read_text(encoding="utf-8"))
     return [textwrap.dedent(text) for _, name, text in found if name == language]
 
 
 def commands(block: str) -> list[str]:
-    """The lines of a console block that somebody types; a backslash carries one on."""
+    """The commands of a console block; a backslash continues a command on the next line."""
     return [line.removeprefix("$ ") for line in block.replace("\\\n", "").splitlines() if line.startswith("$ ")]
 
 
 def folder_for_examples(page: Path, folder: Path) -> Path:
-    """The folder with what the examples of a page need, where they may write."""
+    """A folder with the files that the examples of a page need, in which they may write."""
     for name in ("fixtures", "samples"):
         shutil.copytree(ROOT / name, folder / name)
     for text in blocks(page, "yaml"):
@@ -48,13 +48,13 @@ def folder_for_examples(page: Path, folder: Path) -> Path:
 
 
 def environment() -> dict[str, str]:
-    """What is set where examples are run: the tactfix of this Python on the path, a plain terminal 100 wide."""
+    """The environment of the examples: the tactfix of this Python on the path, a plain terminal of 100 columns."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     return {"PATH": path, "NO_COLOR": "1", "COLUMNS": "100"}
 
 
 def outputs(block: str, folder: Path) -> list[str]:
-    """What each command of a block prints, standard output and standard error together, run in this folder."""
+    """The output of each command of a block, run in this folder: standard output and standard error together."""
     script = "".join(f"{command}\nstatus=$?; echo '{_END}'; (exit $status)\n" for command in commands(block))
     done = subprocess.run(
         ["bash", "-c", script],
@@ -70,13 +70,13 @@ def outputs(block: str, folder: Path) -> list[str]:
 
 
 def shown(block: str) -> list[str]:
-    """What the page shows below each command of a block."""
+    """The output that the page shows below each command of a block."""
     parts = re.split(r"^\$ (?:.*\\\n)*.*\n", block, flags=re.MULTILINE)
     return parts[1:]
 
 
 def write_outputs(page: Path) -> None:
-    """Write what the console examples of a page print now into it."""
+    """Replace the output of the console examples in a page by their present output."""
     with tempfile.TemporaryDirectory() as folder:
         place = folder_for_examples(page, Path(folder))
 

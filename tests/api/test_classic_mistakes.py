@@ -1,4 +1,4 @@
-"""What fixtures/README.md says that people see when they make the classic mistakes, with the plate of that page."""
+"""The table of classic mistakes in fixtures/README.md: each mistake gives the quoted message, with the page's plate."""
 
 import re
 from pathlib import Path
@@ -18,7 +18,7 @@ FILES = {
     "metres taken for millimetres": ("touches.csv", "# units: mm", "# units: m"),
     "a pin written as a bore": ("my-plate.yaml", "type: cylinder,", "type: cylinder, side: inner,"),
 }
-"""The beginning of a row of the table: the file with the mistake, what is right in it, what stands there instead."""
+"""By the beginning of a row of the table: the file with the mistake, the correct text, and its replacement."""
 
 
 @pytest.fixture
@@ -45,8 +45,8 @@ def test_the_table_tells_what_is_seen(folder: Path) -> None:
     assert len(SEEN) == len(FILES) + 1
 
 
-def assert_seen(status: int, said: str, beginning: str) -> None:
-    """Inconsistent, in the words that the page quotes."""
+def assert_seen(status: int, output: str, beginning: str) -> None:
+    """The status is inconsistent, and the output contains the words that the page quotes."""
     (words,) = (words for mistake, words in SEEN.items() if mistake.startswith(beginning))
     assert status == 6, beginning
-    assert words in said, beginning
+    assert words in output, beginning

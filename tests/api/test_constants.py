@@ -1,4 +1,4 @@
-"""Every number with a name says what it is, one docstring speaks of one assignment, and no two modules share a name."""
+"""Every numeric constant is documented by a docstring of its own, and no two modules define the same name."""
 
 import ast
 from collections import defaultdict
@@ -13,15 +13,17 @@ MODULES = sorted((ROOT / "src" / "tactfix").rglob("*.py"))
 
 
 def constants(module: Path) -> Iterator[tuple[str, str | None]]:
-    """Each assignment of numbers to names in capitals, and its docstring, or the comment beside or above it."""
+    """Each assignment of numbers to names in capitals, with its docstring or the comment on its line or above it."""
     text = module.read_text(encoding="utf-8")
     lines, body = text.splitlines(), ast.parse(text).body
     for statement, after in zip(body, [*body[1:], ast.Pass()], strict=True):
         if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None and is_number(statement):
             is_documented = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
             above, own = lines[statement.lineno - 2].strip(), lines[statement.end_lineno - 1]
-            said = after.value.value if is_documented else above if above.startswith("#") else own.partition("#")[2]
-            yield ast.unparse(statement), said or None
+            description = (
+                after.value.value if is_documented else above if above.startswith("#") else own.partition("#")[2]
+            )
+            yield ast.unparse(statement), description or None
 
 
 def is_number(statement: ast.Assign | ast.AnnAssign) -> bool:
@@ -35,17 +37,17 @@ def is_number(statement: ast.Assign | ast.AnnAssign) -> bool:
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_numbers_say_what_they_are(module: Path) -> None:
-    for constant, said in constants(module):
-        assert said is not None, f"{constant} says nothing"
-        assert not said.startswith("..."), f"{constant} goes on with the sentence of another"
+    for constant, description in constants(module):
+        assert description is not None, f"{constant} says nothing"
+        assert not description.startswith("..."), f"{constant} goes on with the sentence of another"
 
 
 NO_CONSTANTS = ("TYPE_CHECKING",)
-"""What typing would say, written down where importing it takes too long."""
+"""typing.TYPE_CHECKING, defined where importing typing takes too long."""
 
 
 def names_of_constants(module: Path) -> Iterator[str]:
-    """What a module defines in capitals, but for type variables: a name that is private to it is no other name."""
+    """The names in capitals that a module defines, without leading underscores; type variables are left out."""
     for statement in ast.parse(module.read_text(encoding="utf-8")).body:
         if isinstance(statement, ast.Assign | ast.AnnAssign):
             targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
@@ -57,7 +59,7 @@ def names_of_constants(module: Path) -> Iterator[str]:
 
 
 def test_a_constant_has_a_name_of_its_own() -> None:
-    """Who reads NEAR in one module must not have learned in another what it is."""
+    """A constant such as NEAR must not mean different things in two modules."""
     homes: defaultdict[str, list[str]] = defaultdict(list)
     for module in MODULES:
         for name in names_of_constants(module):

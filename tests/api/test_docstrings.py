@@ -1,4 +1,4 @@
-"""What `import tactfix` offers is documented in numpydoc's sections: all arguments, with shapes; examples that run."""
+"""The public names of tactfix have numpydoc docstrings: every argument with its shape, and examples that run."""
 
 import doctest
 import inspect
@@ -16,7 +16,7 @@ ORDER = ("Parameters", "Attributes", "Returns", "Raises", "Notes", "References",
 
 
 def sections(name: str) -> dict[str, str]:
-    """The text below each heading that is underlined; "" holds what stands above the first."""
+    """The text below each underlined heading; the text above the first heading has the key ""."""
     parts = re.split(r"^(\w+)\n-{3,}\n", inspect.getdoc(getattr(tactfix, name)) or "", flags=re.MULTILINE)
     headings = parts[1::2]
     assert [h for h in ORDER if h in headings] == headings, "sections have an order, and stand there once"
@@ -34,7 +34,7 @@ def entries(section: str) -> dict[str, tuple[str, str]]:
 
 
 def wanted(name: str) -> list[str]:
-    """The arguments of a function, the fields of a value, the arguments of an error."""
+    """The names to document: arguments of a function or error, fields of a value."""
     value = getattr(tactfix, name)
     if is_dataclass(value):
         own = value.__annotations__ if any(is_dataclass(base) for base in value.__bases__) else None
@@ -46,9 +46,9 @@ def wanted(name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_argument_and_field_is_described(name: str) -> None:
-    there = sections(name)
-    assert there[""].split("\n\n")[0].count("\n") == 0, "the summary is one line"
-    described = entries(there.get("Parameters", there.get("Attributes", ""))) if wanted(name) else {}
+    by_heading = sections(name)
+    assert by_heading[""].split("\n\n")[0].count("\n") == 0, "the summary is one line"
+    described = entries(by_heading.get("Parameters", by_heading.get("Attributes", ""))) if wanted(name) else {}
     assert list(described) == wanted(name)
     for argument, (kind, text) in described.items():
         assert kind, f"{argument} says no type"
@@ -58,9 +58,9 @@ def test_every_argument_and_field_is_described(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in NAMES if inspect.isfunction(getattr(tactfix, name))])
 def test_every_function_says_what_it_returns_and_raises(name: str) -> None:
-    there = sections(name)
-    assert {"Parameters", "Returns", "Raises", "Notes", "Examples"} <= set(there)
-    for error in re.findall(r"^\S+$", there["Raises"], flags=re.MULTILINE):
+    by_heading = sections(name)
+    assert {"Parameters", "Returns", "Raises", "Notes", "Examples"} <= set(by_heading)
+    for error in re.findall(r"^\S+$", by_heading["Raises"], flags=re.MULTILINE):
         assert issubclass(getattr(tactfix, error), tactfix.TactfixError)
 
 
@@ -70,6 +70,6 @@ def test_examples_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = sections(name)["Examples"]
     example = doctest.DocTestParser().get_doctest(text, {"np": np, "tactfix": tactfix}, name, None, 0)
     assert example.examples
-    said: list[str] = []
-    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
-    assert not failed, "".join(said)
+    output: list[str] = []
+    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=output.append)
+    assert not failed, "".join(output)

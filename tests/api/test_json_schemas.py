@@ -1,4 +1,4 @@
-"""What the commands print as JSON keeps to the schemas that they print of it, in every verdict."""
+"""The JSON output of the commands conforms to the schemas that `tactfix schema` prints, for every status."""
 
 import json
 import shutil
@@ -45,7 +45,7 @@ CALLS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the files of the project, and what the calls read besides."""
+    """A folder with the project's fixtures and samples, and the other files that the calls read."""
     place = tmp_path_factory.mktemp("schemas")
     for name in ("fixtures", "samples"):
         shutil.copytree(ROOT / name, place / name)
@@ -67,7 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def write_ball(path: Path) -> None:
-    """Touches of a ball of radius 12.7 mm from thirty directions, with a tip of 2 mm."""
+    """Write touches of a ball of radius 12.7 mm from thirty directions, with a tip of radius 2 mm."""
     rows = []
     for k in range(30):
         z = 1.0 - (2 * k + 1) / 45.0
@@ -82,8 +82,8 @@ def write_ball(path: Path) -> None:
 def schema_of(command: str) -> dict[str, Any]:
     printed = tactfix("schema", "--of", command)
     assert printed.returncode == 0
-    told: dict[str, Any] = json.loads(printed.stdout)
-    return told
+    schema: dict[str, Any] = json.loads(printed.stdout)
+    return schema
 
 
 def keeps(value: Any, schema: dict[str, Any]) -> bool:

@@ -1,4 +1,4 @@
-"""Fixtures and contacts made in Python: held to what files are held to, and written as files."""
+"""Fixtures and contacts built in Python: checked by the same rules as files, and written as files."""
 
 import sys
 from pathlib import Path
@@ -87,9 +87,9 @@ def test_everything_that_is_wrong_is_told_at_once() -> None:
     document["tuch"] = {}
     with pytest.raises(tactfix.FileError) as caught:
         Fixture.from_dict(document)
-    said = str(caught.value)
-    assert "features.ball.radius is -1.0" in said
-    assert "did you mean 'touch'" in said
+    message = str(caught.value)
+    assert "features.ball.radius is -1.0" in message
+    assert "did you mean 'touch'" in message
 
 
 def contacts() -> tactfix.Contacts:

@@ -1,4 +1,4 @@
-"""The pages tell the truth: their console and Python examples are run, and what they list is what there is."""
+"""The pages are correct: their console and Python examples are run, and commands, options and files listed exist."""
 
 import doctest
 import json
@@ -19,32 +19,32 @@ def name_of(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-def assert_alike(printed: str, said: str) -> None:
-    """The same words and, within the last digits that another processor may round otherwise, the same numbers."""
-    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", said).split()
-    ours, theirs = ([float(n) for n in NUMBER.findall(text)] for text in (printed, said))
+def assert_alike(printed: str, documented: str) -> None:
+    """The same words, and the same numbers except for last digits, which depend on the processor."""
+    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", documented).split()
+    ours, theirs = ([float(n) for n in NUMBER.findall(text)] for text in (printed, documented))
     assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "console")], ids=name_of)
 def test_console_examples(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command with the status of the one before it."""
+    """Each command is run with the exit status of the preceding one."""
     monkeypatch.chdir(folder_for_examples(page, tmp_path))
     for name, value in environment().items():
         monkeypatch.setenv(name, value)
     for block in blocks(page, "console"):
         status = 0
-        for command, said in zip(commands(block), shown(block), strict=True):
+        for command, documented in zip(commands(block), shown(block), strict=True):
             status, printed = typed(command, status)
-            assert_alike(printed, said)
+            assert_alike(printed, documented)
 
 
 PLAIN = re.compile(r"tactfix [\w\s./:,-]+")
-"""A command of tactfix that needs no shell."""
+"""A tactfix command that needs no shell."""
 
 
 def typed(command: str, status: int) -> tuple[int, str]:
-    """Status and output of a command after one that left status; what needs no shell is run in this process."""
+    """Exit status and output of a command; run in this process if it needs no shell. status: of the command before."""
     first, pipe, rest = command.partition(" | ")
     if not PLAIN.fullmatch(first):
         return in_shell(f"(exit {status}); {command}", "")
@@ -56,7 +56,7 @@ def typed(command: str, status: int) -> tuple[int, str]:
 
 
 def in_shell(command: str, given: str) -> tuple[int, str]:
-    """Status and output, standard error with it, of a command that is given this on its standard input."""
+    """Exit status and output (with standard error) of a shell that reads this text from standard input."""
     bash = ["bash", "-c", command]
     done = subprocess.run(bash, input=given, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     return done.returncode, done.stdout
@@ -68,9 +68,9 @@ def test_python_examples(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
     text = "\n".join(blocks(page, "python"))
     example = doctest.DocTestParser().get_doctest(text, {}, name_of(page), str(page), 0)
     assert example.examples
-    said: list[str] = []
-    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
-    assert not failed, "".join(said)
+    output: list[str] = []
+    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=output.append)
+    assert not failed, "".join(output)
 
 
 def test_the_fixture_of_the_paper_is_the_one_that_is_shipped() -> None:
@@ -85,9 +85,9 @@ def test_the_json_of_the_pages_has_the_keys_that_are_written(monkeypatch: pytest
         "tactfix/design-check/1": "design-check fixtures/three-planes.yaml --json --study 0",
     }
     monkeypatch.chdir(ROOT)
-    told = [block for page in PAGES for block in blocks(page, "jsonc")]
-    assert len(told) >= len(calls)
-    for block in told:
+    json_blocks = [block for page in PAGES for block in blocks(page, "jsonc")]
+    assert len(json_blocks) >= len(calls)
+    for block in json_blocks:
         schema = re.search(r'"schema": "([^"]+)"', block)
         assert schema
         printed = tactfix(*calls[schema[1]].split()).stdout
@@ -95,7 +95,7 @@ def test_the_json_of_the_pages_has_the_keys_that_are_written(monkeypatch: pytest
 
 
 def keys_of(block: str) -> set[str]:
-    """The keys of the outermost object, comments and whatever is nested left out."""
+    """The keys of the outermost object, without comments and nested values."""
     text = re.sub(r"//.*", "", block).strip().removeprefix("{").removesuffix("}")
     while (flat := re.sub(r"\{[^{}]*\}|\[[^\[\]]*\]", "", text)) != text:
         text = flat

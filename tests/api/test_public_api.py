@@ -1,4 +1,4 @@
-"""What `import tactfix` offers: cheap to import, whole in whatever order it is used, typed, arrays in and out."""
+"""The public interface: cheap to import, independent of the order of imports, typed, with arrays in and out."""
 
 import inspect
 import pickle
@@ -48,11 +48,11 @@ HOMES = ", ".join(sorted({getattr(tactfix, name).__module__ for name in FUNCTION
 
 @pytest.mark.parametrize("code", [f"import {HOMES}; ask()", f"ask(); import {HOMES}; ask()"])
 def test_functions_stay_functions_whatever_is_imported_first(code: str) -> None:
-    """The modules tactfix.locate, tactfix.plan and so on have the names of functions."""
+    """The submodules tactfix.locate, tactfix.plan and so on must not replace the functions of the same name."""
     ask = f"import tactfix\ndef ask():\n    for name in {FUNCTIONS}:\n        print(getattr(tactfix, name))\n"
-    said = python(ask + code).splitlines()
-    assert said
-    assert all(line.startswith("<function ") for line in said)
+    output = python(ask + code).splitlines()
+    assert output
+    assert all(line.startswith("<function ") for line in output)
 
 
 def test_functions_travel_to_other_processes() -> None:
@@ -62,12 +62,12 @@ def test_functions_travel_to_other_processes() -> None:
 def test_contacts_from_arrays_are_those_of_the_file() -> None:
     fixture = tactfix.load_fixture(FIXTURE)
     read = tactfix.load_contacts(CONTACTS, fixture)
-    made = tactfix.contacts_from_arrays(
+    built = tactfix.contacts_from_arrays(
         read.features, read.points.copy(), 7.0 * read.approaches, sigma=read.sigmas, tip_radius=read.tip_radius
     )
-    assert np.allclose(made.approaches, read.approaches, rtol=0, atol=1e-15)
-    assert (made.rows, made.tip_radius, made.features) == (read.rows, read.tip_radius, read.features)
-    one, other = tactfix.locate(fixture, read), tactfix.locate(fixture, made)
+    assert np.allclose(built.approaches, read.approaches, rtol=0, atol=1e-15)
+    assert (built.rows, built.tip_radius, built.features) == (read.rows, read.tip_radius, read.features)
+    one, other = tactfix.locate(fixture, read), tactfix.locate(fixture, built)
     assert np.allclose(one.base_from_fixture, other.base_from_fixture, rtol=0, atol=1e-9)
 
 
@@ -110,7 +110,7 @@ def types_in(annotation: object) -> Iterator[type]:
 
 
 def annotations_of(value: object) -> Iterator[object]:
-    """The annotations of a function or class, its methods and properties too; what is imported for them is at hand."""
+    """The annotations of a function or class with its methods and properties; imports for type checking included."""
     at_hand = {**vars(tactfix.parts), **{name: getattr(tactfix, name) for name in tactfix.__all__}, "DataFrame": object}
     own = [value]
     if isinstance(value, type):
@@ -136,9 +136,9 @@ def test_the_types_of_what_public_values_hold_are_public() -> None:
 
 
 def test_help_begins_with_what_there_is() -> None:
-    """Every function is named before the long list of classes, and nothing is named that is not there."""
-    said = tactfix.__doc__ or ""
-    assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", said)] == []
-    listed = re.findall(r"^[A-Z][a-z]+:\s+(.*)$", said, re.MULTILINE)
+    """The module docstring names every function before the long list of classes, and only names that exist."""
+    help_text = tactfix.__doc__ or ""
+    assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", help_text)] == []
+    listed = re.findall(r"^[A-Z][a-z]+:\s+(.*)$", help_text, re.MULTILINE)
     names = {name for line in listed for name in re.findall(r"\b[A-Za-z]+_[a-z_]+\b", line)}
     assert names - set(tactfix.__all__) == {"to_json", "to_dict", "from_json", "from_features"}

@@ -1,4 +1,4 @@
-"""What a result offers from Python: its pose, its sigmas, its JSON and back."""
+"""Results in Python: pose, sigmas, conversion to JSON and back."""
 
 import copy
 import json
@@ -139,16 +139,16 @@ def test_every_result_has_the_json_of_its_command(
     bar = tactfix.load_fixture(f"fixtures/{BAR}.yaml")
     on_bar = tactfix.load_contacts(f"samples/{BAR}/contacts.csv", bar).on("bar")
     reference = tactfix.load_pose(tmp_path / "pose.json")
-    said: dict[str, tactfix.parts.JsonResult] = {
+    results: dict[str, tactfix.parts.JsonResult] = {
         f"fit cylinder samples/{BAR}/contacts.csv --feature bar": tactfix.fit("cylinder", on_bar),
         f"design-check {file} --study 0": tactfix.design_check(fixture, None, tactfix.Wishes(layouts=0)),
         f"simulate {file} --seed 3": tactfix.simulate(fixture, seed=3),
         f"plan {file} --contacts 7 --starts 1": tactfix.plan(fixture, contacts=7, starts=1),
         f"check {file} {touched} --reference {tmp_path / 'pose.json'}": tactfix.check(fixture, contacts, reference),
         f"compare {tmp_path / 'pose.json'} {tmp_path / 'pose.json'}": tactfix.compare(reference, reference),
-        f"guide {file} {touched}": tactfix.guide(fixture, contacts[:12]),  # where the command ends: located
+        f"guide {file} {touched}": tactfix.guide(fixture, contacts[:12]),  # the command exits here: located
     }
-    for line, result in said.items():
+    for line, result in results.items():
         printed = command(*line.split(), "--json").stdout
         last = printed.splitlines(keepends=True)[-1] if line.startswith("guide") else printed
         assert result.to_json() == last, line
@@ -225,11 +225,11 @@ def test_a_pose_has_a_unit_and_a_covariance_that_can_be() -> None:
 
 
 def test_values_are_short_on_a_screen(plate: tuple[tactfix.Fixture, tactfix.Contacts]) -> None:
-    """One line of every result, and the number that matters in it."""
+    """The repr of every result is one line, and contains its most important number."""
     fixture, contacts = plate
     result = tactfix.locate(fixture, contacts)
     cell = tactfix.load_cell(ROOT / "samples" / "robot-calibration" / "cell.yaml")
-    said = {
+    texts = {
         fixture: "<Fixture 'robot-cell-plate': plate plane, pin cylinder, ball sphere; mm>",
         contacts: "15 (plate 4, pin 6, ball 5)",
         result.pose: "origin (1184.194, -356.702, 412.809) mm, turned 63.99 deg",
@@ -249,7 +249,7 @@ def test_values_are_short_on_a_screen(plate: tuple[tactfix.Fixture, tactfix.Cont
         tactfix.load_touches(ROOT / "samples" / "robot-calibration" / "touches.csv", cell): "72",
         result.candidates[0]: "surfaces=<plate, pin, ball>",
     }
-    for value, words in said.items():
+    for value, words in texts.items():
         assert words in repr(value)
         assert "\n" not in repr(value)
         assert len(repr(value)) < 180

@@ -1,4 +1,4 @@
-"""What a type checker knows of results, and what batch, reports and machine files offer from Python."""
+"""Types of results as mypy infers them; and batch, reports and machine files used from Python."""
 
 import json
 import re
@@ -51,12 +51,12 @@ PROGRAMS = {
 
 
 @pytest.fixture(scope="module")
-def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What mypy --strict says of each program."""
+def mypy_output(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The output of mypy --strict for each program."""
     folder = tmp_path_factory.mktemp("users")
     for name, text in PROGRAMS.items():
         (folder / f"{name}.py").write_text(text, encoding="utf-8")
-    # Libraries take most of the time; with the settings of the project, which are strict, they are read once.
+    # Libraries take most of the time; with the project's (strict) settings their cache is shared.
     settings = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache")]
     command = [sys.executable, "-m", "mypy", "--strict", *settings, *(f"{name}.py" for name in PROGRAMS)]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -64,25 +64,25 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {name: "".join(line for line in lines if line.startswith(f"{name}.py:")) for name in PROGRAMS}
 
 
-def test_users_see_the_types(said: dict[str, str]) -> None:
+def test_users_see_the_types(mypy_output: dict[str, str]) -> None:
     assert (
         'Revealed type is "tactfix.locate_result.LocatedResult | tactfix.locate_result.NotLocatedResult"'
-        in said["wrong"]
+        in mypy_output["wrong"]
     )
-    assert 'Argument "contacts" to "plan" has incompatible type "str"' in said["wrong"]
-    assert said["wrong"].count(": error: ") == 1
+    assert 'Argument "contacts" to "plan" has incompatible type "str"' in mypy_output["wrong"]
+    assert mypy_output["wrong"].count(": error: ") == 1
 
 
-def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(said: dict[str, str]) -> None:
-    assert re.findall(r'Revealed type is "([\w.]+)"', said["asking"]) == [
+def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(mypy_output: dict[str, str]) -> None:
+    assert re.findall(r'Revealed type is "([\w.]+)"', mypy_output["asking"]) == [
         "tactfix.locate_result.LocatedResult",
         "tactfix.locate_result.NotLocatedResult",
     ]
-    assert ": error: " not in said["asking"]
+    assert ": error: " not in mypy_output["asking"]
 
 
-def test_without_asking_there_may_be_none(said: dict[str, str]) -> None:
-    assert "not indexable" in said["not_asking"]
+def test_without_asking_there_may_be_none(mypy_output: dict[str, str]) -> None:
+    assert "not indexable" in mypy_output["not_asking"]
 
 
 @pytest.mark.parametrize(("features", "kind"), [(None, "LocatedResult"), ("plate", "NotLocatedResult")])
@@ -133,7 +133,7 @@ def test_messages_to_python_speak_of_arguments(tmp_path: Path) -> None:
 
 
 def test_what_results_say_to_python_speaks_of_no_option() -> None:
-    """Notes on logs, gates that are exceeded, and hints of a design are not errors: their words must do for both."""
+    """Notes on logs, exceeded limits and design hints are not errors, so one wording serves command line and Python."""
     fixture = tactfix.load_fixture(FIXTURE)
     log = {"format": "ur", "features": "plate:4,pin:6,ball:5"}
     options = tactfix.ContactOptions(tip_radius=0.003, sigma=8e-5)
@@ -148,8 +148,8 @@ def test_what_results_say_to_python_speaks_of_no_option() -> None:
     ]
     findings = [finding for report in reports for finding in report.findings]
     assert {"sigma_missing", "accuracy"} <= {finding.code for finding in findings}
-    said = [row.message, *row.warnings, *(f"{finding.message} {finding.hint}" for finding in findings)]
-    assert [text for text in said if re.search(r"(^|\s)--[a-z]", text)] == []
+    texts = [row.message, *row.warnings, *(f"{finding.message} {finding.hint}" for finding in findings)]
+    assert [text for text in texts if re.search(r"(^|\s)--[a-z]", text)] == []
 
 
 def test_a_batch_has_a_row_for_each_set(tmp_path: Path) -> None:
@@ -175,7 +175,7 @@ def test_the_report_is_a_page() -> None:
 
 
 def test_a_batch_of_machine_logs_is_read_as_one_log_is() -> None:
-    """The tip offset too: with one the poses are those of a flange, and no note asks for it."""
+    """Also with a tip offset: if one is given, the poses are those of the flange, and no note asks for it."""
     logs = sorted((ROOT / "samples" / "calibration-day").glob("*.txt"))[:1]
     fixture = tactfix.load_fixture(FIXTURE)
     log = {"format": "ur", "features": "plate:4,pin:6,ball:5"}

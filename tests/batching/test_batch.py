@@ -1,4 +1,4 @@
-"""A batch gives each set the answer that it gets alone, in order, whatever becomes of the others."""
+"""A batch gives each contact set the same result as locate does, in order, even if other sets fail."""
 
 import pickle
 import signal
@@ -53,10 +53,10 @@ def test_rows_survive_json(task: BatchTask) -> None:
 
 
 def test_a_task_travels(task: BatchTask) -> None:
-    there = pickle.loads(pickle.dumps(task))
-    assert dict(there.fixture.features).keys() == dict(task.fixture.features).keys()
+    copy = pickle.loads(pickle.dumps(task))
+    assert dict(copy.fixture.features).keys() == dict(task.fixture.features).keys()
     one = contact_sets(1)[0]
-    assert locate_set(there, one) == locate_set(task, one)
+    assert locate_set(copy, one) == locate_set(task, one)
 
 
 def test_workers_and_one_process_agree_in_order(task: BatchTask, tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_gates_are_told_in_the_row(task: BatchTask) -> None:
     assert not row.acceptable
     assert "above the limit of 1e-09" in row.message
     assert locate_set(BatchTask(task.fixture, PLAIN, blank, max_sigma=1.0), one).acceptable
-    # 12 m away the same pose is less sure.
+    # At 12 m from the origin the same pose is less certain.
     far = BatchTask(task.fixture, PLAIN, blank, max_sigma=1.0, point_fixture=(0.0, 0.0, 1e6))
     assert not locate_set(far, one).acceptable
 

@@ -1,4 +1,4 @@
-"""A batch on a real cluster of worker processes, one of them killed half-way: every set once, as without a cluster."""
+"""Work on a cluster of worker processes, one of which is killed: every set once, the same results as in process."""
 
 import json
 import os
@@ -23,12 +23,12 @@ from tests.support.contact_sets import PLAIN, blank, contact_sets, rows, slow, w
 
 pytest.importorskip("distributed", reason="needs the extra: pip install 'tactfix[dask]'")
 SCRIPT = Path(__file__).parents[1] / "support" / "local_cluster.py"
-# Clients in this process leave threads, and libraries of their own warnings.
+# Clients in this process leave threads behind, and their libraries issue warnings.
 pytestmark = pytest.mark.filterwarnings("default")
 
 
 class Cluster:
-    """The cluster's address, and a way to kill one of its workers."""
+    """The address of the cluster, and a method that kills one of its workers."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self.process = process
@@ -46,7 +46,7 @@ class Cluster:
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Cluster]:
     path = ":".join(sys.path)
-    # What chooses the kernels of linear algebra here chooses them there: rows are compared to the last bit.
+    # Rows are compared bit by bit, so the workers need the same environment, which selects the BLAS kernels.
     environment = {**os.environ, "PYTHONPATH": path, "PATH": "", "OMP_NUM_THREADS": "1"}
     command = [sys.executable, str(SCRIPT)]
     with subprocess.Popen(
@@ -63,13 +63,17 @@ def test_one_worker_killed_half_way(cluster: Cluster, tmp_path: Path) -> None:
     killed: list[int] = []
     done: list[int] = []
 
-    def told(count: int) -> None:
+    def kill_after_a_third(count: int) -> None:
         done.append(count)
         if count >= len(sets) // 3 and not killed:
             killed.append(cluster.kill_one())
 
     with BatchJournal(tmp_path / "journal") as journal:
-        found = list(run_batch(task, sets, lambda *a: spread_over(DaskCluster(cluster.address), *a), journal, "", told))
+        found = list(
+            run_batch(
+                task, sets, lambda *a: spread_over(DaskCluster(cluster.address), *a), journal, "", kill_after_a_third
+            )
+        )
     assert killed
     assert done == list(range(1, len(sets) + 1))
     written = [json.loads(line)["done"] for line in (tmp_path / "journal").read_text().splitlines()[1:]]
@@ -87,12 +91,12 @@ def test_a_study_of_layouts_survives_a_killed_worker(cluster: Cluster, tmp_path:
     here = study_layouts(fixture, study, sets, locator)
     killed: list[int] = []
 
-    def told(share: float, _: str) -> None:
+    def kill_after_start(share: float, _: str) -> None:
         if share > 0 and not killed:
             killed.append(cluster.kill_one())
 
     with DaskCluster(cluster.address).mapping() as over:
-        assert study_layouts(fixture, study, sets, locator, progress=told, over=over) == here
+        assert study_layouts(fixture, study, sets, locator, progress=kill_after_start, over=over) == here
     assert killed
 
 
@@ -103,14 +107,14 @@ def test_a_search_for_a_plan_survives_a_killed_worker(cluster: Cluster, tmp_path
     here = plan(fixture, contacts=6, starts=12)
     killed: list[int] = []
 
-    def told(share: float, _: str) -> None:
+    def kill_after_start(share: float, _: str) -> None:
         if share > 0 and not killed:
             killed.append(cluster.kill_one())
 
     with DaskCluster(cluster.address).mapping() as over:
-        there = plan(fixture, contacts=6, starts=12, progress=told, over=over)
+        on_cluster = plan(fixture, contacts=6, starts=12, progress=kill_after_start, over=over)
     assert killed
-    assert plan_json(there) == plan_json(here)
+    assert plan_json(on_cluster) == plan_json(here)
     assert here.starts == 12
 
 

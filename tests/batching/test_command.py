@@ -1,4 +1,4 @@
-"""tactfix batch as people use it: every set a row in order, in any of three formats, also after a stop."""
+"""The command batch: one row for each set, in order, in three output formats, also when resumed."""
 
 import csv
 import hashlib
@@ -37,17 +37,17 @@ def cell(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def spoil(sets: Path) -> None:
-    """One set of each kind of trouble."""
+    """Damage the sets: one of each kind of failure."""
     (sets / "001.csv").write_bytes(b"feature,x,y,z\n\xff")
     (sets / "002.csv").write_text("\n".join(contact_file(2).splitlines()[:8]))
-    # Approaches that point out of the material: what else could be wrong is then soon said.
+    # Reversed approaches: a cause that is found quickly.
     normals = [",".join([*row.split(",")[:4], *(repr(-float(a)) for a in row.split(",")[4:])]) for row in rows(3)]
     (sets / "003.csv").write_text("\n".join(["feature,x,y,z,ax,ay,az", *normals]))
 
 
 @pytest.fixture(scope="module")
 def spoilt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Ran, Path]:
-    """A fixture, sets in trouble, what a batch of them said, and its JSON rows."""
+    """A fixture, damaged sets, the summary of a batch of them, and its JSON rows."""
     folder = tmp_path_factory.mktemp("spoilt")
     fixture, sets = write_cell(folder, 5)
     spoil(sets)
@@ -57,18 +57,18 @@ def spoilt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Ran, P
 
 def test_each_set_is_a_row_whatever_it_is(spoilt: tuple[Path, Path, Ran, Path]) -> None:
     _, sets, done, out = spoilt
-    told = json_rows(out)
+    output_rows = json_rows(out)
     assert done.returncode == 1
     assert done.stdout == ""
-    assert [row["set"] for row in told] == [str(sets / f"{k:03d}.csv") for k in range(5)]
-    assert [row["status"] for row in told] == ["located", "error", "underdetermined", "inconsistent", "located"]
-    assert [row["acceptable"] for row in told] == [True, False, False, False, True]
-    assert "not UTF-8" in told[1]["message"]
-    assert "motion free" in told[2]["message"]
-    assert told[2]["transform"] is told[2]["sigmas"] is None
+    assert [row["set"] for row in output_rows] == [str(sets / f"{k:03d}.csv") for k in range(5)]
+    assert [row["status"] for row in output_rows] == ["located", "error", "underdetermined", "inconsistent", "located"]
+    assert [row["acceptable"] for row in output_rows] == [True, False, False, False, True]
+    assert "not UTF-8" in output_rows[1]["message"]
+    assert "motion free" in output_rows[2]["message"]
+    assert output_rows[2]["transform"] is output_rows[2]["sigmas"] is None
     for k in (0, 4):
-        assert np.abs(np.array(told[k]["transform"]) - pose(k)).max() < 1e-6
-        assert len(told[k]["sigmas"]) == 6
+        assert np.abs(np.array(output_rows[k]["transform"]) - pose(k)).max() < 1e-6
+        assert len(output_rows[k]["sigmas"]) == 6
     assert "5 sets: 2 located, 1 underdetermined, 1 inconsistent, 1 error" in done.stderr
     assert not out.with_name("r.jsonl.partial.jsonl").exists()
 
@@ -90,9 +90,9 @@ def test_csv_and_parquet_say_the_same_to_the_last_bit(spoilt: tuple[Path, Path, 
     assert lines[1]["m11"] == lines[1]["rms"] == ""
 
     pq = pytest.importorskip("pyarrow.parquet")
-    for row, told in zip(pq.read_table(tmp_path / "r.parquet").to_pylist(), reference, strict=True):
-        flat = told["transform"] and [value for line in told["transform"] for value in line]
-        assert row == {**told, "transform": flat}
+    for row, expected in zip(pq.read_table(tmp_path / "r.parquet").to_pylist(), reference, strict=True):
+        flat = expected["transform"] and [value for line in expected["transform"] for value in line]
+        assert row == {**expected, "transform": flat}
 
 
 def test_without_an_output_rows_are_printed(cell: tuple[Path, Path]) -> None:
@@ -136,7 +136,7 @@ def test_a_machine_log_for_each_set(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "said"),
+    ("words", "status", "message"),
     [
         (("{cell}/sets", "--output", "r.xlsx"), 2, ".parquet, .csv, .jsonl"),
         (("{cell}/sets", "--jobs", "0"), 2, "--jobs"),
@@ -157,12 +157,12 @@ def test_what_cannot_be(
     monkeypatch: pytest.MonkeyPatch,
     words: tuple[str, ...],
     status: int,
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     done = batch(cell[0], *(word.format(cell=tmp_path) for word in words))
     assert done.returncode == status, done.stderr
-    assert said in done.stderr
+    assert message in done.stderr
     assert not list(tmp_path.glob("*.partial.jsonl"))
 
 
@@ -186,7 +186,7 @@ def wait_for_rows(journal: Path, count: int, process: subprocess.Popen[str]) -> 
 
 
 def children_of(pid: int) -> list[Path]:
-    """The processes that this one has started, as directories that are there while they live; none without /proc."""
+    """The child processes of a process, as directories of /proc, which exist while they run; none without /proc."""
     listed = Path(f"/proc/{pid}/task/{pid}/children")
     return [Path("/proc", child) for child in listed.read_text().split()] if listed.exists() else []
 
@@ -206,11 +206,11 @@ def assert_end(processes: list[Path]) -> None:
 
 
 MANY_EACH = 80
-"""Sets for each process, which take it some 0.4 s: enough for a signal to come before the last one."""
+"""Sets for each process, which take about 0.4 s, so that a signal arrives before the last one."""
 
 
 def marked(line: bytes) -> bytes:
-    """A line of the journal with a message of its own, and the checksum of that."""
+    """A line of the journal with a changed message and a valid checksum."""
     done = re.fullmatch(rb'{"sha256": "\w+", "done": (.*)}\n', line)[1]  # type: ignore[index]
     done = done.replace(b'"message": ""', b'"message": "kept"')
     return b'{"sha256": "%s", "done": %s}\n' % (hashlib.sha256(done).hexdigest().encode(), done)
@@ -233,23 +233,23 @@ def test_a_batch_that_was_stopped_goes_on(tmp_path: Path, stop: str, jobs: int) 
     wait_for_rows(journal, 5, process)
     workers = children_of(process.pid)
     process.send_signal(getattr(signal, stop))
-    _, said = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=30)
     assert process.returncode == {"SIGKILL": -9, "SIGTERM": 143, "SIGINT": 130}[stop]
     if stop != "SIGKILL":
-        assert "run the same command again to go on" in said
-        assert "Traceback" not in said
+        assert "run the same command again to go on" in errors
+        assert "Traceback" not in errors
     assert not out.exists()
     assert_end(workers)
     kept = journal.read_bytes().splitlines(keepends=True)
     assert 5 < len(kept) < many
     whole = [line for line in kept if line.endswith(b"\n")]
-    # The rows that are kept are marked: what the output says of them must come from there.
+    # The kept rows are marked, so that the output shows whether they were read from the journal.
     journal.write_bytes(b"".join([whole[0], *map(marked, whole[1:])]))
     done = batch(*words)
     assert done.returncode == 0, done.stderr
-    told = json_rows(out)
-    assert [row["set"] for row in told] == [f"s{k}" for k in range(many)]
-    assert sum(row["message"] == "kept" for row in told) == len(whole) - 1
-    for k, row in enumerate(told):
+    output_rows = json_rows(out)
+    assert [row["set"] for row in output_rows] == [f"s{k}" for k in range(many)]
+    assert sum(row["message"] == "kept" for row in output_rows) == len(whole) - 1
+    for k, row in enumerate(output_rows):
         assert np.abs(np.array(row["transform"]) - pose(k)).max() < 1e-6
     assert not journal.exists()

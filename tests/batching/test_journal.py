@@ -1,4 +1,4 @@
-"""The journal keeps every row that was done, whenever its writer was stopped."""
+"""The journal keeps every finished row, whenever the writer is stopped."""
 
 from pathlib import Path
 from random import Random
@@ -54,7 +54,7 @@ def test_a_journal_killed_in_its_first_line_begins_anew(tmp_path: Path, length: 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_line_that_was_changed_is_as_if_it_had_never_been(tmp_path: Path, seed: int) -> None:
-    """Any byte of any line but the first: that row is gone, the others are there."""
+    """A changed byte in any line except the first loses that row and no other."""
     random, path = Random(seed), tmp_path / "j"
     with BatchJournal(path) as journal:
         for name in "abc":

@@ -1,4 +1,4 @@
-"""Files, directories and tables as sets: the contacts of each set are those of a file of its own."""
+"""Contact sets from files, directories and tables: the same contacts as from one file for each set."""
 
 import random
 from pathlib import Path
@@ -15,7 +15,7 @@ from tests.support.contact_sets import HEADER, PLAIN, contact_file, rows, write_
 
 
 @pytest.fixture
-def there(tmp_path: Path) -> Fixture:
+def cell_fixture(tmp_path: Path) -> Fixture:
     return load_fixture(write_cell(tmp_path, 3)[0])
 
 
@@ -30,13 +30,13 @@ def same(one: Contacts, other: Contacts) -> bool:
 
 def table(separator: str = ",", names: tuple[str, ...] = ("west", "east", "north")) -> str:
     lines = [f"{name},{row}" for k, name in enumerate(names) for row in rows(k)]
-    random.Random(1).shuffle(lines)  # rows of a set need not stand together
+    random.Random(1).shuffle(lines)  # rows of a set need not be adjacent
     text = "\n".join(["# sigma: 0.02", "Set," + HEADER, *lines]) + "\n"
     return text if separator == "," else text.replace(",", separator).replace(".", ",")
 
 
 def own_files(text: str) -> dict[str, str]:
-    """What a person would do with scissors: the lines of each set under the same head."""
+    """The table split by hand: one file for each set, with the same header."""
     head, columns, *lines = text.splitlines()
     separator = next(mark for mark in ";\t," if mark in columns)
     files: dict[str, list[str]] = {}
@@ -47,17 +47,17 @@ def own_files(text: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
-def test_a_csv_table_is_many_files(tmp_path: Path, there: Fixture, separator: str) -> None:
+def test_a_csv_table_is_many_files(tmp_path: Path, cell_fixture: Fixture, separator: str) -> None:
     text = table(separator)
     (tmp_path / "t.csv").write_text(text)
     sets = list(find_sets([str(tmp_path / "t.csv")]))
     expected = own_files(text)
     assert [one.name for one in sets] == list(expected)
     for one in sets:
-        assert same(read(there, one), load_contacts(expected[one.name].encode(), there))
+        assert same(read(cell_fixture, one), load_contacts(expected[one.name].encode(), cell_fixture))
 
 
-def test_the_column_set_may_stand_anywhere(tmp_path: Path, there: Fixture) -> None:
+def test_the_column_set_may_stand_anywhere(tmp_path: Path, cell_fixture: Fixture) -> None:
     lines = [row.rsplit(",", 3) for row in rows(0)]
     text = "feature,x,y,z,set,ax,ay,az\n" + "\n".join(
         f'{place},"one, and only",{",".join(way)}' for place, *way in lines
@@ -65,20 +65,20 @@ def test_the_column_set_may_stand_anywhere(tmp_path: Path, there: Fixture) -> No
     (tmp_path / "t.csv").write_text(text)
     (one,) = find_sets([str(tmp_path / "t.csv")])
     assert one.name == "one, and only"
-    assert same(read(there, one), load_contacts(contact_file(0).encode(), there))
+    assert same(read(cell_fixture, one), load_contacts(contact_file(0).encode(), cell_fixture))
 
 
-def test_a_bad_row_is_told_with_its_line_of_the_table(tmp_path: Path, there: Fixture) -> None:
+def test_a_bad_row_is_told_with_its_line_of_the_table(tmp_path: Path, cell_fixture: Fixture) -> None:
     lines = table().splitlines()
     bad = next(k for k, line in enumerate(lines) if line.startswith("east,b"))
     lines[bad] = lines[bad].replace("east,b,", "east,bee,")
     (tmp_path / "t.csv").write_text("\n".join(lines))
     for one in find_sets([str(tmp_path / "t.csv")]):
         if one.name != "east":
-            assert len(read(there, one)) == 15
+            assert len(read(cell_fixture, one)) == 15
             continue
         with pytest.raises(FileError) as caught:
-            read(there, one)
+            read(cell_fixture, one)
         (problem,) = caught.value.problems
         assert problem.line == bad + 1
         assert "no feature 'bee'" in problem.what
@@ -117,7 +117,7 @@ def write_parquet(path: Path, text: str, **metadata: str) -> None:
     pq.write_table(pa.table(columns).replace_schema_metadata(metadata), path, row_group_size=7)
 
 
-def test_a_parquet_table_is_the_same_table(tmp_path: Path, there: Fixture) -> None:
+def test_a_parquet_table_is_the_same_table(tmp_path: Path, cell_fixture: Fixture) -> None:
     text = table()
     write_parquet(tmp_path / "t.parquet", text, sigma="0.02")
     (tmp_path / "t.csv").write_text(text)
@@ -125,11 +125,11 @@ def test_a_parquet_table_is_the_same_table(tmp_path: Path, there: Fixture) -> No
     lines = list(find_sets([str(tmp_path / "t.csv")]))
     assert [one.name for one in columns] == [one.name for one in lines]
     for one, other in zip(columns, lines, strict=True):
-        assert same(read(there, one), read(there, other))
-        assert read(there, one).sigmas[0] == 0.02
+        assert same(read(cell_fixture, one), read(cell_fixture, other))
+        assert read(cell_fixture, one).sigmas[0] == 0.02
 
 
-def test_parquet_sets_may_be_numbers_and_approaches_missing(tmp_path: Path, there: Fixture) -> None:
+def test_parquet_sets_may_be_numbers_and_approaches_missing(tmp_path: Path, cell_fixture: Fixture) -> None:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     points = [list(map(float, row.split(",")[1:4])) for row in rows(0)]
     missing = [None, float("nan")] + [None] * 13
@@ -142,7 +142,7 @@ def test_parquet_sets_may_be_numbers_and_approaches_missing(tmp_path: Path, ther
     pq.write_table(pa.table(columns), tmp_path / "t.parquet")
     numbered, nameless = find_sets([str(tmp_path / "t.parquet")])
     assert numbered.name == "7"
-    contacts = read(there, numbered)
+    contacts = read(cell_fixture, numbered)
     assert np.array_equal(contacts.points, points[:10])
     assert not contacts.has_approach.any()
     assert nameless.unreadable is not None
@@ -162,7 +162,7 @@ def test_parquet_without_sets_is_refused(tmp_path: Path) -> None:
         find_sets([str(tmp_path / "t.parquet")])
 
 
-def test_a_directory_is_its_contact_files_by_name(tmp_path: Path, there: Fixture) -> None:
+def test_a_directory_is_its_contact_files_by_name(tmp_path: Path, cell_fixture: Fixture) -> None:
     folder = tmp_path / "sets"
     (folder / ".hidden.csv").write_text("x")
     (folder / "notes.md").write_text("x")
@@ -175,7 +175,7 @@ def test_a_directory_is_its_contact_files_by_name(tmp_path: Path, there: Fixture
         find_sets([str(folder / "deeper")])
 
 
-def test_sources_keep_their_order_and_what_is_gone_says_so(tmp_path: Path, there: Fixture) -> None:
+def test_sources_keep_their_order_and_what_is_gone_says_so(tmp_path: Path, cell_fixture: Fixture) -> None:
     (tmp_path / "t.csv").write_text(table())
     sources = [str(tmp_path / "sets" / "002.csv"), "no-such.csv", str(tmp_path / "t.csv"), str(tmp_path / "sets")]
     found = find_sets(sources)
