@@ -1,4 +1,4 @@
-"""Makes samples/robot-calibration with the arm of `support.arms`: `python -m tests.calibration.generate` writes it."""
+"""Write samples/robot-calibration, simulated with the arm of `support.arms`: `python -m tests.calibration.generate`."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The accuracy of a calibrated robot against draws of the linear model."""
+"""The predicted accuracy of a calibrated robot against random draws of the linear model."""
 
 import numpy as np
 import pytest
@@ -15,11 +15,11 @@ VARIANCE = 2.0
 def test_the_covariance_is_that_of_draws(believed: tuple[float, ...]) -> None:
     rng = np.random.default_rng(1)
     true = rng.normal(size=(40_000, 3)) * PRIOR
-    seen = true @ MATRIX.T + rng.normal(size=(40_000, 4)) * np.sqrt(VARIANCE)
-    # Least squares of rows and prior, one below the other; what is not believed has no column.
+    observed = true @ MATRIX.T + rng.normal(size=(40_000, 4)) * np.sqrt(VARIANCE)
+    # Least squares with the rows of the observations above those of the prior; fixed parameters have no column.
     free = np.array(believed) > 0
     stacked = np.vstack([MATRIX[:, free] / np.sqrt(VARIANCE), np.diag(1 / np.array(believed)[free])])
-    rows = np.hstack([seen / np.sqrt(VARIANCE), np.zeros((40_000, int(free.sum())))])
+    rows = np.hstack([observed / np.sqrt(VARIANCE), np.zeros((40_000, int(free.sum())))])
     estimate = np.zeros_like(true)
     estimate[:, free] = np.linalg.lstsq(stacked, rows.T, rcond=None)[0].T
     off = (estimate - true) / PRIOR
@@ -33,21 +33,21 @@ def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -
     nothing, all_of_it = np.zeros((1, 3)), 1e6 * np.eye(3)
     assert undetermined(nothing, PRIOR, tip, moves, 1.0) == pytest.approx(1.0)
     assert undetermined(all_of_it, PRIOR, tip, moves, 1.0) < 1e-5
-    # Neither what the touches tell of the tip nor how unsure it is counts.
+    # The rows and the sigma of the tip have no influence.
     of_tip = np.array([[0.0, 0.0, 100.0]])
     assert undetermined(of_tip, PRIOR, tip, moves, 1.0) == pytest.approx(1.0)
     assert undetermined(of_tip, PRIOR * [1, 1, 99], tip, moves, 1.0) == pytest.approx(1.0)
-    # One of two parameters that move the tip alike, known: the square root of the other's share is left.
+    # Two parameters move the tip alike and one is known: the square root of the other's share remains.
     alike = np.stack([moves[:, :, 0], moves[:, :, 0], moves[:, :, 2]], axis=2)
     first = np.array([[1e6, 0.0, 0.0]])
     assert undetermined(first, PRIOR, tip, alike, 1.0) == pytest.approx(np.sqrt(0.25 / 1.25), rel=1e-3)
 
 
 def test_an_error_that_the_tip_takes_up_counts_as_none() -> None:
-    """The first error moves the tip as the tip's offset does and is not identified; the second is, to a thousandth."""
+    """The first error moves the tip as a tip offset does and is not identified; the second is, to a thousandth."""
     turns = Rotation.from_euler("z", [[0.0], [90.0], [180.0]], degrees=True).as_matrix()
     height = np.array([[0, 0, 0.0], [0, 0, 1], [0, 0, 3]])
     moves = np.concatenate([turns[:, :, :1], height[:, :, None], turns], axis=2)
     tip = np.array([False, False, True, True, True])
-    told = np.array([[0.0, 1e3, 0, 0, 0]])
-    assert undetermined(told, np.ones(5), tip, moves, 1.0) == pytest.approx(1e-3, rel=1e-3)
+    rows = np.array([[0.0, 1e3, 0, 0, 0]])
+    assert undetermined(rows, np.ones(5), tip, moves, 1.0) == pytest.approx(1e-3, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Simulated robots with known errors: found within their sigmas, refused if nothing can check them."""
+"""Simulated robots with known errors: found within their sigmas; rejected without an independent check."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> Calibration:
 
 @pytest.fixture(scope="module")
 def offsets(session: tuple[Cell, Touches, dict[str, float]]) -> tuple[Cell, Touches]:
-    """The same cell with a robot that has errors of its joint offsets and its tip only."""
+    """The same cell with a robot whose only errors are joint offsets and the tip."""
     rng = np.random.default_rng(12)
     cell = replace(session[0], unknown=("joint_offsets", "tip"))
     errors = {name: e for name, e in session[2].items() if "offset" in name or "tip" in name}
@@ -40,7 +40,7 @@ def test_a_robot_with_errors_is_found(session: tuple[Cell, Touches, dict[str, fl
     assert calibrated.status == "calibrated"
     assert calibrated.reasons == ()
     assert all(place.rms_after < 0.08 and place.rms_before > 0.3 for place in calibrated.places)
-    # What is independent depends on no choice: where the tip is, seen from the best fitting base.
+    # Tip positions relative to the best-fitting base do not depend on the choice of parameters.
     joints = np.random.default_rng(1).uniform(-1, 1, (200, 6))
     true = cell.chain.points(joints, np.array([errors[name] for name in cell.chain.names()]))
     found = cell.chain.points(joints, calibrated.values[:-1])
@@ -50,7 +50,7 @@ def test_a_robot_with_errors_is_found(session: tuple[Cell, Touches, dict[str, fl
 
 
 def off(points: np.ndarray, true: np.ndarray) -> float:
-    """The rms distance of points from true ones, after the best rigid motion (Kabsch)."""
+    """The rms distance of points from the true ones after the best rigid motion (Kabsch)."""
     a, b = points - points.mean(axis=0), true - true.mean(axis=0)
     u, _, vt = np.linalg.svd(a.T @ b)
     turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
@@ -58,7 +58,7 @@ def off(points: np.ndarray, true: np.ndarray) -> float:
 
 
 def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touches, dict[str, float]]) -> None:
-    """4 R + 6 describe R revolute joints, base and tool (Everett and Hsu); a tip does not turn, the base is free."""
+    """4 R + 6 for R revolute joints, base and tool (Everett and Hsu), less 3 (no tip orientation), less 6 (base)."""
     free, held = independent(session[0], None)
     assert free.sum() == 4 * 6 + 6 - 3 - 6
     assert free.sum() + len(held) == len(session[0].chain.parameters)
@@ -68,7 +68,7 @@ def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touche
 
 
 def test_how_wide_the_prior_is_does_not_decide_what_is_determined(offsets: tuple[Cell, Touches]) -> None:
-    """The scale of the errors follows from the nominal robot's residuals, except for the tip's, which is small here."""
+    """The prior is scaled by the nominal robot's residuals, except the tip's, which is small here."""
     cell, touches = offsets
     few = touches.subset(np.flatnonzero(np.arange(len(touches)) % 4 < 2))
     p = cell.prior
@@ -151,7 +151,7 @@ def test_a_parameter_asked_for_by_name_must_be_told(offsets: tuple[Cell, Touches
     result = calibrate(named, still)
     assert result.status == "underdetermined"
     assert any("joint_3.offset" in reason for reason in result.reasons)
-    # The first joint turns with the places: held, and no reason to refuse.
+    # The offset of the first joint is a common turn of the places: it is fixed, and no reason to reject.
     assert not any("joint_1.offset" in reason for reason in result.reasons)
 
 

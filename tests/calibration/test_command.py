@@ -1,4 +1,4 @@
-"""tactfix calibrate as a command: the sample, what it writes, and every refusal with its place."""
+"""The command calibrate: the sample, its outputs, and every rejected input with its position in the file."""
 
 import json
 from pathlib import Path
@@ -20,7 +20,7 @@ def cell(tmp_path: Path) -> Path:
     return tmp_path / "cell.yaml"
 
 
-def told(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
+def run_calibrate(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
     status = run(["calibrate", *map(str, words)])
     out, err = capsys.readouterr()
     return status, out, err
@@ -33,7 +33,7 @@ def offsets_only(cell: Path) -> None:
 def test_the_sample_is_calibrated_and_its_rows_are_read_again(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
     touches = cell.parent / "touches.csv"
     robot = cell.parent / "robot.yaml"
-    status, out, _ = told(capsys, cell, touches, "--json", "--output", robot)
+    status, out, _ = run_calibrate(capsys, cell, touches, "--json", "--output", robot)
     assert status == 0
     report = json.loads(out)
     assert report["schema"] == "tactfix/calibrate/1"
@@ -41,16 +41,16 @@ def test_the_sample_is_calibrated_and_its_rows_are_read_again(cell: Path, capsys
     assert set(report["places"]) == {"front", "left", "high"}
     assert {"O1", "O2", "O3", "O4", "O5"} == set(report["observability"])
     assert report["prediction"]["after"] < 0.1 * report["prediction"]["before"]
-    # The rows written, as a new nominal robot, leave next to nothing to calibrate.
+    # The rows written, used as nominal robot, leave almost nothing to calibrate.
     rows = robot.read_text().split("rows:")[1].split("tip_offset:")
     head, tail = cell.read_text().split("    rows:")[0], "probe:" + cell.read_text().split("probe:")[1]
     body = "\n".join("    " + line for line in rows[0].splitlines()[1:])
     tail = tail.replace("[30.0, 0.0, 150.0]", rows[1].strip())
-    # A nominal robot has its tip fitted, whatever else is asked for.
+    # The nominal robot's tip is always fitted.
     cell.write_text(f"{head}    rows:\n{body}\n{tail}".replace("unknown: all", "unknown: [tip]"))
-    _, again, _ = told(capsys, cell, touches, "--json")
+    _, again, _ = run_calibrate(capsys, cell, touches, "--json")
     for name, place in json.loads(again)["places"].items():
-        # Not the same: a nominal robot has its tip fitted again.
+        # Not exactly equal, because the nominal robot's tip is fitted again.
         assert place["rms_before"] == pytest.approx(report["places"][name]["rms_after"], rel=0.05)
 
 
@@ -60,11 +60,11 @@ def test_touches_at_one_place_write_no_robot(cell: Path, capsys: pytest.CaptureF
     alone = cell.parent / "front.csv"
     alone.write_text("\n".join(line for line in lines if line.startswith(("#", "place", "front"))))
     robot = cell.parent / "robot.yaml"
-    status, out, err = told(capsys, cell, alone, "--output", robot)
+    status, out, err = run_calibrate(capsys, cell, alone, "--output", robot)
     assert (status, out) == (4, "")
     assert not robot.exists()
     assert "another place" in err
-    status, _, err = told(capsys, cell, alone, "--unchecked", "--output", robot)
+    status, _, err = run_calibrate(capsys, cell, alone, "--unchecked", "--output", robot)
     assert status == 0
     assert err.count("another place") == 1
     assert robot.exists()
@@ -78,9 +78,9 @@ def test_the_report_and_the_tip_say_what_the_json_says(cell: Path, capsys: pytes
     touches = cell.parent / "touches.csv"
     touches.write_text("\n".join(kept))
     page, json_file = cell.parent / "robot.html", cell.parent / "robot.json"
-    status, out, _ = told(capsys, cell, touches, "--output", page, "--tip-format", "kuka")
+    status, out, _ = run_calibrate(capsys, cell, touches, "--output", page, "--tip-format", "kuka")
     assert status == 0
-    assert told(capsys, cell, touches, "--output", json_file)[:2] == (0, "")
+    assert run_calibrate(capsys, cell, touches, "--output", json_file)[:2] == (0, "")
     report = json.loads(json_file.read_text())
     tip = report["tip"]["transform"]
     numbers = [float(word.split(" ")[1]) for word in out.strip("{}\n").split(",")]
@@ -108,11 +108,11 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
     few = cell.parent / "few.csv"
     few.write_text("\n".join((cell.parent / "touches.csv").read_text().splitlines()[:12]))
     added = cell.parent / "added.csv"
-    status, out, err = told(capsys, cell, few, "--plan", 3, "--output", added)
+    status, out, err = run_calibrate(capsys, cell, few, "--plan", 3, "--output", added)
     assert (status, out) == (0, "")
     assert "none is added at left and high: write placement" in err
     assert len(added.read_text().splitlines()) == 3 + 3
-    status, out, err = told(capsys, cell, added, "--plan", 0, "--json")
+    status, out, err = run_calibrate(capsys, cell, added, "--plan", 0, "--json")
     assert status == 0
     report = json.loads(out)
     assert report["planned"] == 3
@@ -129,7 +129,7 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
         ((cell, few, "--plan", 3, "--hold-out", "front"), "--plan goes without --hold-out"),
         ((cell, few, "--plan", 3, "--output", "x.urdf"), "x.urdf: touches to add are written as .csv or .json"),
     ):
-        status, out, err = told(capsys, *words)
+        status, out, err = run_calibrate(capsys, *words)
         assert (status, out) == (2, "")
         assert message in err
 
@@ -143,7 +143,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_computed(
         (("--json", "--tip-format", "kuka"), "--json and --tip-format do not go together"),
         (("--tip-format", "kukka"), "there is no pose format 'kukka'; did you mean 'kuka'?"),
     ):
-        status, out, err = told(capsys, cell, touches, *words)
+        status, out, err = run_calibrate(capsys, cell, touches, *words)
         assert (status, out) == (2, "")
         assert message in err
 
@@ -185,7 +185,7 @@ def test_bad_touches_are_refused_with_their_place(
     else:
         text = text.replace(*change, 1)
     touches.write_text(text)
-    status, out, err = told(capsys, cell, touches)
+    status, out, err = run_calibrate(capsys, cell, touches)
     assert (status, out) == (3, "")
     assert re.search(message, err), err
 
@@ -198,14 +198,14 @@ def test_relations_that_fix_the_shape_will_do(cell: Path, capsys: pytest.Capture
     text += "frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}\n"
     (cell.parent / "seats.yaml").write_text(text)
     touches = cell.parent / "touches.csv"
-    plan = told(capsys, cell, touches, "--plan", 0, "--json")
+    plan = run_calibrate(capsys, cell, touches, "--plan", 0, "--json")
     (cell.parent / "seats.yaml").write_text((SAMPLE / "seats.yaml").read_text())
-    other = told(capsys, cell, touches, "--plan", 0, "--json")
+    other = run_calibrate(capsys, cell, touches, "--plan", 0, "--json")
     assert plan[0] == other[0] == 0
     one, two = (json.loads(out)["prediction"]["planned"] for _, out, _ in (plan, other))
     assert one == pytest.approx(two, rel=1e-4)
     (cell.parent / "seats.yaml").write_text(text.replace("value: 60.0", "value: 60.0, sigma: 0.1"))
-    status, _, err = told(capsys, cell, touches)
+    status, _, err = run_calibrate(capsys, cell, touches)
     assert status == 3
     assert "line 17, column 19: fixture 'plate' has relations between its features that have a sigma" in err
 
@@ -220,11 +220,11 @@ def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFix
     cell.write_text(text.replace(dh, "robot: {urdf: r.urdf, tip_link: t}\n"))
     touches = cell.parent / "t.csv"
     touches.write_text("# joints: deg\nplace,feature,q1\nfront,a,20\nfront,a,70\n")
-    status, _, err = told(capsys, cell, touches)
+    status, _, err = run_calibrate(capsys, cell, touches)
     assert status == 3
     assert "row 2, line 4: q1 is 70 deg, outside -57.3 to 57.3 of A1" in err
     cell.write_text(cell.read_text().replace("tip_link: t", "tip_link: tip"))
-    status, _, err = told(capsys, cell, touches)
+    status, _, err = run_calibrate(capsys, cell, touches)
     assert status == 3
     assert "r.urdf: there is no link 'tip'" in err
 
@@ -234,7 +234,7 @@ def test_an_approach_that_is_given_in_part_is_refused(cell: Path, capsys: pytest
     settings, head, first, *rows = touches.read_text().splitlines()
     lines = [settings, f"{head},ax,ay,az", f"{first},0,,-1", *(f"{row},,," for row in rows)]
     touches.write_text("\n".join(lines))
-    status, out, err = told(capsys, cell, touches)
+    status, out, err = run_calibrate(capsys, cell, touches)
     assert (status, out) == (3, "")
     assert "row 1, line 3: ay is empty; give all three of the approach or none" in err
 
@@ -297,6 +297,6 @@ def test_bad_cells_are_refused_with_their_place(
     text = cell.read_text()
     assert change[0] in text
     cell.write_text(text.replace(*change, 1))
-    status, out, err = told(capsys, cell, cell.parent / "touches.csv")
+    status, out, err = run_calibrate(capsys, cell, cell.parent / "touches.csv")
     assert (status, out) == (3, "")
     assert re.search(message, err), err

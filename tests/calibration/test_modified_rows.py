@@ -52,10 +52,10 @@ def reached(rows: Floats, tip: Floats, target: Floats, rng: np.random.Generator)
     while True:
         q = rng.uniform(-100, 100, 6)
         for _ in range(30):
-            here, *beside = tips(rows, tip, np.vstack([q, q + 1e-5 * np.eye(6)]))
+            here, *displaced = tips(rows, tip, np.vstack([q, q + 1e-5 * np.eye(6)]))
             if np.abs(here - target).max() < 1e-8:
                 return (q + 180) % 360 - 180
-            change = np.linalg.lstsq((np.array(beside).T - here[:, None]) / 1e-5, target - here, rcond=None)[0]
+            change = np.linalg.lstsq((np.array(displaced).T - here[:, None]) / 1e-5, target - here, rcond=None)[0]
             q = q + change * min(1.0, 30 / np.abs(change).max())
 
 
@@ -99,11 +99,11 @@ def test_the_rows_written_are_those_of_the_robot(
     assert written["convention"] == "modified"
     found = np.array([(*row, 0.0) if len(row) == 4 else row for row in written["rows"]])
     joints = np.random.default_rng(1).uniform(-100, 100, (200, 6))
-    there = tips(rows, tip, joints)
+    true_tips = tips(rows, tip, joints)
     nominal, calibrated = tips(ROWS, TIP, joints), tips(found, np.array(written["tip_offset"]), joints)
-    assert off(nominal, there) > 2
-    assert off(calibrated, there) < 3 * report["prediction"]["after"] < 0.5
-    # Where nothing trades off, a number and its sigma are those of the true robot: the angle of the wrist, for one.
+    assert off(nominal, true_tips) > 2
+    assert off(calibrated, true_tips) < 3 * report["prediction"]["after"] < 0.5
+    # A parameter that is not correlated with others, such as the angle of the wrist, agrees with the true robot's.
     alpha = next(item for item in report["parameters"] if item["name"] == "joint_6.alpha")
     assert alpha["identified"]
     assert abs(alpha["value"] - (rows - ROWS)[5, 2]) < 4 * alpha["sigma"] < 0.4

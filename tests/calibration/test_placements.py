@@ -1,4 +1,4 @@
-"""Places with a placement: limits, measurements and constrained directions are used and checked."""
+"""Places with a known placement: limits, measurements and constrained directions are used and checked."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,7 +19,7 @@ def session() -> tuple[Cell, Touches]:
     rng = np.random.default_rng(7)
     cell = arm_cell(("joint_offsets", "tip"), {name: fixture(dict(SEATS)) for name in ("front", "high")})
     errors = {name: e for name, e in random_errors(cell, rng).items() if "offset" in name or "tip" in name}
-    # The first joint's zero trades with where the base is: without it places stand where they are said to.
+    # The zero of the first joint cannot be told from a turn of the base: without it, places have their stated poses.
     errors["joint_1.offset"] = 0.0
     return cell, touched_seats(cell, errors, 4, 0.03, rng)
 

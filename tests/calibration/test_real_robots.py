@@ -1,4 +1,4 @@
-"""Real robots: a ball held in two sockets (Panda, KUKA), and planes touched, judged by a laser tracker (Motoman)."""
+"""Real robots: a ball in two sockets (Panda, KUKA), and touched planes checked by a laser tracker (Motoman)."""
 
 import csv
 import json
@@ -52,19 +52,19 @@ def touched_planes(unknown: tuple[str, ...], planes: Sequence[str]) -> tuple[Cel
 
 
 def motoman(unknown: tuple[str, ...], planes: Sequence[str]) -> tuple[Chain, Calibration]:
-    cell, made = touched_planes(unknown, planes)
-    return cell.chain, calibrate(cell, made)
+    cell, measured = touched_planes(unknown, planes)
+    return cell.chain, calibrate(cell, measured)
 
 
 def tracker(chain: Chain, values: Floats) -> float:
-    """The rms distance (mm) of the tracker's points from the robot's, after the best base and reflector."""
+    """The rms distance (mm) of the tracker's points from the robot's, for the best base and reflector position."""
     table = np.array([[float(cell) for cell in row] for row in read("motoman", "tracker_half.csv")])
-    joints, seen = table[:, :7], 1e3 * table[:, 7:]
+    joints, tracked = table[:, :7], 1e3 * table[:, 7:]
     values = values[: len(chain.parameters)].copy()
     values[-3:] = 0.0
     for _ in range(20):
         motion = chain.tip(joints, values)
-        a, b = motion.points - motion.points.mean(axis=0), seen - seen.mean(axis=0)
+        a, b = motion.points - motion.points.mean(axis=0), tracked - tracked.mean(axis=0)
         u, _, vt = np.linalg.svd(a.T @ b)
         turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
         missed = b @ turn.T - a
@@ -91,7 +91,7 @@ def test_one_plane_is_refused() -> None:
 
 
 def test_all_parameters_from_two_tables_are_refused() -> None:
-    """At the place left out residuals fall from 0.62 to 0.46 mm, but by the tracker they grow from 0.24 to 0.73 mm."""
+    """At the place left out residuals fall from 0.62 to 0.46 mm, but the tracker's rise from 0.24 to 0.73 mm."""
     _, result = motoman(("all",), ("higher", "lower"))
     assert all(left.rms_after < left.rms_before for left in result.left_out)
     assert result.undetermined > 0.5
@@ -111,7 +111,7 @@ def test_what_is_not_refused_does_no_harm(unknown: tuple[str, ...], planes: tupl
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [10, 20])
 def test_few_touches_do_no_harm(count: int) -> None:
-    """Of each plane as few as this, drawn at random: refused, or no worse than the nominal robot."""
+    """So many touches of each plane, drawn at random: rejected, or no worse than the nominal robot."""
     chain = motoman_chain()
     rng = np.random.default_rng(count)
     rows = [(row[0], "face", row[1:]) for row in read("motoman", "plane_contacts.csv")]
@@ -134,19 +134,19 @@ def touched_sockets(
 
 
 def sockets(robot: str, urdf: str, train: Sequence[str], held: str) -> tuple[float, float, float, float]:
-    """Mean distance in training, rms distances at the place held out before and after, and the mean there after."""
-    cell, made = touched_sockets(robot, urdf, (*train, held))
-    result = calibrate(cell, made, hold_out=(held,))
+    """Mean distance in training; at the place held out the rms distance before and after, and the mean after."""
+    cell, measured = touched_sockets(robot, urdf, (*train, held))
+    result = calibrate(cell, measured, hold_out=(held,))
     assert result.status == "calibrated"
     (out,) = [item for item in result.left_out if item.held_out]
-    there = made.at([held])
-    middles = np.array([0.0 if feature == "socket_0" else 50.0 for feature in there.features])
-    mean = distance_from_sockets(cell.chain.points(there.joints, result.values[:-1]), middles)
+    held_touches = measured.at([held])
+    middles = np.array([0.0 if feature == "socket_0" else 50.0 for feature in held_touches.features])
+    mean = distance_from_sockets(cell.chain.points(held_touches.joints, result.values[:-1]), middles)
     return float(np.mean([touch.after for touch in result.touches])), out.rms_before, out.rms_after, mean
 
 
 def distance_from_sockets(points: Floats, along: Floats) -> float:
-    """The mean distance of points (n, 3) from two sockets on a line, at `along` (n,), after the best rigid motion."""
+    """The mean distance of points (n, 3) from sockets on a line at `along` (n,), after the best rigid motion."""
     nominal = along[:, None] * np.array([0.0, 1.0, 0.0])
     a, b = nominal - nominal.mean(axis=0), points - points.mean(axis=0)
     u, _, vt = np.linalg.svd(a.T @ b)
@@ -172,9 +172,9 @@ REAL = [
 def test_the_plan_foretells_what_calibrate_finds_undetermined(
     touched: Callable[..., tuple[Cell, Touches]], how: tuple[Any, ...]
 ) -> None:
-    cell, made = touched(*how)
-    foretold, _ = plan_touches(cell, made, 0, 0.1).undetermined
-    found = calibrate(cell, made).undetermined
+    cell, measured = touched(*how)
+    foretold, _ = plan_touches(cell, measured, 0, 0.1).undetermined
+    found = calibrate(cell, measured).undetermined
     assert foretold == pytest.approx(found, abs=0.09)
     assert (foretold >= 0.5) == (found >= 0.5)
 
@@ -188,11 +188,11 @@ def test_a_kuka_is_better_at_a_third_place() -> None:
 
 @pytest.mark.slow
 def test_a_kuka_with_offsets_alone_is_said_to_be_off_in_more() -> None:
-    """Of three pairs of places two are refused; the third makes the place held out worse, and is warned of."""
+    """Two of three pairs of places are rejected; the third makes the place held out worse, and a warning says so."""
     places = ("front", "left_back", "raised_left")
     for held in places:
-        cell, made = touched_sockets("kuka_14", "iiwa14.urdf", places, OFFSETS)
-        result = calibrate(cell, made, hold_out=(held,))
+        cell, measured = touched_sockets("kuka_14", "iiwa14.urdf", places, OFFSETS)
+        result = calibrate(cell, measured, hold_out=(held,))
         assert result.status == ("calibrated" if held == "raised_left" else "underdetermined")
         if result.status == "calibrated":
             assert any("parameters that are not unknown are wrong" in warning for warning in result.warnings)
@@ -200,7 +200,7 @@ def test_a_kuka_with_offsets_alone_is_said_to_be_off_in_more() -> None:
 
 @pytest.mark.slow
 def test_a_panda_is_better_at_a_third_place() -> None:
-    """10 mm become less than one; the mean in training is 0.53 mm, the least of any rigid arm for these touches."""
+    """From 10 mm to less than one; the training mean of 0.53 mm is the least of any rigid arm for these touches."""
     trained, before, _, mean = sockets("panda_1", "panda.urdf", ("back-high", "right"), "front")
     assert before > 10
     assert mean <= 0.9
@@ -208,7 +208,7 @@ def test_a_panda_is_better_at_a_third_place() -> None:
 
 
 def test_no_rigid_panda_explains_two_places_within_a_quarter_of_a_millimetre() -> None:
-    """Ten times the prior, each pair of sockets anywhere but 50 mm apart: a lower limit, figures in tests/README.md."""
+    """A lower bound: ten times the prior, sockets free except for their spacing of 50 mm; see tests/README.md."""
     text = shared_data("reference", "real", "robots", "panda_1", "panda.urdf").read_text()
     chain = urdf_robot(text, "ball_link", None, 1000.0).chain
     means = {pair: least_mean(chain, pair) for pair in (("back-high", "right"), ("right", "front"))}
@@ -217,7 +217,7 @@ def test_no_rigid_panda_explains_two_places_within_a_quarter_of_a_millimetre() -
 
 
 def least_mean(chain: Chain, places: Sequence[str]) -> float:
-    """The mean distance (mm) of the tip from its sockets' own means, for the parameters with the least squares."""
+    """The mean distance (mm) of the tip from the mean of each socket, for the least-squares parameters."""
     sets = [
         np.array([[float(q) for q in row[1:]] for row in read("panda_1", f"{place}.csv") if row[0] == socket])
         for place in places

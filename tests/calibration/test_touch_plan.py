@@ -1,4 +1,4 @@
-"""Planned touches: they reach their features, their predicted sigmas are right, and they are better than others."""
+"""Planned touches: they reach their features, their predicted sigmas are correct, and they beat random touches."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,7 +19,7 @@ SIGMA = 0.05
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    """Two places of roughly known pose, and joints within the limits of the arm."""
+    """Two places whose pose is roughly known, and joints within the limits of the arm."""
     seats = fixture(dict(SEATS))
     bare = arm_cell(("joint_offsets", "tip"), dict.fromkeys(("front", "left"), seats))
     places = {name: Place(name, seats, Placement(pose(name))) for name in bare.places}
@@ -41,7 +41,7 @@ def covariance(
     names: tuple[str, ...],
     widths: Mapping[str, float] | None = None,
 ) -> Floats:
-    """Covariance of the parameters from touches of seats at places of unknown pose, by differences of `tips`."""
+    """Parameter covariance from touches of seats at places of unknown pose, by finite differences of `tips`."""
     step = 1e-6
     columns = [(tips({name: step}, joints) - tips({name: -step}, joints)).ravel() / (2 * step) for name in names]
     x = tips({}, joints)
@@ -59,7 +59,7 @@ def covariance(
 
 
 def left_undetermined(cell: Cell, plan: TouchPlan) -> float:
-    """The undetermined share of errors of a tenth of the prior, rms over new postures, after the best base and tip."""
+    """The undetermined share of the errors (a tenth of the prior), rms over new postures, for the best base and tip."""
     names = tuple(item.name for item in plan.parameters)
     widths = {p.name: cell.prior.sigma(p) * (1.0 if p.name.startswith("tip") else 0.1) for p in cell.parameters}
     expected = np.array([widths[name] for name in names])
@@ -107,7 +107,7 @@ def test_touches_added_tell_more_than_as_many_others(cell: Cell) -> None:
         for touches in (by_determinant.added, *(many.subset(rng.permutation(len(many))[:8]) for _ in range(4)))
     ]
     assert sizes[0] < min(sizes[1:])
-    # What is planned counts: touches added to some tell more than those alone.
+    # Planned touches count: existing touches with added ones determine more than the existing ones alone.
     more = plan_touches(cell, best.added, 4, SIGMA)
     assert more.planned == 8
     assert more.prediction[1] == pytest.approx(best.prediction[2], rel=1e-6)

@@ -1,4 +1,4 @@
-"""A folder with a fixture and contacts, and a locate that answers what a test wants."""
+"""A folder with a fixture and contacts, and a stub of locate that returns a chosen status."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def answers(monkeypatch: pytest.MonkeyPatch) -> Callable[[Status], None]:
-    """Let locate answer with a status, whatever it is asked."""
+    """Replace locate by a stub that returns the given status."""
 
     def set_status(status: Status) -> None:
         def locate(*_: object, **__: object) -> LocateResult:

@@ -1,9 +1,9 @@
-"""Ctrl-C at every millisecond after the start of the script: what is shown, and who shows it.
+"""Ctrl-C at every millisecond after the start of the script: the output, and whether Python or tactfix prints it.
 
     python -m tests.cli.interrupts [STEP END]        # ms; 1 300 where none are given
 
-quiet: ended by the signal without a word; told: in one line; python: a traceback of the interpreter alone, from before
-its first line of tactfix; tactfix: a traceback with a line of tactfix in it.
+quiet: ended by the signal without output; told: one line of output; python: a traceback of the interpreter from before
+the first line of tactfix; tactfix: a traceback with a line of tactfix.
 """
 
 import signal
@@ -18,7 +18,7 @@ SCRIPT = Path(sys.executable).with_name("tactfix")
 
 
 def interrupted(milliseconds: int) -> str:
-    """What the script shows that is interrupted so long after it was started."""
+    """The kind of output of the script if it is interrupted this long after its start."""
     command = ["env", "--default-signal=INT", str(SCRIPT), "design-check", str(FIXTURE)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         time.sleep(milliseconds / 1000)
@@ -32,11 +32,11 @@ def interrupted(milliseconds: int) -> str:
 
 
 def main() -> None:
-    """Print how often each happens, and the last millisecond of those of the interpreter."""
+    """Print how often each kind of output occurs, and the last millisecond of each."""
     step, end = map(int, sys.argv[1:] or ("1", "300"))
-    seen = {milliseconds: interrupted(milliseconds) for milliseconds in range(0, end + 1, step)}
-    print(dict(Counter(seen.values())))
-    print({kind: max(at for at, shown in seen.items() if shown == kind) for kind in set(seen.values())})
+    outcomes = {milliseconds: interrupted(milliseconds) for milliseconds in range(0, end + 1, step)}
+    print(dict(Counter(outcomes.values())))
+    print({kind: max(at for at, shown in outcomes.items() if shown == kind) for kind in set(outcomes.values())})
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The application: help without imports, exit status of every ending, completion, pipes."""
+"""The application: help without imports, exit status of every error, completion, pipes."""
 
 import json
 import subprocess
@@ -36,7 +36,7 @@ for words, environment in json.loads(sys.argv[1]):
 
 
 def imported_by_each(lines: Iterable[tuple[Sequence[str], dict[str, str]]]) -> list[set[str]]:
-    """The modules that are there after each command line with its environment, all in one process of their own."""
+    """The modules loaded after each command line with its environment variables; all run in one subprocess."""
     done = subprocess.run(
         [sys.executable, "-c", IMPORTING, json.dumps(list(lines))],
         capture_output=True,
@@ -49,7 +49,7 @@ def imported_by_each(lines: Iterable[tuple[Sequence[str], dict[str, str]]]) -> l
 
 
 def imported(*arguments: str) -> set[str]:
-    """The modules that a command line imports; the program may end as it likes."""
+    """The modules that a command line imports, with any exit status."""
     return imported_by_each([(arguments, {})])[0]
 
 
@@ -90,7 +90,7 @@ def test_help_and_version_import_nothing_heavy() -> None:
 
 
 def completing(line: str, word: int) -> dict[str, str]:
-    """What a shell sets that asks for a word of this line."""
+    """The environment variables by which a shell requests the completion of a word of this line."""
     return {"_TACTFIX_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(word)}
 
 
@@ -103,8 +103,8 @@ def test_completion_imports_nothing_heavy() -> None:
         "tactfix import l.txt -",
     ]
     lines += ["tactfix locate f c --format k", "tactfix simulate f --fault o"]
-    asked = [((), completing(line, len(line.split()) - 1)) for line in lines]
-    for line, modules in zip(lines, imported_by_each(asked), strict=True):
+    calls = [((), completing(line, len(line.split()) - 1)) for line in lines]
+    for line, modules in zip(lines, imported_by_each(calls), strict=True):
         assert modules.isdisjoint(HEAVY), line
 
 
@@ -114,7 +114,7 @@ PAPER = ("fixtures/cylinder-sphere.yaml", "samples/cylinder-sphere/contacts.csv"
 def test_locating_imports_only_what_it_uses() -> None:
     modules = imported("locate", *PAPER)
     assert {"numpy", "yaml"} <= modules
-    # What explains mistakes, or is another command's, is not there when all is well.
+    # The diagnosis and the modules of other commands are not imported if the contacts fit.
     assert modules.isdisjoint({"pydantic", "rich", "scipy", "numpy.random", "numpy.ma"})
     others = (
         "pose_formats",

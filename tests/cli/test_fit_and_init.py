@@ -1,4 +1,4 @@
-"""fit and init on the command line."""
+"""The commands fit and init."""
 
 import json
 import os
@@ -23,8 +23,8 @@ PLANE = HEAD + "x,y,z,ax,ay,az\n0,0,1,0,0,-1\n1,0,1,0,0,-1\n0,1,1,0,0,-1\n"
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
-    """What fit is asked; it answers with a plane."""
+def fit_calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
+    """The arguments of each call of fit, which is replaced by a stub that returns a plane."""
     calls: list[tuple[object, ...]] = []
 
     def fit(kind: str, contacts: Contacts, radius: float | None, side: str) -> FitResult:
@@ -37,11 +37,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[object, ...]]:
 
 
 def test_arguments_arrive_and_results_leave(
-    asked: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    fit_calls: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = str(written(tmp_path, PLANE, "c.csv"))
     assert main(["fit", "sphere", path, "--radius", "2.5", "--side", "inner"]) == 0
-    assert asked == [("sphere", 3, 2.5, "inner")]
+    assert fit_calls == [("sphere", 3, 2.5, "inner")]
     out, err = capsys.readouterr()
     assert out == "point 0.0 0.0 0.0\nnormal 0.0 0.0 1.0\n"
     assert "mind the step" in err
@@ -71,23 +71,23 @@ def test_contacts_that_leave_the_surface_free(
 
 
 @pytest.mark.parametrize("options", [["--radius", "0"], ["--radius", "nan"], ["--side", "left"], ["--feature", "x"]])
-def test_usage(asked: list[tuple[object, ...]], tmp_path: Path, options: list[str]) -> None:
+def test_usage(fit_calls: list[tuple[object, ...]], tmp_path: Path, options: list[str]) -> None:
     path = str(written(tmp_path, PLANE, "c.csv"))
     assert main(["fit", "sphere", path, *options]) == 2
     assert main(["fit", "plane", path, "--radius", "1"]) == 2
     assert main(["fit", "plane", path, "--side", "inner"]) == 2
     assert main(["fit", "cone", path]) == 2
-    assert asked == []
+    assert fit_calls == []
 
 
 def test_one_feature_of_several(
-    asked: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    fit_calls: list[tuple[object, ...]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = str(written(tmp_path, HEAD + "feature,x,y,z\na,0,0,1\nb,1,0,1\na,0,1,1\n", "c.csv"))
     assert main(["fit", "plane", path]) == 2
     assert "a, b" in capsys.readouterr().err
     assert main(["fit", "plane", path, "--feature", "a"]) == 0
-    assert asked == [("plane", 2, None, "outer")]
+    assert fit_calls == [("plane", 2, None, "outer")]
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
@@ -99,7 +99,7 @@ def test_a_template_is_the_fixture_that_ships(name: str, tmp_path: Path, capsys:
     assert out.count("#") >= 3
     shipped = FIXTURES / f"{name}.yaml"
     assert out == shipped.read_text(encoding="utf-8")
-    # On a narrow terminal no line breaks inside a word.
+    # On a narrow terminal lines break between words.
     assert max(map(len, out.splitlines())) <= 60
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C from the first moment on: no traceback of tactfix, whenever it comes."""
+"""Ctrl-C at any time from the start: no traceback of tactfix."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ sys.exit(main())
 
 
 def interrupted(seconds: float) -> subprocess.CompletedProcess[bytes]:
-    """The script of the package, interrupted so long after it has got to the function that it runs."""
+    """The script of the package, interrupted this long after it has entered its main function."""
     command = [sys.executable, "-c", ENTRY, "design-check", str(FIXTURE)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -39,12 +39,12 @@ def interrupted(seconds: float) -> subprocess.CompletedProcess[bytes]:
 def test_an_interrupt_ends_in_silence_or_one_line_and_never_in_a_traceback(seconds: float) -> None:
     ran = interrupted(seconds)
     assert ran.returncode in (-signal.SIGINT, 130)
-    # On a busy machine the interrupt may come before the call: a traceback of the script alone.
+    # On a busy machine the interrupt may come before the call, with a traceback of the script alone.
     assert ran.stderr in (b"", b"tactfix: interrupted\n") or b'File "/' not in ran.stderr
 
 
 def test_an_interrupt_within_the_import_machinery_is_raised_when_that_is_over() -> None:
-    """There an exception would be printed as one that is ignored, and the command would go on."""
+    """Inside the import machinery an exception would be printed as ignored, and the command would continue."""
     machinery = compile(
         "signal.raise_signal(signal.SIGINT); left.append(True)", "<frozen importlib._bootstrap>", "exec"
     )

@@ -1,4 +1,4 @@
-"""What every command line is held to, and what becomes of a command that is stopped."""
+"""Checks that all commands share (numbers, standard input, outputs, control characters), and interrupted commands."""
 
 import json
 import os
@@ -206,7 +206,7 @@ def test_both_signals_clean_up_and_are_told_in_one_line(
     status: int,
     swallowed: bool,
 ) -> None:
-    """Swallowed: compiled code that is being imported makes an error of its own of the interrupt."""
+    """Swallowed: compiled code that is being imported replaces the interrupt by an error of its own."""
 
     def stopped(words: object) -> NoReturn:
         try:
@@ -255,14 +255,14 @@ def test_names_with_control_characters_are_refused(tmp_path: Path, capsys: pytes
     for old, new in (("name: robot-cell-plate", 'name: "a\\nG54"'), ("  pin: {type", '  "p\\ein": {type')):
         (tmp_path / "f.yaml").write_text(text.replace(old, new))
         assert main(["locate", str(tmp_path / "f.yaml"), str(CONTACTS)]) == 3
-    said = capsys.readouterr().err
-    assert "control character" in said
-    assert "\x1b" not in said
+    message = capsys.readouterr().err
+    assert "control character" in message
+    assert "\x1b" not in message
     (tmp_path / "c.csv").write_text(CONTACTS.read_text(encoding="utf-8").replace("pin,", "p\x1bin,"))
     assert main(["locate", str(FIXTURE), str(tmp_path / "c.csv")]) == 3
-    said = capsys.readouterr().err
-    assert "there is a control character, '\\x1b'" in said
-    assert "\x1b" not in said
+    message = capsys.readouterr().err
+    assert "there is a control character, '\\x1b'" in message
+    assert "\x1b" not in message
 
 
 def test_a_cell_that_a_spreadsheet_would_run_comes_back_as_it_was(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""locate wires: options reach the files, results reach their place, and the exit status says how it ended."""
+"""The command locate: options are applied, results are written to the right output, and the exit status is correct."""
 
 import io
 import json
@@ -78,7 +78,7 @@ def test_a_summary_for_people_and_not_for_pipes(
 
 
 def test_candidates_that_differ_in_their_rotation_are_told_apart(capsys: pytest.CaptureFixture[str]) -> None:
-    # An axis has no sign: two of the four poses stand at one place, and two at another.
+    # An axis has no sign: the four poses have two different origins, two poses each.
     words = [str(ROOT / "fixtures/cylinder-sphere.yaml"), str(ROOT / "samples/cylinder-sphere/contacts.csv")]
     assert main(["locate", *words, "--verbose"]) == 0
     rows = [
@@ -121,14 +121,14 @@ def test_a_dialect(answers: Answers, capsys: pytest.CaptureFixture[str]) -> None
     assert main([*RUN, "--format", "kuka"]) == 0
     out, err = capsys.readouterr()
     assert "A 53.130102" in out
-    assert "rounds" not in err  # six decimals are far below the sigma of this pose
+    assert "rounds" not in err  # six decimals are far finer than the sigma of this pose
 
 
 @pytest.mark.parametrize(
     ("options", "code"),
     [
         (["--max-sigma", "7e-4"], 0),
-        (["--max-sigma", "5e-4"], 1),  # the worst is along z: 6e-4
+        (["--max-sigma", "5e-4"], 1),  # the largest sigma is along z: 6e-4
         (["--max-rms", "2e-4"], 0),
         (["--max-rms", "0.5e-4"], 1),
         (["--max-sigma", "1", "--max-rms", "0"], 1),
@@ -150,7 +150,7 @@ def test_a_gate_does_not_hide_that_nothing_was_located(answers: Answers) -> None
 
 
 def test_sigma_at_a_point_by_noise_made_here() -> None:
-    """Against the spread of the point itself under small motions drawn from the covariance."""
+    """Against the scatter of the point under small motions drawn from the covariance."""
     rng = np.random.default_rng(3)
     point = np.array([300.0, -200.0, 50.0])
     mixed = rng.normal(size=(6, 6)) * 1e-5
@@ -180,18 +180,18 @@ def test_a_point_that_is_asked_for_is_told_of(answers: Answers, capsys: pytest.C
 
 
 def test_options_reach_the_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Contacts] = []
+    received: list[Contacts] = []
 
     def locate(_: Fixture, contacts: Contacts, *, scale_sigma: bool, **more: object) -> LocateResult:
         assert scale_sigma
-        seen.append(contacts)
+        received.append(contacts)
         return answer()
 
     monkeypatch.setattr(LOCATING, "locate", locate)
     assert main([*RUN, "--units", "m", "--tip-radius", "0.003", "--sigma", "1e-5", "--scale-sigma"]) == 0
-    assert seen[0].tip_radius == 3.0
-    assert seen[0].sigmas[0] == pytest.approx(0.01)
-    assert seen[0].points[0, 1] == 2000.0
+    assert received[0].tip_radius == 3.0
+    assert received[0].sigmas[0] == pytest.approx(0.01)
+    assert received[0].points[0, 1] == 2000.0
 
 
 def test_contacts_from_standard_input(answers: Answers, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,8 +202,8 @@ def test_contacts_from_standard_input(answers: Answers, folder: Path, monkeypatc
 
 
 def test_a_machine_log(monkeypatch: pytest.MonkeyPatch, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    seen: list[Contacts] = []
-    monkeypatch.setattr(LOCATING, "locate", lambda _, contacts, **__: seen.append(contacts) or answer())
+    received: list[Contacts] = []
+    monkeypatch.setattr(LOCATING, "locate", lambda _, contacts, **__: received.append(contacts) or answer())
     (folder / "grbl.txt").write_text("[PRB:1.0,2.0,3.0:1]\nok\n[PRB:0,0,0:0]\n[PRB:4.0,5.0,6.0:1]\n")
     options = [
         "--contacts-format",
@@ -218,7 +218,7 @@ def test_a_machine_log(monkeypatch: pytest.MonkeyPatch, folder: Path, capsys: py
         "1",
     ]
     assert main(["locate", "fixture.yaml", "grbl.txt", *options]) == 0
-    assert seen[0].features == ("bar", "ball")
+    assert received[0].features == ("bar", "ball")
     assert "dropped" in capsys.readouterr().err
 
 

@@ -1,4 +1,4 @@
-"""--near, --within, --near-sigma and --free: what a command line knows beforehand, stronger than the fixture file."""
+"""The options --near, --within, --near-sigma and --free: prior knowledge, which overrides the fixture file."""
 
 import json
 
@@ -14,7 +14,7 @@ TRUTH = np.array([[0, -1, 0, 120.0], [1, 0, 0, -40.0], [0, 0, 1, 300.0], [0, 0, 
 
 @pytest.fixture
 def cell(tmp_path):
-    """Six touches of a cube at a known pose, without approaches, and a rough pose a little off it."""
+    """Six touches of a cube at a known pose, without approaches, and a rough pose close to it."""
     places = {
         "right": [(1.5, -20, -20), (1.5, -80, -20), (1.5, -50, -80)],
         "back": [(-50, 1.5, -15), (-50, 1.5, -85)],
@@ -38,7 +38,7 @@ def located(cell, capsys, *words, fixture=FIXTURE):
 
 
 def test_limits_leave_the_pose_that_is_near(cell, capsys):
-    # Without its touch boxes the cube has mirror-like poses that only the rough pose rules out.
+    # Without its touch boxes the cube has mirror-like poses that only the rough pose excludes.
     (cell / "f.yaml").write_text(FIXTURE.read_text().partition("touch:")[0])
     status, alone = located(cell, capsys, fixture=cell / "f.yaml")
     assert (status, alone["status"]) == (5, "ambiguous")

@@ -1,4 +1,4 @@
-"""Values that are converted without pydantic are those that typer makes; what is doubtful is left to it."""
+"""Option values converted without typer equal those of typer; doubtful values are left to typer."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -38,7 +38,7 @@ def command(
 
 
 def called_with(kind: type[TyperCommand], words: list[str]) -> dict[str, object] | int:
-    """What the command is called with, else the exit status of the refusal."""
+    """The arguments with which the command is called, or the exit status if the command line is rejected."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.command(cls=kind)(command)
     SEEN.clear()
@@ -64,17 +64,17 @@ def test_values_are_those_that_typer_makes(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "seen"),
+    ("words", "expected"),
     [
         ("f.yaml c.csv -q", {"first": Path("f.yaml"), "second": "c.csv", "quiet": True}),
         ("f.yaml --size 1e-3 --jobs=2 -o o.json", {"size": 1e-3, "jobs": 2, "output": Path("o.json")}),
         ("f.yaml --way d --kind sphere --at 1,2 --at 3", {"way": "d", "kind": Kind.SPHERE, "at": ["1,2", "3"]}),
     ],
 )
-def test_these_values(words: str, seen: dict[str, object]) -> None:
+def test_these_values(words: str, expected: dict[str, object]) -> None:
     found = called_with(QuickCommand, words.split())
     assert isinstance(found, dict)
-    assert {name: found[name] for name in seen} == seen
+    assert {name: found[name] for name in expected} == expected
 
 
 @pytest.mark.parametrize("words", ["f.yaml --size=-1", "f.yaml --jobs x", "f.yaml --way e", "f.yaml --kind cone"])

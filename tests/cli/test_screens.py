@@ -1,4 +1,4 @@
-"""What people see on a terminal: the answer first, in the digits that are known, and nothing broken inside a word."""
+"""Output on a terminal: the answer first, rounded to its significant digits, and no line broken inside a word."""
 
 import fcntl
 import io
@@ -25,7 +25,7 @@ PAPER = "fixtures/cylinder-sphere.yaml samples/cylinder-sphere"
 
 
 def shown(line: str, width: int, folder: Path) -> str:
-    """What a terminal of this width gets to show."""
+    """The output of a command on a terminal of this width."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 50, width, 0, 0))
     kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "FORCE_COLOR")}
@@ -37,7 +37,7 @@ def shown(line: str, width: int, folder: Path) -> str:
     try:
         while part := os.read(ours, 65536):
             parts.append(part)
-    except OSError:  # how Linux says that nobody writes any more
+    except OSError:  # Linux: no process has the other end open any more
         pass
     process.wait(timeout=60)
     os.close(ours)
@@ -46,7 +46,7 @@ def shown(line: str, width: int, folder: Path) -> str:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the files of the project and some of its own."""
+    """A folder with the project's files and some additional ones."""
     place = tmp_path_factory.mktemp("screens")
     for name in ("fixtures", "samples"):
         (place / name).symlink_to(ROOT / name)
@@ -74,7 +74,7 @@ SCREENS = {
 
 
 def looked_at(line: str, columns: int) -> str:
-    """What a terminal in this process gets to show, both streams together, without its styles."""
+    """The output of a command run in this process on a terminal: both streams together, without styles."""
     return STYLE.sub("", tactfix(*line.split(), together=True, columns=columns).stdout)
 
 

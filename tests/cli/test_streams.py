@@ -1,4 +1,4 @@
-"""Standard streams that are closed or full: the exit status says so, and nothing is called a bug."""
+"""Standard streams that are closed or full: the exit status shows it, and it is not reported as a bug."""
 
 import os
 import pty
@@ -89,11 +89,11 @@ def test_progress_shows_on_a_terminal_and_ends_with_it(monkeypatch: pytest.Monke
     master, terminal = pty.openpty()
     with os.fdopen(terminal, "w") as stream:
         monkeypatch.setattr(sys, "stderr", stream)
-        with progress_bar("planning", quiet=False) as told:
-            told(0.5, "half")
+        with progress_bar("planning", quiet=False) as update:
+            update(0.5, "half")
         shown = b""
         while b"planning" not in shown:
             shown += os.read(master, 4096)
         os.close(master)
-        with progress_bar("planning", quiet=False) as told:
-            told(0.5, "for nobody")
+        with progress_bar("planning", quiet=False) as update:
+            update(0.5, "for nobody")
