@@ -1,4 +1,4 @@
-"""In bulk: processor time of `tactfix batch` by the number of worker processes, against locate one at a time (Linux).
+"""Processor time of `tactfix batch` by the number of worker processes, compared with single locate calls (Linux only).
 
 python tests/benchmarks/bench_batch.py [SETS] [JOBS ...]
 """
@@ -48,9 +48,9 @@ COLUMNS = (
 
 
 def batch_row(source: Path, count: int, jobs: int, alone: float) -> tuple[str, ...]:
-    """A whole command. Speed-up is in processor time: of one locate after the other, over that of the busiest process.
+    """One run of the command. Speed-up: processor time of sequential locate calls over that of the busiest process.
 
-    Elapsed time says as much only on a machine that has nothing else to do.
+    Elapsed time is comparable only on an idle machine.
     """
     out = source.with_name(f"{jobs}.csv")
     command = [sys.executable, "-m", "tactfix", "batch", FIXTURE, str(source), "-o", str(out), "-j", str(jobs), "-q"]
@@ -67,9 +67,9 @@ def batch_row(source: Path, count: int, jobs: int, alone: float) -> tuple[str, .
 
 
 def watched(command: list[str]) -> tuple[float, dict[int, float]]:
-    """Elapsed time (s) of a command, and processor time (s) of it and of each process that it starts, by number.
+    """Elapsed time (s) of a command, and processor time (s) of it and of each child process, by process id.
 
-    Read from /proc twenty times a second: what a process does in its last twentieth is not seen.
+    Read from /proc twenty times a second: the last twentieth of a second of a process is missed.
     """
     used: dict[int, float] = {}
     start = time.perf_counter()
@@ -89,7 +89,7 @@ def children(number: int) -> list[int]:
 
 
 def processor_time(number: int) -> float | None:
-    """Seconds, without those of its children; None where the process is gone."""
+    """Processor time (s) of a process without its children; None if it has ended."""
     try:
         fields = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -98,7 +98,7 @@ def processor_time(number: int) -> float | None:
 
 
 def as_table(files: list[str], count: int) -> str:
-    """count sets as one table, by turns from the files."""
+    """A table of count sets, taken from the files in turn."""
     settings = [line for line in files[0].splitlines() if line.startswith(("# units", "# tip_radius", "# sigma"))]
     header = next(line for line in files[0].splitlines() if not line.startswith("#"))
     bodies = [[line for line in text.splitlines() if line and line[0] != "#"][1:] for text in files]

@@ -1,4 +1,4 @@
-"""Calibrating a seven-axis robot with all its parameters from 552 touches, against one singular value decomposition.
+"""Time to calibrate all parameters of a seven-axis robot from 552 touches, as a multiple of one SVD.
 
 OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_calibrate [ROUNDS]
 """
@@ -12,7 +12,7 @@ from tests.calibration.test_real_robots import OFFSETS, motoman
 
 PLANES = ("wall", "higher", "lower")
 MATRIX = np.random.default_rng(1).standard_normal((500, 100))
-"""What is decomposed."""
+"""The matrix of the reference decomposition."""
 
 
 def main(rounds: int) -> None:

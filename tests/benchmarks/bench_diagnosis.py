@@ -1,9 +1,9 @@
-"""How long a verdict with a diagnosis takes: every mistake, thirty contacts at most, on every fixture of the study.
+"""Time of locate with a diagnosis: every mistake on every fixture of the study, at most thirty contacts.
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_diagnosis [CONTACTS]
 
-Processor seconds on one core, and how many singular value decompositions of 200 x 200 (timed in between, in the same
-run) that is; for each mistake the slowest fixture, best of two.
+For each mistake the slowest fixture, best of two runs: processor seconds on one core, and the same as a multiple of a
+200 x 200 singular value decomposition that is timed in the same run.
 """
 
 import sys
@@ -20,14 +20,14 @@ ROUNDS = 2
 
 
 def slowest(mistake: str, matrix: np.ndarray, most: int) -> tuple[float, float, str, int]:
-    """Seconds, ratio to the decomposition, fixture and contacts of the slowest verdict on this mistake."""
+    """The slowest diagnosis of this mistake: seconds, ratio to the decomposition, fixture and number of contacts."""
     found = []
     for name, (patches, counts) in FIXTURES.items():
         each = tuple(most // len(counts) for _ in counts)
         case = MISTAKES[mistake](patches, each, np.random.default_rng(len(name)))
         if case is None:
             continue
-        fixture = placed(case.said)
+        fixture = placed(case.in_file)
         works = {"verdict": lambda f=fixture, c=case: locate(f, c.contacts), "svd": lambda: np.linalg.svd(matrix)}
         best = best_of_each(works, ROUNDS)
         found.append((best["verdict"], best["verdict"] / best["svd"], name, len(case.contacts)))

@@ -1,4 +1,4 @@
-"""One at a time, in process: reading and locating each shipped fixture, against one singular value decomposition.
+"""Time to read and locate each shipped fixture in process, as a multiple of one singular value decomposition.
 
 OMP_NUM_THREADS=1 python tests/benchmarks/bench_in_process.py [ROUNDS]
 """
@@ -12,7 +12,7 @@ from tactfix import load_contacts, load_fixture, locate
 
 FIXTURES = ("cylinder-sphere", "three-spheres", "three-planes", "robot-cell-plate", "machine-tool-ball-bar")
 MATRIX = np.random.default_rng(1).standard_normal((100, 100))
-"""What is decomposed."""
+"""The matrix of the reference decomposition."""
 
 
 def main(rounds: int) -> None:

@@ -1,4 +1,4 @@
-"""What is known beforehand, and what is not: locate with a rough pose, and with an unknown tip, in process.
+"""Time of locate in process with prior knowledge of the pose (limits, a measured pose), and with an unknown tip.
 
 OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_known [ROUNDS]
 """
@@ -22,7 +22,7 @@ from tests.support.problems import PLATE as SUPPORT_PLATE
 from tests.unknowns.test_unknown_tip import plate_problem
 
 MATRIX = np.random.default_rng(1).standard_normal((100, 100))
-"""What is decomposed."""
+"""The matrix of the reference decomposition."""
 NAMES = ("cylinder-sphere", "three-spheres", "three-planes", "robot-cell-plate", "machine-tool-ball-bar")
 
 
@@ -54,7 +54,7 @@ def main(rounds: int) -> None:
         works = {"svd": lambda: np.linalg.svd(MATRIX), "without": lambda f=fixture, c=touched: locate(f, c)}
         for how, placement in yesterday.items():
             placed = replace(fixture, placement=placement)
-            # A measured pose takes a fixture of one shape.
+            # A measured pose requires a rigid fixture.
             if how == "within" or fixture.is_placed:
                 works[how] = lambda f=placed, c=touched: locate(f, c)
         best = best_of_each(works, rounds)
@@ -66,7 +66,7 @@ def main(rounds: int) -> None:
 
 
 def few_contacts(unit: float) -> list[tuple[str, ...]]:
-    """One to six contacts and a pose measured to 50 and 0.3 rad: of twelve problems of each count the slowest."""
+    """One to six contacts and a pose measured to 50 mm and 0.3 rad: the slowest of twelve problems for each count."""
     rows = []
     for count in (1, 2, 3, 4, 6):
         took = 0.0
@@ -80,7 +80,7 @@ def few_contacts(unit: float) -> list[tuple[str, ...]]:
 
 
 def badly_measured(patches: Mapping[str, Patch], count: int, rng: np.random.Generator) -> tuple[Fixture, Contacts]:
-    """A fixture whose pose was measured to 50 and 0.3 rad, touched by so many contacts."""
+    """A fixture whose pose was measured to 50 mm and 0.3 rad, and this number of contacts."""
     counts = Counter(islice(cycle(patches), count))
     truth = touch_all(patches, counts, rng, sigma=0.05)
     off = rng.standard_normal(6) * ([0.3] * 3 + [50.0] * 3)

@@ -1,9 +1,9 @@
-"""How fast the localizers are, as ratios to a batch of 6x6 eigenvalues timed in the same run.
+"""Time of the localizers, as multiples of a batch of 6x6 eigenvalue problems timed in the same run.
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_localizers
 
-Every figure is the best of several runs, in processor time, on one core. Eigenvalues of 6x6 matrices are what a five-
-contact cylinder costs at least when it is solved by a companion or action matrix.
+Every figure is the best of several runs, in processor time, on one core. The eigenvalues of a 6x6 matrix are the least
+cost of a cylinder through five contacts if it is computed by a companion or action matrix.
 """
 
 import time
@@ -32,7 +32,7 @@ def best(call, repeats=REPEATS):
 
 
 def bars(rng, count, n):
-    """n contacts on each of count unit cylinders, turned at random."""
+    """n contacts on each of count unit cylinders in random directions."""
     angle, z = rng.uniform(0, 2 * np.pi, (count, n)), rng.uniform(-1, 1, (count, n))
     q, _ = np.linalg.qr(rng.normal(size=(count, 3, 3)))
     return np.stack([np.cos(angle), np.sin(angle), z], axis=-1) @ np.swapaxes(q, -1, -2)

@@ -1,6 +1,6 @@
-"""At the prompt: whole commands, from the start of the process to its end, against `python -c "import numpy"`.
+"""Time of whole commands from the start of the process to its end, as multiples of `python -c "import numpy"`.
 
-All run from bytecode, as an installed program does: the first round, which writes it, is not counted.
+All run from cached bytecode like an installed program: the first round, which writes the cache, is not counted.
 
 python tests/benchmarks/bench_prompt.py [ROUNDS]
 """
@@ -20,7 +20,7 @@ WITHOUT_QUICK_VALUES = (
     "import sys\nfrom tactfix.cli import main, quick_values\n"
     "quick_values._sparing_pydantic = lambda parameters: parameters\nsys.exit(main())",
 )
-"""The program without what `tactfix.cli.quick_values` saves."""
+"""The program without the shortcut of `tactfix.cli.quick_values`."""
 LOCATE = (TACTFIX, "locate", "fixtures/cylinder-sphere.yaml", "samples/cylinder-sphere/contacts.csv")
 
 

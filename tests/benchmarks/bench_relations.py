@@ -1,6 +1,6 @@
-"""Locating fixtures by relations, right contacts and wrong ones: 20 kinds, ten contact sets each, the worst told.
+"""Time to locate fixtures by relations: 20 kinds, ten contact sets each, correct and wrong; the slowest is printed.
 
-Processor time beside an SVD of 100 by 100 numbers in the same run. Exits with 1 where a set takes longer than LONGEST.
+Processor time, also as a multiple of a 100 x 100 SVD in the same run. Exits with 1 if a set takes longer than LONGEST.
 
 OMP_NUM_THREADS=1 python -m tests.benchmarks.bench_relations [KIND...]
 """
@@ -21,14 +21,14 @@ from tests.validation.relation_geometry import KINDS, Angle
 from tests.validation.relation_touches import Touched, by_relations, touches
 
 LONGEST = 2.0
-"""Seconds: the promise for at most 30 contacts, whatever the verdict."""
+"""Largest accepted time (s) with at most 30 contacts, for any status."""
 SIGMA = 0.01
 ANGLES = ((60.0, 0.0), (89.9, 0.02), (0.02, 0.02))
-"""Value and sigma of the angle of a kind, the first that it allows: at one, one at a fold, one next to coincidence."""
+"""Value and sigma (deg) of a kind's angle: a regular one, one near the fold at 90, and one near parallel."""
 
 
 def angle_of(kind: str, number: int, rng: np.random.Generator) -> Angle:
-    """The angle of a contact set: each of the three in turn, where the kind allows it."""
+    """The angle of a contact set: the three angles in turn, if the kind allows them."""
     allows = KINDS[kind].allows
     fitting = [Angle.drawn(*pair, rng) for pair in ANGLES if allows and allows(Angle(*pair, pair[0], 0.0))]
     return fitting[number % len(fitting)] if fitting else Angle(0.0, 0.0, 0.0, 0.0)
@@ -49,7 +49,7 @@ def one_off(touched: Touched, rng: np.random.Generator) -> Touched:
 
 
 def labels_exchanged(touched: Touched, rng: np.random.Generator) -> Touched:
-    """Of two contacts on different features."""
+    """The contacts with the labels of two contacts on different features exchanged."""
     names = list(touched.names)
     one = int(rng.integers(len(names)))
     other = int(rng.choice([i for i, name in enumerate(names) if name != names[one]]))
@@ -58,12 +58,12 @@ def labels_exchanged(touched: Touched, rng: np.random.Generator) -> Touched:
 
 
 def too_few(touched: Touched, rng: np.random.Generator) -> Touched:
-    """Three a feature, in random places."""
+    """Three contacts on each feature, at random places."""
     return _only(touched, lambda name: 3)
 
 
 def one_feature_short(touched: Touched, rng: np.random.Generator) -> Touched:
-    """Two contacts on the first feature, all on the others."""
+    """Two contacts on the first feature, all contacts on the others."""
     return _only(touched, lambda name: 2 if name == touched.names[0] else 9)
 
 
@@ -92,7 +92,7 @@ SETS = {
 
 
 def problems(kind: str, folder: Path) -> Iterator[tuple[str, Callable[[], tactfix.LocateResult]]]:
-    """The ten contact sets of a kind: what is done to them, and locating them."""
+    """The ten contact sets of a kind: the name of the change made to each, and a function that locates it."""
     for number, (name, change) in enumerate(SETS.items()):
         rng = np.random.default_rng([number, *kind.encode()])
         part = KINDS[kind].make(angle_of(kind, number, rng))

@@ -1,6 +1,6 @@
-"""How the benchmarks tell time: the best of several runs, beside something of numpy timed in between in the same run.
+"""Timing for the benchmarks: the best of several runs, as a multiple of a numpy operation timed in the same run.
 
-Ratios hold on other machines, and under load, far better than seconds do. Run the scripts one at a time.
+Ratios depend far less on the machine and its load than seconds do. Run the scripts one at a time.
 """
 
 import os
@@ -18,7 +18,7 @@ IMPORT_NUMPY = (sys.executable, "-c", "import numpy")
 
 
 def heading(title: str) -> str:
-    """What, when, on which commit and machine."""
+    """Title, date, commit and machine of a benchmark."""
     try:
         describe = ["git", "describe", "--always", "--dirty", "--exclude=*"]
         commit = subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
@@ -43,9 +43,9 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 def best_of_each(works: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """The shortest processor time (s) of each work over so many rounds; in every round each has its turn.
+    """The shortest processor time (s) of each function over this number of rounds, each called once in every round.
 
-    Processor time, because it leaves out what others do on the machine: works must be of one thread.
+    Processor time does not depend on other processes; each function must run in one thread.
     """
     best = dict.fromkeys(works, float("inf"))
     for _ in range(rounds):
@@ -57,7 +57,7 @@ def best_of_each(works: dict[str, Callable[[], object]], rounds: int) -> dict[st
 
 
 def best_processes(commands: dict[str, Sequence[str]], rounds: int) -> dict[str, tuple[float, float]]:
-    """The shortest elapsed and the shortest processor time (s) of each command, from start to end of its process."""
+    """The shortest elapsed and the shortest processor time (s) of each command, over the whole life of its process."""
     best = dict.fromkeys(commands, (float("inf"), float("inf")))
     for _ in range(rounds):
         for name, command in commands.items():
@@ -70,6 +70,6 @@ def best_processes(commands: dict[str, Sequence[str]], rounds: int) -> dict[str,
 
 
 def _children() -> float:
-    """Processor time (s) of all processes that were started and have ended."""
+    """Processor time (s) of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

@@ -1,4 +1,4 @@
-"""Accuracy of contacts against plain algebra: finite differences, inverses of reduced sets, definitions."""
+"""Predicted accuracy against finite differences, information matrices without a contact, and definitions."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ CORNERS = np.array([[80.0, 40.0, 40.0], [-30.0, -30.0, 0.0], [80.0, -30.0, 40.0]
 
 
 def distance(name, x):
-    """Signed distance of a tip centre from touching, by hand."""
+    """Signed distance of a tip centre from contact with a feature, written out."""
     if name == "table":
         return x[2] - TIP
     if name == "ball":
@@ -53,8 +53,8 @@ def jacobian(contacts, sigmas):
         for k in range(6):
             w, v = np.zeros(3), np.zeros(3)
             (w if k < 3 else v)[k % 3] = step
-            there = [distance(name, p - s * (v + np.cross(w, p))) for s in (1, -1)]
-            row.append((there[0] - there[1]) / (2 * step) / sigma)
+            distances = [distance(name, p - s * (v + np.cross(w, p))) for s in (1, -1)]
+            row.append((distances[0] - distances[1]) / (2 * step) / sigma)
         rows.append(row)
     return np.array(rows)
 
@@ -87,16 +87,16 @@ def test_worst_point_and_points_asked_for(judged):
 
 
 def test_the_direction_known_worst_at_a_point(judged):
-    """The variance along it is the largest of a thousand directions."""
+    """The variance along it is the largest of those along a thousand random directions."""
     _, _, j, found = judged
     covariance, (x, y, z) = np.linalg.inv(j.T @ j), found.worst.point
     at = np.hstack([[[0, z, -y], [-z, 0, x], [y, -x, 0]], np.eye(3)])
-    there = at @ covariance @ at.T
+    local = at @ covariance @ at.T
     others = np.random.default_rng(4).normal(size=(1000, 3))
     others /= np.linalg.norm(others, axis=1)[:, None]
-    along = found.worst.direction @ there @ found.worst.direction
+    along = found.worst.direction @ local @ found.worst.direction
     assert along == pytest.approx(found.worst.sigma**2, rel=1e-5)
-    assert max(o @ there @ o for o in others) <= along * (1 + 1e-5)
+    assert max(o @ local @ o for o in others) <= along * (1 + 1e-5)
 
 
 def test_the_worst_known_rotation(judged):

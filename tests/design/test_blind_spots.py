@@ -1,4 +1,4 @@
-"""Blind spots against the mistake itself: simulated with noise and given to locate, many times."""
+"""Predicted blind spots against simulation: each mistake is simulated with noise and located many times."""
 
 import re
 from pathlib import Path
@@ -22,16 +22,22 @@ SEEDS = 4
 
 
 def quiet_plan(fixture, count):
-    """Touches of the simulator without noise."""
-    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-7, seed=11, count=count).contacts
-    n = len(made)
+    """Simulated touches without noise."""
+    contacts = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-7, seed=11, count=count).contacts
+    n = len(contacts)
     sigma = fixture.probe.sigma
     return Contacts(
-        made.features, made.points, made.approaches, np.full(n, sigma), made.tip_radius, made.rows, made.ids
+        contacts.features,
+        contacts.points,
+        contacts.approaches,
+        np.full(n, sigma),
+        contacts.tip_radius,
+        contacts.rows,
+        contacts.ids,
     )
 
 
-# A fixture by relations; those by geometry are in test_blind_spots_simulated.py.
+# A fixture by relations; fixtures by geometry are in test_blind_spots_simulated.py.
 CASES = [(ROOT / "fixtures/three-spheres.yaml", error) for error in FAULTS]
 
 
@@ -44,8 +50,10 @@ def test_what_locate_says_of_a_simulated_mistake(path, error):
     flagged, shifts = 0, []
     corners = np.array([report.certainty.worst.point])
     for seed in range(SEEDS):
-        made = simulate(fixture, plan=plan, base_from_fixture=np.eye(4), seed=seed, fault=Fault(FAULTS[error])).contacts
-        result = locate(fixture, made, explain=False)
+        contacts = simulate(
+            fixture, plan=plan, base_from_fixture=np.eye(4), seed=seed, fault=Fault(FAULTS[error])
+        ).contacts
+        result = locate(fixture, contacts, explain=False)
         doubted = any("sigma" in w for w in result.warnings)
         flagged += result.status != "located" or doubted
         if result.base_from_fixture is not None:
@@ -55,14 +63,14 @@ def test_what_locate_says_of_a_simulated_mistake(path, error):
         assert flagged >= SEEDS - 1
     elif spot.power < 0.01:
         assert flagged <= 1
-        # The worst corner of the mistake need not be the worst known one: no point moves farther than it.
+        # The corner that the mistake moves most need not be the one with the largest sigma, but no point moves farther.
         assert np.median(shifts) <= spot.pose_shift + 3 * report.certainty.worst.sigma
         if error == "tip_radius":
             assert np.median(shifts) == pytest.approx(spot.pose_shift, rel=0.05)
 
 
 def test_power_is_that_of_a_simulated_chi_square():
-    """Share of noncentral chi-squares, summed from normal numbers, above the 1 in 1000 limit (tables: 22.458 for 6)."""
+    """The share of simulated noncentral chi-squares above the limit of 1 in 1000 (tables: 22.458 for 6)."""
     rng = np.random.default_rng(5)
     for noncentrality in (5.0, 20.0, 40.0):
         z = rng.normal(size=(200_000, 6))
@@ -74,7 +82,7 @@ def test_power_is_that_of_a_simulated_chi_square():
 
 
 def test_one_bad_contact_is_seen_by_its_redundancy():
-    """Noncentrality of one contact off by 10 sigma: 100 (1 - leverage), with the leverage from plain algebra."""
+    """One contact off by 10 sigma has the noncentrality 100 (1 - leverage), with the leverage from plain algebra."""
     fixture = load_fixture(ROOT / "fixtures/robot-cell-plate.yaml")
     plan = quiet_plan(fixture, 12)
     report = design_check(fixture, plan, wishes=QUICK)
@@ -103,16 +111,16 @@ def test_exchanged_labels_of_equal_balls_are_not_seen():
     fixture = load_fixture(Path(__file__).parent / "bad" / "equal-balls.yaml")
     spot = next(s for s in design_check(fixture, wishes=QUICK).blind_spots if s.error == "labels")
     assert not spot.detectable
-    made = simulate(fixture, base_from_fixture=np.eye(4), seed=2).contacts
+    contacts = simulate(fixture, base_from_fixture=np.eye(4), seed=2).contacts
     other = {"left": "right", "right": "left", "far": "far"}
     swapped = Contacts(
-        tuple(other[n] for n in made.features),
-        made.points,
-        made.approaches,
-        made.sigmas,
-        made.tip_radius,
-        made.rows,
-        made.ids,
+        tuple(other[n] for n in contacts.features),
+        contacts.points,
+        contacts.approaches,
+        contacts.sigmas,
+        contacts.tip_radius,
+        contacts.rows,
+        contacts.ids,
     )
     result = locate(fixture, swapped)
     assert result.status == "located"

@@ -1,7 +1,7 @@
-"""Every mistake of the list made on purpose and given to locate: what design-check says of it must then happen.
+"""Every mistake of the list is made and located: the result must be what design-check predicts.
 
-The mistakes are made here anew, on contacts with noise: nothing of `simulation` or `design` is used for them but
-the words of the report: how large each mistake is, and on which contacts or features it is made.
+The mistakes are made here on noisy contacts, without `simulation` or `design`. Only the size of each mistake and its
+contacts or features are read from the text of the report.
 """
 
 import re
@@ -21,10 +21,10 @@ from tactfix.simulation.simulate import simulate
 from tests.support.project import BAD_DESIGNS, ROOT
 
 SEEDS = 3
-# A tip that stands elsewhere in the flange is judged where tool orientations are planned: these fixtures have none, and
-# tests of the simulated tool orientations hold it.
+# A wrong tip offset in the flange is predicted only for planned tool orientations, which these fixtures do not have;
+# tests/simulation/test_tool_orientations.py covers it.
 JUDGED = [error for error in BLIND_SPOTS if error != "tip_offset"]
-# Without its boxes: a contact near an edge would betray a wrong pose by lying outside.
+# Without touch boxes, because a contact near an edge would reveal a wrong pose by lying outside its box.
 FIXTURES = {
     "corner": (BAD_DESIGNS / "corner.yaml", 9),
     "robot-cell-plate": (ROOT / "fixtures" / "robot-cell-plate.yaml", 14),
@@ -33,7 +33,7 @@ FIXTURES = {
 }
 OF_LABELS = ("labels", "swapped_contacts", "wrong_label")
 FAST = {"corner": JUDGED, "robot-cell-plate": JUDGED, "equal-balls": OF_LABELS}
-"""What hides and what shows is among these; equal balls hide labels, and else show what a plate does, as a ball bar."""
+"""Hidden and detected mistakes both occur here. Equal balls hide exchanged labels; else they behave like the plate."""
 CASES = [
     pytest.param(name, error, marks=[] if error in FAST.get(name, ()) else pytest.mark.slow)
     for name in FIXTURES
@@ -42,7 +42,7 @@ CASES = [
 
 
 def normal(surface, x):
-    """The outward normal at a tip's centre, by hand; all features here are touched from outside."""
+    """The outward normal at a tip centre, written out; all features here are touched from outside."""
     if isinstance(surface, Plane):
         return surface.normal
     arm = x - (surface.center if isinstance(surface, Sphere) else surface.point)
@@ -53,13 +53,13 @@ def normal(surface, x):
 
 @cache
 def judged(name):
-    """A fixture, its surfaces, a plan on it without noise, its normals (n, 3), and the report on it."""
+    """A fixture, its surfaces, a plan without noise, the plan's normals (n, 3), and the report of design-check."""
     path, count = FIXTURES[name]
     fixture = load_fixture(path)
     if name == "corner":
         fixture = replace(fixture, touch={})
-    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-9, seed=11, count=count).contacts
-    plan = replace(made, sigmas=np.full(len(made), fixture.probe.sigma))
+    contacts = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-9, seed=11, count=count).contacts
+    plan = replace(contacts, sigmas=np.full(len(contacts), fixture.probe.sigma))
     surfaces = {n: f.surface for n, f in fixture.features.items()}
     normals = np.array([normal(surfaces[n], p) for n, p in zip(plan.features, plan.points, strict=True)])
     return fixture, surfaces, plan, normals, design_check(fixture, plan, Wishes(layouts=0))
@@ -74,80 +74,80 @@ def rows(message):
 
 
 def made_wrong(name, spot):
-    """The fixture as its file says, and the contacts as their file says, with the mistake in one of them."""
-    what = spot.message.rsplit(": ", 1)[0]
+    """The fixture and the contacts as stated in their files, with the mistake in one of the two."""
+    description = spot.message.rsplit(": ", 1)[0]
     if spot.error == "mirrored":
         return mirror_image(judged(name)[0]), judged(name)[2]
     if spot.error in ("radius", "distance", "diameter", "side", "axes"):
         fixture, surfaces, plan, *_ = judged(name)
-        wrong = wrong_surfaces(surfaces, what)
+        wrong = wrong_surfaces(surfaces, description)
         touch = {n: box for n, box in fixture.touch.items() if spot.error != "axes" or n not in wrong}
         return with_surfaces(replace(fixture, touch=touch), wrong), plan
-    return judged(name)[0], WRONG_CONTACTS[spot.error](*judged(name)[:4], what)
+    return judged(name)[0], WRONG_CONTACTS[spot.error](*judged(name)[:4], description)
 
 
-def wrong_tip(fixture, surfaces, plan, normals, what):
-    """A tip of radius t touched, and the file says 0, or - t."""
-    said = numbers(what)[0]
-    touched, said = (said, 0.0) if "forgotten" in what else (-said, said)
-    return replace(plan, points=plan.points + (touched - plan.tip_radius) * normals, tip_radius=said)
+def wrong_tip(fixture, surfaces, plan, normals, description):
+    """The tip has radius t, and the file states 0 (forgotten) or -t."""
+    stated = numbers(description)[0]
+    touched, stated = (stated, 0.0) if "forgotten" in description else (-stated, stated)
+    return replace(plan, points=plan.points + (touched - plan.tip_radius) * normals, tip_radius=stated)
 
 
-def late(fixture, surfaces, plan, normals, what):
+def late(fixture, surfaces, plan, normals, description):
     return replace(plan, points=plan.points - 20 * plan.sigmas[:, None] * normals)
 
 
-def warm(fixture, surfaces, plan, normals, what):
-    """Aluminium, 10 K: the surface grows about the origin, the tip does not."""
+def warm(fixture, surfaces, plan, normals, description):
+    """Aluminium, 10 K: the surface expands about the origin, the tip does not."""
     tip = plan.tip_radius * normals
     return replace(plan, points=(1 + 23e-5) * (plan.points - tip) + tip)
 
 
-def other_unit(fixture, surfaces, plan, normals, what):
-    return replace(plan, points=numbers(what)[0] * plan.points)
+def other_unit(fixture, surfaces, plan, normals, description):
+    return replace(plan, points=numbers(description)[0] * plan.points)
 
 
-def reversed_approaches(fixture, surfaces, plan, normals, what):
+def reversed_approaches(fixture, surfaces, plan, normals, description):
     return replace(plan, approaches=-plan.approaches)
 
 
-def exchanged_labels(fixture, surfaces, plan, normals, what):
-    return replace(plan, features=exchanged(plan.features, what))
+def exchanged_labels(fixture, surfaces, plan, normals, description):
+    return replace(plan, features=exchanged(plan.features, description))
 
 
-def two_labels_swapped(fixture, surfaces, plan, normals, what):
+def two_labels_swapped(fixture, surfaces, plan, normals, description):
     names = list(plan.features)
-    i, j = rows(what)
+    i, j = rows(description)
     names[i], names[j] = names[j], names[i]
     return replace(plan, features=tuple(names))
 
 
-def noisier(fixture, surfaces, plan, normals, what):
-    scatter = np.random.default_rng(3).normal(size=len(plan)) * numbers(what)[0] * plan.sigmas
+def noisier(fixture, surfaces, plan, normals, description):
+    scatter = np.random.default_rng(3).normal(size=len(plan)) * numbers(description)[0] * plan.sigmas
     return replace(plan, points=plan.points + scatter[:, None] * normals)
 
 
-def one_reversed(fixture, surfaces, plan, normals, what):
+def one_reversed(fixture, surfaces, plan, normals, description):
     approaches = plan.approaches.copy()
-    approaches[(rows(what) or [0])[0]] *= -1
+    approaches[(rows(description) or [0])[0]] *= -1
     return replace(plan, approaches=approaches)
 
 
-def one_wrong_label(fixture, surfaces, plan, normals, what):
+def one_wrong_label(fixture, surfaces, plan, normals, description):
     names = list(plan.features)
-    names[rows(what)[0]] = re.search(r"labelled (\w+)", what)[1]
+    names[rows(description)[0]] = re.search(r"labelled (\w+)", description)[1]
     return replace(plan, features=tuple(names))
 
 
-def two_bad_contacts(fixture, surfaces, plan, normals, what):
+def two_bad_contacts(fixture, surfaces, plan, normals, description):
     points = plan.points.copy()
-    for i, size in zip(rows(what), numbers(what)[-2:], strict=True):
+    for i, size in zip(rows(description), numbers(description)[-2:], strict=True):
         points[i] += size * np.hypot(plan.sigmas[i], fixture.features[plan.features[i]].sigma) * normals[i]
     return replace(plan, points=points)
 
 
-def one_bad_contact(fixture, surfaces, plan, normals, what):
-    (i,) = rows(what)
+def one_bad_contact(fixture, surfaces, plan, normals, description):
+    (i,) = rows(description)
     points = plan.points.copy()
     points[i] += 10 * np.hypot(plan.sigmas[i], fixture.features[plan.features[i]].sigma) * normals[i]
     return replace(plan, points=points)
@@ -177,22 +177,22 @@ def with_surfaces(fixture, surfaces):
     return replace(fixture, features={**fixture.features, **changed})
 
 
-def wrong_surfaces(surfaces, what):
-    """The features that the file has wrong, as it has them."""
-    if "doubled" in what:
-        names = re.split(r", | and ", re.match(r"radius of (.*) doubled", what)[1])
+def wrong_surfaces(surfaces, description):
+    """The features that are wrong in the file, as the file has them."""
+    if "doubled" in description:
+        names = re.split(r", | and ", re.match(r"radius of (.*) doubled", description)[1])
         return {n: replace(surfaces[n], radius=2 * surfaces[n].radius) for n in names}
-    if what.startswith("side"):
-        name = re.match(r"side of (\w+) taken", what)[1]
+    if description.startswith("side"):
+        name = re.match(r"side of (\w+) taken", description)[1]
         return {name: replace(surfaces[name], side="inner" if surfaces[name].side == "outer" else "outer")}
-    if "exchanged" in what:
-        a, b, point, name = re.match(r"(\w) and (\w) of (the point of )?(\w+) exchanged", what).groups()
+    if "exchanged" in description:
+        a, b, point, name = re.match(r"(\w) and (\w) of (the point of )?(\w+) exchanged", description).groups()
         order = ["xyz".index(axis) for axis in "xyz".replace(a, "-").replace(b, a).replace("-", b)]
         return {name: mapped(surfaces[name], np.eye(3)[order], with_direction=not point)}
-    if what.startswith("radius"):
-        feature, off = re.match(r"radius of (\w+) off by ([\d.e-]+)", what).groups()
+    if description.startswith("radius"):
+        feature, off = re.match(r"radius of (\w+) off by ([\d.e-]+)", description).groups()
         return {feature: replace(surfaces[feature], radius=surfaces[feature].radius + float(off))}
-    one, off, other = re.match(r"(\w+) ([\d.e-]+) farther from (\w+)", what).groups()
+    one, off, other = re.match(r"(\w+) ([\d.e-]+) farther from (\w+)", description).groups()
     return {one: shifted(surfaces[one], surfaces[other], float(off))}
 
 
@@ -205,7 +205,7 @@ def mapped(surface, matrix, with_direction=True):
 
 
 def mirror_image(fixture):
-    """The fixture mirrored in x, touch boxes and all."""
+    """The fixture with its touch boxes mirrored in x."""
     mirror = np.diag([-1.0, 1.0, 1.0])
     touch = {}
     for name, box in fixture.touch.items():
@@ -215,16 +215,16 @@ def mirror_image(fixture):
     return with_surfaces(replace(fixture, touch=touch), surfaces)
 
 
-def exchanged(features, what):
-    """Labels exchanged as the report says; the first two features' where it knows of no exchange that fits."""
-    told = re.match(r"labels of (.*) exchanged", what)
-    names = re.split(r", | and ", told[1]) if told else list(dict.fromkeys(features))[:2]
+def exchanged(features, description):
+    """The labels with the exchange that the report names; that of the first two features if the report names none."""
+    match = re.match(r"labels of (.*) exchanged", description)
+    names = re.split(r", | and ", match[1]) if match else list(dict.fromkeys(features))[:2]
     after = dict(zip(names, [*names[1:], names[0]], strict=True))
     return tuple(after.get(name, name) for name in features)
 
 
 def shifted(surface, other, off):
-    """The surface so much farther from the other one: along a normal, or away from its centre or axis."""
+    """The surface moved away from the other one by this distance: along a normal, or from its centre or axis."""
     if isinstance(surface, Plane):
         direction = surface.normal
     elif isinstance(other, Plane):
@@ -283,7 +283,7 @@ def test_the_mistake_made_on_purpose(name, error):
 
 
 def test_the_cases_hold_mistakes_that_show_and_mistakes_that_do_not():
-    """A test of blind spots that never meets one, or only such, would show little."""
+    """The cases must include mistakes that are detected and mistakes that are not."""
     spots = [spot for name, errors in FAST.items() for spot in judged(name)[4].blind_spots if spot.error in errors]
     assert {spot.error for spot in spots} == set(JUDGED)
     hidden = {spot.error for spot in spots if spot.power < 0.01}

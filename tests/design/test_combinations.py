@@ -1,8 +1,8 @@
-"""Free motions, symmetries and minimal sets against verdicts derived by hand, numeric rank and brute force.
+"""Free motions, symmetries and minimal sets against results derived by hand, numeric ranks and brute force.
 
-Nothing in this file uses tactfix.design to check tactfix.design: ranks come from random contacts, symmetries from a
-many-start search over all rigid motions, Rado's condition is written anew. data/combinations.json is the project's own
-reference table, every row of it.
+The expected values do not use tactfix.design: ranks come from random contacts, symmetries from a multi-start search
+over all rigid motions, and Rado's condition is implemented here. All rows of the project's reference table
+data/combinations.json are tested.
 """
 
 import json
@@ -48,7 +48,7 @@ def random_pose(rng, reach=0.0):
 
 
 def random_points(surface, count, rng):
-    """Points and normals of a surface, by other formulas than the program's."""
+    """Random points and normals of a surface, by formulas that are independent of the package."""
     v = rng.normal(size=(count, 3))
     if isinstance(surface, Sphere):
         n = v / np.linalg.norm(v, axis=1)[:, None]
@@ -126,7 +126,7 @@ def test_minimal_sets_are_those_of_the_reference(row, position):
 
 @pytest.mark.parametrize("position", POSITIONS, ids=lambda p: p.name)
 def test_minimal_sets_follow_from_the_ranks_in_the_table(position):
-    """Rado's condition with the ranks derived by hand; subsets that the table leaves out have rank 6."""
+    """Rado's condition with the ranks derived by hand; subsets that are not in the table have rank 6."""
     surfaces = position.surfaces
     single = {name: 4 if isinstance(s, Cylinder) else 3 for name, s in surfaces.items()}
 
@@ -169,7 +169,7 @@ def test_orders_of_the_symmetry_group(position):
 
 
 def shape(surface):
-    """The numbers of a surface that do not depend on how it is written, about the origin of its frame."""
+    """Coordinates of a surface that do not depend on its representation, such as the choice of a point on an axis."""
     if isinstance(surface, Sphere):
         return np.concatenate([surface.center, [surface.radius]])
     if isinstance(surface, Plane):
@@ -185,7 +185,7 @@ def shapes(surfaces):
 
 
 def misfit(pose, surfaces, target):
-    """By how much the moved surfaces differ from the shapes of their images."""
+    """The difference between the moved surfaces and their images."""
     return shapes([moved(pose, surface) for surface in surfaces]) - target
 
 
@@ -207,7 +207,7 @@ def shapes_at(poses, surfaces):
 
 
 def descend(surfaces, poses, targets):
-    """Levenberg-Marquardt on the misfit from poses (n, 4, 4); those that lay each surface on its image."""
+    """Levenberg-Marquardt on the misfit from poses (n, 4, 4); returns those that map each surface onto its image."""
     poses, damping = poses.copy(), np.full(len(poses), 1e-2)
     r = shapes_at(poses, surfaces) - targets
     small = steps(1e-6 * np.eye(6))
@@ -238,7 +238,7 @@ def steps(h):
 
 
 def brute_force_group(surfaces, rng, starts):
-    """Distinct rigid motions that lay the set of surfaces on itself, found from random starts for each permutation."""
+    """Distinct rigid motions that map the set of surfaces onto itself, from random starts for each permutation."""
     poses, targets = [], []
     for images in permutations(surfaces):
         alike = [
@@ -288,7 +288,7 @@ def test_verdicts_do_not_depend_on_unit_pose_or_order(position, unit):
 
 @cache
 def verdicts(name):
-    """How many symmetries a position has, and its minimal sets, as it stands in the table."""
+    """The number of symmetries of a position and its minimal sets, in the form of the table."""
     (surfaces,) = [p.surfaces for p in EVERY if p.name == name]
     sets = minimal_sets(surfaces, tolerance_for(surfaces), 10_000)
     return len(symmetries(surfaces, {})), {tuple(s.values()) for s in sets}
@@ -307,7 +307,7 @@ def scaled(surface, unit):
 @pytest.mark.parametrize("unit", [1e-7, 1.0, 1e7])
 @pytest.mark.parametrize(("shift", "is_special"), [(1e-3, False), (1e-5, False), (1e-8, True)])
 def test_what_is_special_is_a_share_of_the_size(unit, shift, is_special):
-    """The exact verdict judges what the file says; how weak that is, is a matter of sigma."""
+    """Whether a position is special is decided exactly from the file; how well it holds a pose depends on sigma."""
     surfaces = {
         "ball": Sphere(unit * np.array([shift, 0, 2.0]), unit),
         "bar": Cylinder(np.zeros(3), np.array([0, 0, 1.0]), unit),

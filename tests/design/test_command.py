@@ -1,4 +1,4 @@
-"""tactfix design-check from outside: exit status, JSON, tables, JUnit, explanations."""
+"""The command design-check: exit status, JSON, tables, JUnit, explanations."""
 
 import json
 from xml.etree import ElementTree
@@ -63,10 +63,10 @@ def test_the_study_in_json_and_switched_off(capsys):
     assert (first["contacts"], first["layouts"]) == (6, 2)
     assert contacts["random_layouts"][-1]["ambiguous"] == 0
     assert len(contacts["real_poses"]) == len(contacts["minimal_sets"]) == len(contacts["complex_poses"])
-    seen = next(entry for entry in contacts["real_poses"] if entry)
-    assert set(seen) == {"layouts", "fewest_seen", "median", "most_seen"}
-    told = next(check for check in report["checks"] if check["code"] == "uniqueness")
-    assert "of 2 random layouts" in told["message"]
+    real_poses = next(entry for entry in contacts["real_poses"] if entry)
+    assert set(real_poses) == {"layouts", "fewest_seen", "median", "most_seen"}
+    uniqueness = next(check for check in report["checks"] if check["code"] == "uniqueness")
+    assert "of 2 random layouts" in uniqueness["message"]
     status, off, _ = run(capsys, fixture, "--json", "--study", "0")
     assert status == 1
     contacts = json.loads(off)["contacts"]
@@ -89,7 +89,7 @@ def test_tables_fit_into_a_terminal(width):
     report = quick_report(BAD_DESIGNS / "ball-beside-bar.yaml")
     lines = design_text(report, width).splitlines()
     assert max(map(len, lines)) <= width
-    # Words stay whole: everything that is said without a table is in it.
+    # Words are not broken: the table contains all words of the output without a table.
     flat = " ".join(" ".join(lines).split())
     for finding in report.findings:
         for word in finding.code.split():

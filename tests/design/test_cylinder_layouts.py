@@ -1,4 +1,4 @@
-"""Contacts that lie on several cylinders: the layouts of theory, made by hand, and what design-check says of them."""
+"""Contacts that lie on several cylinders: layouts known from theory, and the findings of design-check."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ TIP, SIGMA = 1.0, 0.01
 
 
 def ring(degrees, height):
-    """Outward directions (n, 3) and heights (n,) of contacts at these angles."""
+    """Outward directions (n, 3) and heights (n,) of contacts at the given angles."""
     a = np.radians(degrees)
     return np.stack([np.cos(a), np.zeros(len(a)), np.sin(a)], axis=1), np.full(len(a), float(height))
 
@@ -52,7 +52,7 @@ def test_at_some_lengths_all_four_have_one_radius(stagger, ratio):
 
 
 def test_two_aligned_rows_of_four_lie_on_three_cylinders():
-    """The corners of a box: its axis may run along any of its edges; of one radius where the box is a cube."""
+    """The corners of a box: the axis may be parallel to any of its edges; the radii are equal if the box is a cube."""
     box = layout_of(bar_contacts(ring(FOUR, 0), ring(FOUR, 20)))
     assert (box.contacts, box.any_radius, box.own_radius) == (8, 3, 1)
     cube = layout_of(bar_contacts(ring(FOUR, 0), ring(FOUR, 9 * np.sqrt(2))))
@@ -78,7 +78,7 @@ def test_two_rows_along_the_axis_lie_on_infinitely_many():
 
 
 def test_few_contacts_are_told_and_not_called_tidy():
-    """Four contacts leave up to twelve cylinders of a known radius: too few to be called regular."""
+    """Four contacts leave up to twelve cylinders of a known radius, so the layout is not reported as regular."""
     four = layout_of(bar_contacts(ring(THREE, 0), ring([60], 20)))
     assert four.contacts == 4
     assert four.any_radius == 0, "not looked for"
@@ -92,7 +92,7 @@ def test_a_cylinder_that_was_touched_from_the_other_side_does_not_count():
     even = bar_contacts(ring(THREE, 0), ring(THREE + 60, 9 * np.sqrt(2)))
     approaches = even.approaches.copy()
     assert layout_of(even).own_radius == 4
-    # One contact tilted by 60 degrees towards the axis: into the bar, but out of some of the others.
+    # One approach tilted by 60 degrees towards the axis: into the bar, but out of some of the other cylinders.
     y, out = np.array([0.0, 1.0, 0.0]), -approaches[0]
     approaches[0] = -0.5 * out - np.sqrt(0.75) * y
     tilted = contacts_of(even.features, even.points, approaches, SIGMA, TIP)
@@ -100,7 +100,7 @@ def test_a_cylinder_that_was_touched_from_the_other_side_does_not_count():
 
 
 def plan_with(*rings):
-    """These contacts on the bar, y from 20, and six on the ball."""
+    """A plan with these contacts on the bar, from y = 20 on, and six on the ball."""
     ball = plan_at((20, 40)).on("ball")
     bar = bar_contacts(*rings)
     points = np.vstack([bar.points, ball.points])
@@ -130,9 +130,9 @@ def test_the_finding(rings, words):
 
 def test_design_check_tells_it_of_a_plan_and_not_where_the_remedy_is_followed():
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
-    for rings, told in (((ring(THREE, 20), ring(THREE, 40)), True), ((ring(FOUR, 20), ring([45, 135], 40)), False)):
+    for rings, reported in (((ring(THREE, 20), ring(THREE, 40)), True), ((ring(FOUR, 20), ring([45, 135], 40)), False)):
         report = design_check(fixture, plan_with(*rings), QUICK)
-        assert ("tidy_layout" in {f.code for f in report.findings}) == told
+        assert ("tidy_layout" in {f.code for f in report.findings}) == reported
 
 
 def test_a_bore_is_judged_from_inside():

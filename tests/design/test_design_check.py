@@ -1,4 +1,4 @@
-"""Each shipped fixture and each bad one gives the finding that it must give."""
+"""Each shipped fixture and each deliberately bad fixture gives the expected finding."""
 
 import re
 from pathlib import Path
@@ -16,7 +16,7 @@ from tactfix.simulation.simulate import simulate
 from tests.support.plans import QUICK, contacts_of, plan_at, quick_report
 from tests.support.project import BAD_DESIGNS, ROOT
 
-# Status, and a finding that it must give: code, severity, words, and words of its remedy.
+# Expected status and finding: code, severity, words of the message, and words of the remedy.
 SHIPPED = {
     "cylinder-sphere": ("warning", ("blind_distance", "warning", "farther from", "have the fixture measured")),
     "machine-tool-ball-bar": ("ok", ("symmetry", "ok", "no motion maps", "")),
@@ -66,7 +66,7 @@ def test_the_touch_box_of_the_worked_example_settles_its_half_turn():
 
 
 def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
-    """Theory: each face moves by the tip radius along its own normal, the corner by 3 sqrt 3."""
+    """Theory: each face moves by the tip radius along its normal, so the corner moves by 3 sqrt 3."""
     report = quick_report(BAD_DESIGNS / "corner.yaml")
     spots = {spot.error: spot for spot in report.blind_spots}
     assert not spots["tip_radius"].detectable
@@ -75,7 +75,7 @@ def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
 
 
 def test_an_opposite_face_or_a_ball_shows_the_tip():
-    """The remedy that the finding names, tried."""
+    """The remedy proposed by the finding is tried."""
     text = (BAD_DESIGNS / "corner.yaml").read_text()
     for feature in (
         "  left: {type: plane, point: [-100.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0]}\n",
@@ -105,7 +105,7 @@ def test_the_touch_box_that_the_remedy_proposes_breaks_the_symmetry():
 
 
 def test_contacts_outside_the_overlap_settle_it():
-    """The box keeps the part between -20 and 20; a plan that leaves it is told apart, one inside is not."""
+    """Only a plan with contacts outside the part that both poses share, between -20 and 20, distinguishes the poses."""
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     settled, open_ = (
         design_check(fixture, plan_at((-15, 55)), wishes=QUICK),
@@ -120,17 +120,19 @@ def test_contacts_in_base_are_located_and_give_the_same_certainty_as_their_plan(
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     here = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=5, count=12).contacts
     plan = contacts_of(here.features, here.points, here.approaches, 0.08, here.tip_radius)
-    there = simulate(fixture, plan=plan, seed=7).contacts
-    planned, made = design_check(fixture, plan, wishes=QUICK), design_check(fixture, there, wishes=QUICK)
-    assert (planned.certainty.source, made.certainty.source) == ("plan", "contacts")
-    assert np.linalg.norm(there.points - plan.points, axis=1).min() > 100
-    np.testing.assert_allclose(made.certainty.covariance, planned.certainty.covariance, rtol=0.02, atol=1e-6)
+    contacts = simulate(fixture, plan=plan, seed=7).contacts
+    planned, measured = design_check(fixture, plan, wishes=QUICK), design_check(fixture, contacts, wishes=QUICK)
+    assert (planned.certainty.source, measured.certainty.source) == ("plan", "contacts")
+    assert np.linalg.norm(contacts.points - plan.points, axis=1).min() > 100
+    np.testing.assert_allclose(measured.certainty.covariance, planned.certainty.covariance, rtol=0.02, atol=1e-6)
 
 
 def test_contacts_that_fit_nowhere_are_said_so():
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
-    made = simulate(fixture, seed=1).contacts
-    wrong = contacts_of(made.features, made.points * [1.0, 1.0, 0.5], made.approaches, 0.08, made.tip_radius)
+    contacts = simulate(fixture, seed=1).contacts
+    wrong = contacts_of(
+        contacts.features, contacts.points * [1.0, 1.0, 0.5], contacts.approaches, 0.08, contacts.tip_radius
+    )
     report = design_check(fixture, wrong, wishes=QUICK)
     assert "contacts_not_located" in codes(report, "error")
     assert report.certainty.source == "spread"
@@ -138,9 +140,9 @@ def test_contacts_that_fit_nowhere_are_said_so():
 
 def test_contacts_that_leave_a_motion_free_are_an_error():
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
-    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
+    contacts = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
     report = design_check(
-        fixture, made.subset([i for i, name in enumerate(made.features) if name != "ball"]), wishes=QUICK
+        fixture, contacts.subset([i for i, name in enumerate(contacts.features) if name != "ball"]), wishes=QUICK
     )
     finding = next(f for f in report.findings if f.code == "plan_free_motion")
     assert finding.status == "error"
@@ -188,7 +190,7 @@ def test_the_verdict_does_not_depend_on_the_unit():
         design_check(_written(in_metres + "\n".join(lines) + "\n"), wishes=QUICK),
     )
     assert [(f.code, f.status) for f in here.findings] == [(f.code, f.status) for f in there.findings]
-    # Which of the equally well spread points of a square face are taken is a matter of rounding.
+    # Rounding decides which of several equally well distributed points of a square face are chosen.
     assert there.certainty.worst.sigma == pytest.approx(here.certainty.worst.sigma / 1000, rel=0.02)
     assert there.certainty.observability.indices == pytest.approx(here.certainty.observability.indices, rel=0.02)
 

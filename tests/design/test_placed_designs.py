@@ -1,4 +1,4 @@
-"""Designs judged with what is known of where the fixture stands: symmetries, counts, free motions, mistakes."""
+"""Design checks with a known placement: symmetries, contact counts, free motions, mistakes."""
 
 import json
 from dataclasses import replace
@@ -37,7 +37,7 @@ def codes(report):
 
 
 HALF_TURN_ABOUT_X = replace(ball_and_bar(), touch={})
-"""A bar along y and a ball on x beside it: a half-turn about x lays both on themselves, and keeps the origin."""
+"""A bar along y and a ball next to it on x: a half-turn about x maps both onto themselves and keeps the origin."""
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ HALF_TURN_ABOUT_X = replace(ball_and_bar(), touch={})
         (Placement(TILTED), False),
         (Placement(TILTED, (20.0, np.radians(10))), True),
         (Placement(TILTED, (20.0, np.radians(89))), True),
-        # Of two poses a half-turn apart both can be within more than 90 degrees.
+        # Limits above 90 degrees can contain both of two poses that are a half-turn apart.
         (Placement(TILTED, (20.0, np.radians(91))), False),
         (Placement(TILTED, sigma=(1.0, 0.01)), True),
         (Placement(UPRIGHT, free=FLAT), True),
@@ -55,7 +55,7 @@ HALF_TURN_ABOUT_X = replace(ball_and_bar(), touch={})
     ],
 )
 def test_a_symmetry_is_settled_by_what_leaves_one_of_its_two_poses(placement, settles):
-    # Without sigma the geometry alone is judged: nothing of contacts is asked here.
+    # Without sigma only the geometry is checked: these tests are not about contacts.
     report = design_check(replace(HALF_TURN_ABOUT_X, placement=placement, probe=Probe(1.0)), wishes=QUICK)
     (symmetry,) = report.symmetries
     assert symmetry.broken_by == ("placement" if settles else None)
@@ -65,14 +65,14 @@ def test_a_symmetry_is_settled_by_what_leaves_one_of_its_two_poses(placement, se
 
 def test_a_half_turn_about_a_vertical_axis_is_not_settled_by_lying_flat():
     up = UPRIGHT.copy()
-    # The fixture's x, about which the half-turn is, points up.
+    # The fixture's x axis, the axis of the half-turn, points up.
     up[:3, :3] = Rotation.from_euler("y", -90, degrees=True).as_matrix()
     report = design_check(replace(HALF_TURN_ABOUT_X, placement=Placement(up, free=FLAT)), wishes=QUICK)
     assert report.symmetries[0].broken_by is None
 
 
 def random_rank(surfaces, chosen, free_axes):
-    """The rank of random contacts so shared out, over the motions along these axes of base (fixture axes, columns)."""
+    """The rank of random contacts with these counts, for motions along these base axes (columns, in fixture axes)."""
     rng = np.random.default_rng(1)
     rows = []
     for name, count in chosen.items():
@@ -127,7 +127,7 @@ def test_a_free_motion_is_none_where_it_is_held_or_was_measured():
     )
     assert held.free_motions == measured.free_motions == ()
     assert held.counts.minimum_total == 3
-    # What is held is certain; the sigma of a turn that only the measurement holds is that of the measurement.
+    # A constrained direction has sigma 0; a rotation determined by the measurement alone has its sigma.
     assert np.abs(held.certainty.covariance[:3]).max() < 1e-15
     assert np.sqrt(measured.certainty.covariance[2, 2]) == pytest.approx(0.01, rel=1e-6)
 
@@ -233,9 +233,9 @@ def test_the_command_line_says_where_the_fixture_stands(tmp_path, capsys):
     ("translation", "free", "left"), [(40.0, None, True), (2.0, None, False), (40.0, FLAT, True), (0.1, FLAT, False)]
 )
 def test_a_wrong_file_whose_pose_is_beyond_the_limits_would_show(translation, free, left):
-    """Two coordinates of the pin exchanged move the plate by 22 mm: two poses within 2 mm are never so far apart.
+    """Exchanged coordinates of the pin move the plate by 22 mm, more than two poses within limits of 2 mm can differ.
 
-    Where it lies flat they move it by 2 to 4 mm.
+    If the plate lies flat, it moves by 2 to 4 mm.
     """
     cell = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     contacts = simulate(cell, base_from_fixture=np.eye(4), seed=2, count=12).contacts

@@ -1,9 +1,9 @@
-"""How many poses six contacts can have: the shipped figures against those made and derived elsewhere.
+"""The number of complex poses of six contacts: the shipped counts against the reference table and derivations.
 
-data/pose_counts.json is the project's reference table, made by another method. validation.kinds holds what path
-tracking finds. The counts of kinds that begin with a feature located by itself are derived here anew, by other
-arguments than path tracking's: after a plane is located (three contacts, two sides) the body slides and turns in it,
-and each further contact runs on a line, circle or ellipse; after a sphere (two centres) the body turns about it.
+data/pose_counts.json is the project's reference table, computed by another method. validation.kinds holds the counts
+found by path tracking. The counts of kinds with a feature that is located alone are derived here by hand: after a
+plane is located (three contacts, two sides), the body slides and turns in it, and each further contact moves on a
+line, circle or ellipse; after a sphere is located (two centres), the body turns about it.
 """
 
 import json
@@ -23,7 +23,7 @@ SHIPPED = json.loads((Path(pose_counts.__file__).parent / "pose_counts.json").re
 
 
 def count_of(features):
-    """The count of contacts on features given as (type, contacts)."""
+    """The number of poses for features given as (type, contacts)."""
     names = [f"f{i}" for i in range(len(features))]
     types = {name: kind for name, (kind, _) in zip(names, features, strict=True)}
     return pose_count(types, {name: n for name, (_, n) in zip(names, features, strict=True)})
@@ -38,7 +38,7 @@ def test_counts_are_those_of_the_reference():
     for row in REFERENCE:
         found = count_of(list(zip(row["features"], row["contacts"], strict=True)))
         assert (found.complex_poses, found.source) == (row["complex_poses"], "reference")
-    # Beside the table stands the general platform of six legs.
+    # The table also has the general platform with six legs.
     platform = count_of([("sphere", 1)] * 6)
     assert (platform.complex_poses, platform.source) == (40, "reference")
     assert sum(row["source"] == "reference" for row in SHIPPED) == len(REFERENCE) + 1 == len(CONFIRMED)
@@ -60,7 +60,7 @@ CURVE = {"plane": "l", "sphere": "o", "cylinder": "c"}
 
 
 def planar(curves):
-    """Positions of a body in a plane with three points on lines l, circles o and ellipses c, all apart."""
+    """The number of positions of a body in a plane with three points on lines l, circles o, ellipses c."""
     conics = curves.count("c")
     if conics == 0:
         degree, through = COUPLERS[curves[:2]]
@@ -98,7 +98,7 @@ def test_a_located_sphere_and_three_features(others):
 
 
 def test_a_count_never_falls_when_a_feature_is_split_in_two():
-    """Two contacts on one feature are a special choice of contacts on two: no more isolated poses."""
+    """Two contacts on one feature are a special case of contacts on two features: not more isolated poses."""
     known = {row["kind"]: row["complex_poses"] for row in SHIPPED}
     compared = 0
     for row in SHIPPED:
@@ -114,7 +114,7 @@ def test_a_count_never_falls_when_a_feature_is_split_in_two():
 
 
 def bound(features):
-    """What no count exceeds.
+    """An upper bound of the count.
 
     Six contacts on planes and spheres have 40 poses at most: six legs of a general platform (Raghavan 1993, Husty
     1996); a plane is a sphere of infinite radius, and contacts that share a feature are a special choice. With
@@ -162,7 +162,7 @@ def test_path_tracking_finds_what_is_reasoned(kind):
 
 @pytest.mark.slow
 def test_path_tracking_finds_every_count_of_many_features():
-    """Another seed than those of the study that made the figures."""
+    """With another seed than those of the study that made the counts."""
     pytest.importorskip("numba", reason="compiled loops need the extra study")
     from tests.validation.compiled_paths import track
     from tests.validation.pose_counts import kinds

@@ -1,4 +1,4 @@
-"""The study of random layouts: seeded, honest about what it counts, and ending where every layout is located."""
+"""The study of random layouts: reproducible, its counts agree with locate, and it ends when all layouts are located."""
 
 from itertools import pairwise
 from statistics import median
@@ -20,13 +20,13 @@ from tests.support.project import BAD_DESIGNS, ROOT
 SETS = [("3-2-1", {"right": 3, "back": 2, "top": 1}), ("2-2-2", {"right": 2, "back": 2, "top": 2})]
 
 
-def studied(asked=None, layouts=6, seed=4, sets=SETS, progress=lambda share, what: None):
-    """A study of the cube, the contacts that it located written to asked."""
+def studied(tried=None, layouts=6, seed=4, sets=SETS, progress=lambda share, stage: None):
+    """A study of the cube; the contacts of each call of locate are appended to tried."""
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
 
     def locator(contacts):
-        if asked is not None:
-            asked.append(contacts)
+        if tried is not None:
+            tried.append(contacts)
         return locate(fixture, contacts, explain=False)
 
     return study_layouts(fixture, Study(layouts, seed, 0.05, 1.5), sets, locator, progress=progress)
@@ -34,34 +34,34 @@ def studied(asked=None, layouts=6, seed=4, sets=SETS, progress=lambda share, wha
 
 @pytest.fixture(scope="module")
 def known():
-    asked = []
-    return studied(asked), asked
+    tried = []
+    return studied(tried), tried
 
 
 def test_one_seed_gives_one_study(known):
-    study, asked = known
+    study, tried = known
     again = []
     assert studied(again) == study
-    assert [c.points.tolist() for c in again] == [c.points.tolist() for c in asked]
+    assert [c.points.tolist() for c in again] == [c.points.tolist() for c in tried]
     other = []
     studied(other, seed=5)
-    assert [c.points.tolist() for c in other] != [c.points.tolist() for c in asked]
+    assert [c.points.tolist() for c in other] != [c.points.tolist() for c in tried]
 
 
 def test_layouts_begin_with_the_minimal_sets_in_turn(known):
-    _, asked = known
-    first = asked[:6]
+    _, tried = known
+    first = tried[:6]
     for k, contacts in enumerate(first):
         assert len(contacts) == 6
         assert {name: contacts.features.count(name) for name in SETS[0][1]} == SETS[k % 2][1]
 
 
 def test_shares_are_those_of_locate_and_the_last_one_is_nothing(known):
-    study, asked = known
+    study, tried = known
     assert [s.contacts for s in study.shares] == list(range(6, 6 + len(study.shares)))
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
     for share in study.shares:
-        statuses = [locate(fixture, c, explain=False).status for c in asked if len(c) == share.contacts]
+        statuses = [locate(fixture, c, explain=False).status for c in tried if len(c) == share.contacts]
         assert share.ambiguous == statuses.count("ambiguous") / 6
         assert share.underdetermined == statuses.count("underdetermined") / 6
     assert study.shares[-1].ambiguous == study.shares[-1].underdetermined == 0
@@ -69,25 +69,25 @@ def test_shares_are_those_of_locate_and_the_last_one_is_nothing(known):
 
 
 def test_a_located_layout_goes_on_and_is_not_asked_again(known):
-    study, asked = known
+    study, tried = known
     left = [round(6 * (s.ambiguous + s.underdetermined)) for s in study.shares]
-    assert [sum(len(c) == s.contacts for c in asked) for s in study.shares] == [6, *left[:-1]]
-    longest = max(asked, key=len)
-    shorter = [c for c in asked if len(c) < len(longest) and c.points.tolist() == longest.points[: len(c)].tolist()]
+    assert [sum(len(c) == s.contacts for c in tried) for s in study.shares] == [6, *left[:-1]]
+    longest = max(tried, key=len)
+    shorter = [c for c in tried if len(c) < len(longest) and c.points.tolist() == longest.points[: len(c)].tolist()]
     assert len(shorter) == len(longest) - 6, "each layout goes on where it was"
 
 
 def test_real_poses_are_those_of_six_contacts(known):
-    study, asked = known
+    study, tried = known
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
-    results = [locate(fixture, c, explain=False) for c in asked[:6]]
+    results = [locate(fixture, c, explain=False) for c in tried[:6]]
     for k, kind in enumerate(("3-2-1", "2-2-2")):
-        seen = study.real_poses[kind]
+        entry = study.real_poses[kind]
         counts = [len(r.candidates) for r in results[k::2] if r.status != "underdetermined"]
-        assert (seen.layouts, seen.fewest_seen, seen.most_seen) == (len(counts), min(counts), max(counts))
-        assert seen.median == median(counts)
+        assert (entry.layouts, entry.fewest_seen, entry.most_seen) == (len(counts), min(counts), max(counts))
+        assert entry.median == median(counts)
         # Three planes 3-2-1: four, two for the side of the first and two for that of the second; at most eight.
-        assert seen.most_seen <= (4, 8)[k]
+        assert entry.most_seen <= (4, 8)[k]
     assert study.real_poses["3-2-1"].most_seen == 4
 
 
@@ -95,9 +95,9 @@ def test_many_minimal_sets_are_tried_from_all_along_their_list():
     sets = [(f"set {k}", dict(zip(("right", "back", "top"), c, strict=True))) for k, c in enumerate(
         [(3, 2, 1), (3, 1, 2), (2, 3, 1), (2, 2, 2), (2, 1, 3), (1, 3, 2), (1, 2, 3)]
     )]  # fmt: skip
-    asked = []
-    studied(asked, layouts=3, sets=sets)
-    assert [tuple(c.features.count(n) for n in ("right", "back", "top")) for c in asked[:3]] == [
+    tried = []
+    studied(tried, layouts=3, sets=sets)
+    assert [tuple(c.features.count(n) for n in ("right", "back", "top")) for c in tried[:3]] == [
         (3, 2, 1), (2, 3, 1), (2, 1, 3)
     ]  # fmt: skip
 
@@ -105,7 +105,7 @@ def test_many_minimal_sets_are_tried_from_all_along_their_list():
 def test_no_study_where_it_is_not_wanted_or_cannot_be():
     assert quick_report(ROOT / "fixtures" / "three-planes.yaml").study.shares == ()
     for name in ("ball-under-the-plate", "nearly-coaxial", "prism"):
-        # A ball that cannot be touched, a rotation that is hardly held, one that is free: no layout would be located.
+        # A ball that cannot be touched, a weakly determined rotation, a free one: no layout would be located.
         assert design_check(load_fixture(BAD_DESIGNS / f"{name}.yaml")).study.shares == ()
 
 
@@ -113,14 +113,14 @@ def test_an_unbroken_symmetry_leaves_every_layout_ambiguous_and_is_not_tried_fur
     report = design_check(load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml"), wishes=Wishes(layouts=2))
     assert [(s.contacts, s.ambiguous + s.underdetermined) for s in report.study.shares] == [(6, 1.0)]
     assert "uniqueness" not in {f.code for f in report.findings}
-    assert all(seen is None or seen.fewest_seen >= 2 for seen in report.real_poses)
+    assert all(entry is None or entry.fewest_seen >= 2 for entry in report.real_poses)
 
 
 def test_the_study_tells_how_far_it_is():
-    told = []
-    studied(layouts=2, progress=lambda share, what: told.append(share))
-    assert told == sorted(told)
-    assert 0 <= told[0] <= told[-1] < 1
+    shares = []
+    studied(layouts=2, progress=lambda share, stage: shares.append(share))
+    assert shares == sorted(shares)
+    assert 0 <= shares[0] <= shares[-1] < 1
 
 
 def test_real_poses_never_exceed_the_complex_ones():
@@ -130,8 +130,8 @@ def test_real_poses_never_exceed_the_complex_ones():
     found = study_layouts(fixture, study, sets, lambda c: locate(fixture, c, explain=False), up_to=6)
     assert len(found.shares) == 1
     for kind, most in (("4+2", 96), ("3+3", 48)):
-        seen = found.real_poses[kind]
-        assert 1 < seen.fewest_seen <= seen.median <= seen.most_seen <= most
+        entry = found.real_poses[kind]
+        assert 1 < entry.fewest_seen <= entry.median <= entry.most_seen <= most
 
 
 @pytest.mark.parametrize(("left", "severity"), [(0.0, "ok"), (0.25, "ok"), (0.5, "warning")])
@@ -150,18 +150,18 @@ def test_layouts_that_cannot_be_made_are_said_so(monkeypatch):
 
     monkeypatch.setattr("tactfix.design.random_layouts.simulate", refuse)
     report = design_check(load_fixture(ROOT / "fixtures" / "three-planes.yaml"), wishes=Wishes(layouts=1))
-    (told,) = [f for f in report.findings if f.code == "uniqueness"]
-    assert told.status == "warning"
-    assert "top cannot be touched 4 times" in told.message
-    assert "leave the study out" in told.hint
+    (finding,) = [f for f in report.findings if f.code == "uniqueness"]
+    assert finding.status == "warning"
+    assert "top cannot be touched 4 times" in finding.message
+    assert "leave the study out" in finding.hint
     assert report.study.shares == ()
 
 
 def test_the_fixture_is_studied_whatever_contacts_are_given():
-    """Contacts that leave a motion free are a bad plan, and say nothing of the fixture."""
+    """Contacts that leave a motion free are a bad plan; the study of the fixture does not depend on them."""
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
-    made = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
-    few = made.subset([i for i, name in enumerate(made.features) if name != "top"])
+    contacts = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts
+    few = contacts.subset([i for i, name in enumerate(contacts.features) if name != "top"])
     report = design_check(fixture, few, Wishes(layouts=1))
     assert report.certainty is None
     assert report.study.shares[0].layouts == 1

@@ -1,4 +1,4 @@
-"""What a finding says to do is done, and the finding must be gone."""
+"""The remedy of each finding is applied, and the finding must disappear."""
 
 import re
 from dataclasses import replace
@@ -14,7 +14,7 @@ from tests.support.project import BAD_DESIGNS
 
 
 def finding_of(path):
-    """The code and remedy that the file says it must get, and the finding that it gets."""
+    """The code and remedy stated in the file, and the finding of design-check."""
     code, severity, remedy = re.match(r"# must give: (\w+) (\w+)\n# remedy: (.*)\n", path.read_text()).groups()
     report = quick_report(path)
     return remedy, [f for f in report.findings if (f.code, f.status) == (code, severity)]
@@ -27,7 +27,7 @@ def test_the_finding_comes_with_its_remedy(path):
 
 
 def with_move(fixture, hint):
-    """The fixture with the feature that a hint names moved as it says."""
+    """The fixture with the feature moved as the hint proposes."""
     name, by, axis = re.search(r"move (\w+) by ([\d.e+-]+) along ([xyz])", hint).groups()
     feature = fixture.features[name]
     step = float(by) * np.eye(3)["xyz".index(axis)]
@@ -52,7 +52,7 @@ def test_the_move_that_is_proposed_mends_it(name, code):
 
 
 def test_no_move_is_proposed_where_none_helps():
-    """Bar and ball keep their half-turn wherever the ball is; three faces of a cube their turns about the diagonal."""
+    """Bar and ball have a half-turn wherever the ball is, three faces of a cube the rotations about the diagonal."""
     for name, code in (("ball-beside-bar", "symmetry"), ("corner", "equal_features")):
         report = quick_report(BAD_DESIGNS / f"{name}.yaml")
         hints = [f.hint for f in report.findings if f.code == code and f.status != "ok"]

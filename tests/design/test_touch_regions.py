@@ -1,4 +1,4 @@
-"""Whether two touchable regions meet, against dense sampling of the surface."""
+"""Intersection of two touchable regions, against dense sampling of the surface."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def random_box(rng):
 
 
 def samples(kind, rng):
-    """A surface around the origin, and many points of it (in the part where boxes are)."""
+    """A surface around the origin, and many of its points (in the part where the boxes are)."""
     v = rng.normal(size=(20_000, 3))
     n = v / np.linalg.norm(v, axis=1)[:, None]
     d = random_motion(rng)[:3, 0]
@@ -56,13 +56,13 @@ def test_against_sampling(kind):
         motion, one, other = random_motion(rng), random_box(rng), random_box(rng)
         image = x @ motion[:3, :3].T + motion[:3, 3]
         sampled = bool((inside(one, x) & inside(other, image)).any())
-        said = regions_meet(surface, one, other, motion, 1.0)
-        wrong_apart += sampled and not said
-        meet += said
-        unconfirmed += said and not sampled
+        predicted = regions_meet(surface, one, other, motion, 1.0)
+        wrong_apart += sampled and not predicted
+        meet += predicted
+        unconfirmed += predicted and not sampled
     assert wrong_apart == 0
     assert 10 < meet < 55, "the test sees both answers"
-    # Slivers that no sample hits; most of what is said to meet must be confirmed.
+    # Small intersections may contain no sample; but most intersections must be confirmed.
     assert unconfirmed <= 0.1 * meet
 
 

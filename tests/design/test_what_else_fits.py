@@ -1,4 +1,4 @@
-"""Margins: what else fits the contacts of a plan, and which contacts it hangs on; misplaced features."""
+"""Margins of a plan: competing poses, contacts whose loss leaves a motion free, and misplaced features."""
 
 from dataclasses import replace
 from functools import partial
@@ -31,7 +31,7 @@ def test_the_half_turn_is_a_rival_at_no_distance():
 
 
 def test_a_rival_lies_as_far_behind_as_its_residuals_say():
-    """Few contacts on one side: the nearest wrong pose, its chi-square computed by hand from its pose."""
+    """Few contacts on one side: chi-square of the nearest wrong pose, recomputed from the pose."""
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     plan = plan_at((-19, 19)).subset([0, 1, 2, 3, 6, 7, 8])
     found = margins(touched_of(fixture, plan), partial(locate, fixture, explain=False))
@@ -73,7 +73,7 @@ features:
 
 
 def test_a_rival_far_behind_is_found_and_measured(tmp_path):
-    """The half-turn about x brings mark, 2 mm off the line, 4 mm from where it was: some 400 sigma, all in all."""
+    """The half-turn about x moves mark, which is 2 mm off the line, by 4 mm: in total about 400 sigma."""
     (tmp_path / "f.yaml").write_text(ALMOST)
     fixture = load_fixture(tmp_path / "f.yaml")
     plan = plan_at((20, 40))
@@ -96,7 +96,7 @@ def test_a_rival_far_behind_is_found_and_measured(tmp_path):
 
 
 def test_a_pose_that_the_touch_box_excludes_is_no_rival_however_wide_the_search():
-    """At y = 22 the half-turn leaves the box (from -20) by 200 sigma: nothing, had the grace been widened as well."""
+    """At y = 22 the half-turn leaves the box (from -20) by 200 sigma, which a widened tolerance would hide."""
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     found = margins(touched_of(fixture, plan_at((-15, 22))), partial(locate, fixture, explain=False), with_losses=False)
     assert found.is_unique
@@ -105,7 +105,7 @@ def test_a_pose_that_the_touch_box_excludes_is_no_rival_however_wide_the_search(
 
 
 def test_one_contact_of_many_that_holds_a_motion_alone_is_found():
-    """Twenty-seven contacts, one of them on the ball: more than are left out one by one, and it is among those."""
+    """Of 27 contacts, more than are deleted one by one, the one on the ball must be among those deleted."""
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     plate = [[x, y, 3.0] for x in (10.0, 100, 200, 290) for y in (60.0, 100, 150, 190)]
     angles = np.radians([0, 70, 140, 210, 280, 350, 40, 110, 190, 320])
@@ -116,7 +116,7 @@ def test_one_contact_of_many_that_holds_a_motion_alone_is_found():
     plan = contacts_of(["plate"] * 16 + ["pin"] * 10 + ["ball"], points, np.array(approaches), 0.08, 3.0)
 
     def locator(contacts):
-        # What is asked of each loss is only whether the ball is still touched.
+        # The stub only checks whether the ball is still touched.
         status = "located" if "ball" in contacts.features else "underdetermined"
         return Answer(status)
 
@@ -126,7 +126,7 @@ def test_one_contact_of_many_that_holds_a_motion_alone_is_found():
 
 
 class Answer:
-    """The part of a located pose that margins look at."""
+    """The attributes of a result that the margins use."""
 
     candidates = ()
     chi2_limit = 40.0
@@ -136,20 +136,20 @@ class Answer:
 
 
 def test_wrong_poses_are_looked_for_with_every_residual_ten_times_as_uncertain():
-    """A feature's own form error is widened with the probe's sigma, whatever share of the two it has."""
+    """The form error of a feature is widened together with the probe's sigma, whatever their ratio."""
     fixture = load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml")
     form = {"bar": 0.03, "ball": 0.0}
     fixture = replace(fixture, features={n: replace(f, sigma=form[n]) for n, f in fixture.features.items()})
     plan = plan_at((20, 40))
     own = np.array([form[name] for name in plan.features])
-    asked = []
+    searched = []
 
     def locator(contacts):
-        asked.append(contacts)
+        searched.append(contacts)
         return locate(fixture, contacts, explain=False)
 
     margins(replace(touched_of(fixture, plan), sigmas=np.hypot(0.01, own)), locator)
-    np.testing.assert_allclose(np.hypot(asked[0].sigmas, own), 10 * np.hypot(0.01, own), rtol=1e-12)
+    np.testing.assert_allclose(np.hypot(searched[0].sigmas, own), 10 * np.hypot(0.01, own), rtol=1e-12)
 
 
 def distance(a, b):
@@ -175,7 +175,7 @@ def test_each_misplaced_feature_has_one_distance_off():
         "bar": Cylinder(np.array([0, 10.0, 20]), x, 4.0),
         "post": Cylinder(np.array([70.0, -20, 0]), z, 4.0),
     }
-    seen = set()
+    pairs = set()
     for wrong in misplaced(surfaces, 0.25):
         moved = [n for n in surfaces if wrong.surfaces[n] is not surfaces[n]]
         assert len(moved) == 1
@@ -183,6 +183,6 @@ def test_each_misplaced_feature_has_one_distance_off():
         assert moved == [one]
         before, after = (distance(s[one], s[other]) for s in (surfaces, wrong.surfaces))
         assert abs(after - before) == pytest.approx(0.25)
-        seen.add((one, other))
-    # No distance between a plane and an axis that stands on it.
-    assert seen == {(a, b) for a in surfaces for b in surfaces if a != b} - {("plane", "post"), ("post", "plane")}
+        pairs.add((one, other))
+    # There is no distance between a plane and an axis perpendicular to it.
+    assert pairs == {(a, b) for a in surfaces for b in surfaces if a != b} - {("plane", "post"), ("post", "plane")}

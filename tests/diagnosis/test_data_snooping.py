@@ -1,4 +1,4 @@
-"""One contact that stands out at a pose: the normalised residual, what it decides, and how often it is wrong."""
+"""Data snooping: the largest normalised residual, its limit, and the rate of false alarms."""
 
 from dataclasses import replace
 
@@ -21,13 +21,13 @@ def touched(counts, seed=0):
 
 
 def rows_of(truth, contacts):
-    """Derivatives of the residuals by a motion of the fixture, written anew."""
+    """Derivatives of the residuals by a motion of the fixture, written out."""
     centre = contacts.points.mean(axis=0)
     return -np.hstack([np.cross(contacts.points - centre, truth.normals) / 100.0, truth.normals])
 
 
 def pushed(truth, contacts, index, size):
-    """The contacts with one off so far that its normalised residual is about size, without noise."""
+    """The contacts without noise, one of them moved so that its normalised residual is about size."""
     jacobian = rows_of(truth, contacts)
     leverage = np.diag(jacobian @ np.linalg.pinv(jacobian))[index]
     clean = truth.contacts()
@@ -55,7 +55,7 @@ def test_a_slip_that_the_sum_hides_makes_the_pose_fall(index):
     assert result.candidates[0].reasons[0].row == index + 1
     first = result.diagnosis[0]
     assert first.code == "outlier"
-    # So small a slip may have others that explain it nearly as well: then they are told together.
+    # Other contacts may explain such a small error nearly as well: then all are named together.
     assert (first.causes[0] if first.one_of else first).rows == (index + 1,)
 
 
@@ -87,7 +87,7 @@ def test_sigma_is_doubted_where_no_contact_stands_out(factor, words):
 
 
 def test_sigma_of_the_probe_is_told_beside_that_of_the_features():
-    """A sigma of the probe that is far below the features' own: what is wrong is told as the probe's."""
+    """The sigma of the probe is far below that of the features: the factor is reported for the probe's sigma."""
     _, contacts = touched({"plate": 7, "pin": 7, "ball": 7})
     features = {name: replace(feature, sigma=SIGMA / 20) for name, feature in placed(PLATE).features.items()}
     result = locate(replace(placed(PLATE), features=features), replace(contacts, sigmas=contacts.sigmas / 1e4))
@@ -97,7 +97,7 @@ def test_sigma_of_the_probe_is_told_beside_that_of_the_features():
 
 
 def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
-    """Residuals are noise projected off six directions: a thousand times likelier limits, so that there is a number."""
+    """Residuals are noise projected off six directions; limits a thousand times as likely make the rate measurable."""
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})
     jacobian = rows_of(truth, contacts)
     left = np.eye(18) - jacobian @ np.linalg.pinv(jacobian)
@@ -109,7 +109,7 @@ def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
 
 
 def test_both_tests_together_are_wrong_at_most_twice_in_a_million():
-    """Drawn where it is seldom, and weighted: one standard error is 0.02 of a million."""
+    """By importance sampling: one standard error is 0.02 in a million."""
     rng = np.random.default_rng(3)
     seldom = Seldom(touch_all(PLATE, {"plate": 6, "pin": 6, "ball": 6}, rng, sigma=0.02, tip=2.0))
     drawn, weights = seldom.draw(50_000, rng)

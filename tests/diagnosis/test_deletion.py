@@ -1,4 +1,4 @@
-"""What the linearised residuals say of contacts left out, against least squares without them."""
+"""Case deletion by linearised residuals, against least squares without the deleted contacts."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ class Spoilt(NamedTuple):
 
 @pytest.fixture
 def spoilt():
-    """Forty linear residuals of which a few are far off, and the rows that say how six unknowns change them."""
+    """Forty linear residuals, three of them gross errors, and their derivatives by six unknowns."""
     rng = np.random.default_rng(5)
     rows = rng.standard_normal((40, 6))
     values = rng.standard_normal(40)
@@ -50,7 +50,7 @@ def test_those_that_are_off_are_doubted_first_and_are_all(spoilt):
 
 
 def test_what_a_contact_alone_holds_is_no_gain():
-    """A residual that the pose makes up for in full says nothing, wherever the contact is."""
+    """Deleting a contact that alone determines a direction gains nothing: the pose absorbs its residual."""
     rows = np.vstack([np.eye(6), np.eye(6)[:5]])
     span = np.linalg.qr(rows)[0]
     deletion = CaseDeletion(np.zeros(11), span)

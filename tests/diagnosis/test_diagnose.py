@@ -1,4 +1,4 @@
-"""Every mistake that a cell makes is named, wherever in the file it stands."""
+"""Every mistake is diagnosed, at any position in the file."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def test_one_bad_contact_is_named_wherever_it_stands(row):
     points[row - 1] += 0.7 * truth.normals[row - 1]
     result = says(placed(PLATE), replace(contacts, points=points), f"without row {row} ")
     assert sum("without row" in warning for warning in result.warnings) == 1
-    # The best pose and its limit are given.
+    # The message contains the chi-square of the best pose and its limit.
     assert result.chi2 > result.chi2_limit
     assert result.base_from_fixture is None
     (best, *_) = result.candidates
@@ -76,7 +76,7 @@ def test_two_swapped_labels_are_named(patches, counts, pair):
 
 @pytest.mark.parametrize("each", [6, 20, 400])
 def test_two_swapped_labels_among_many_contacts_are_named(each):
-    """The search looks at contacts far from the others of their feature, so at those with wrong labels first."""
+    """The search starts with contacts that are far from the others of their feature, as those with wrong labels are."""
     _, contacts = touched(PLATE, dict.fromkeys(PLATE, each))
     names = list(contacts.features)
     i, k = 5, each + 3
@@ -100,7 +100,7 @@ def test_the_best_pose_of_many_contacts_is_the_one_most_agree_on():
     names[7], names[60] = names[60], names[7]
     result = locate(placed(PLATE), replace(contacts, features=tuple(names)))
     pose = result.candidates[0].base_from_fixture
-    # Two of 150 contacts, off by the size of the fixture, pull it by a hundredth of that.
+    # Two of 150 contacts, off by the size of the fixture, move the pose by a hundredth of that size.
     assert np.abs(pose[:3, :3] - truth.pose[:3, :3]).max() < 0.1
 
 
@@ -114,17 +114,17 @@ def test_the_best_pose_of_many_contacts_is_the_one_most_agree_on():
     ],
 )
 def test_a_wrong_unit_is_named(factor, words, whole):
-    """Of the coordinates alone, or of tip radius and sigma too."""
+    """The wrong unit applies to the coordinates alone, or to tip radius and sigma as well."""
     _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
     wrong = replace(contacts, points=contacts.points * factor)
     if whole:
         wrong = replace(wrong, sigmas=contacts.sigmas * factor, tip_radius=contacts.tip_radius * factor)
-    what = "all lengths of the contacts" if whole else "the coordinates"
-    says(placed(PLATE), wrong, f"multiplied by {words[0]} {what} are consistent", words[1])
+    quantity = "all lengths of the contacts" if whole else "the coordinates"
+    says(placed(PLATE), wrong, f"multiplied by {words[0]} {quantity} are consistent", words[1])
 
 
 def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
-    """Their points fit in any unit."""
+    """Points on planes fit in any unit."""
     boxes = {name: box(*[(-100, 0)] * 3) for name in CORNER}
     _, contacts = touched(CORNER, dict.fromkeys(CORNER, 4), sigma=0.01)
     wrong = replace(contacts, points=contacts.points * 25.4)
@@ -132,7 +132,7 @@ def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
 
 
 def test_contacts_that_are_corrected_for_the_tip_already():
-    """The points lie on the surface, but the file says tip radius 3."""
+    """The points lie on the surface, but the file states a tip radius of 3."""
     _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4}, tip=0.0)
     says(placed(PLATE), replace(contacts, tip_radius=3.0), "tip radius 0 instead of 3")
 
@@ -146,14 +146,14 @@ def test_a_forgotten_tip_is_estimated(patches):
 
 
 def test_a_wrong_fixture_is_no_single_mistake():
-    """The pin stands 5 mm elsewhere and the ball is another one."""
+    """The pin is displaced by 5 mm, and the ball has another radius."""
     built = {**PLATE, "ball": Patch("sphere", (290.0, 190.0, 67.0), radius=15.0, up=-0.4)}
     _, contacts = touched(built, {"plate": 5, "pin": 6, "ball": 6})
     says(placed(PLATE), contacts, "right fixture file")
 
 
 def test_planes_touched_in_too_large_a_unit_tell_nothing_and_their_unit_is_asked_for():
-    """Metres where mm is said: no point contradicts another, and all of them lie within some sigma."""
+    """The file states mm but is in metres: no point contradicts another, and all lie within a few sigma."""
     _, contacts = touched(CORNER, dict.fromkeys(CORNER, 3), sigma=0.05)
     result = locate(placed(CORNER), replace(contacts, points=contacts.points * 1e-3))
     assert result.status == "underdetermined"

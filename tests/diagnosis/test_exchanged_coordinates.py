@@ -1,4 +1,4 @@
-"""Coordinates of a feature may be wrong as a whole, or those of its place alone: two corrections, both are tried."""
+"""Exchanged coordinates of a feature: in point and direction, or in the point alone; both corrections are tried."""
 
 from dataclasses import replace
 
@@ -19,8 +19,8 @@ def test_one_way_to_exchange_coordinates_does_not_hide_the_other(accepted):
     direction = (0.1, 0.3, 1.0) if accepted == "place" else TRUE_PIN.along
     patches = {**FIXTURES["plate, pin, ball"][0], "pin": TRUE_PIN}
     truth, contacts = touched(patches, (8, 8, 6), np.random.default_rng(3))
-    said = {**patches, "pin": replace(TRUE_PIN, at=(15.0, 40.0, 0.0), along=direction)}
-    problem = Problem({name: patch.surface() for name, patch in said.items()}, contacts, contacts.sigmas)
+    in_file = {**patches, "pin": replace(TRUE_PIN, at=(15.0, 40.0, 0.0), along=direction)}
+    problem = Problem({name: patch.surface() for name, patch in in_file.items()}, contacts, contacts.sigmas)
     whole, place = (h for h in coordinates_of_each(problem) if (h.features, h.note) == (("pin",), "xy"))
     already, other = (whole, place) if accepted == "whole" else (place, whole)
     given = Explanation(already, np.zeros(0), truth.pose, 0.0, 0.0)

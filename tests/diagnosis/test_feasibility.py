@@ -1,4 +1,4 @@
-"""The bound below chi-square against poses tried at random, and where it must say something."""
+"""The lower bound of chi-square against random poses, and cases in which it must be positive."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ INF = np.inf
 
 
 def off(name, x):
-    """Signed distances (n,) of tip centres from touching, by hand."""
+    """Signed distances (n,) of tip centres from contact, written out."""
     if name == "table":
         return x[:, 2] + 40 - TIP
     if name == "pin":
@@ -44,18 +44,18 @@ def touched_at(points, names):
 
 def test_no_pose_falls_below_the_bound():
     rng = np.random.default_rng(3)
-    said = 0
+    positive = 0
     for _ in range(60):
         names = [str(name) for name in rng.choice(list(SURFACES), 5)]
         contacts = touched_at(rng.normal(size=(5, 3)) * rng.choice([1.0, 10, 40]), names)
         bound = least_chi_square(SURFACES, contacts, contacts.sigmas)
-        said += bound > 0
+        positive += bound > 0
         for _ in range(40):
             rotation, shift = random_pose(rng)
             fixture = (contacts.points - shift) @ rotation
             chi2 = sum((off(n, x[None])[0] / 0.5) ** 2 for n, x in zip(names, fixture, strict=True))
             assert chi2 >= bound * (1 - 1e-12)
-    assert 20 < said < 60
+    assert 20 < positive < 60
 
 
 @pytest.mark.parametrize(
@@ -63,11 +63,11 @@ def test_no_pose_falls_below_the_bound():
     [
         (("ball", "ball"), 40.0, 12.0),  # a ball of 12 and a tip of 2: 28 across
         (("ball", "ball"), 27.0, 0.0),
-        (("socket", "socket"), 30.0, 4.0),  # 15 less 2: 26 across
+        (("socket", "socket"), 30.0, 4.0),  # a bore of 15 and a tip of 2: 26 across
         (("ball", "socket"), 200.0, 200 - np.hypot(110, 30) - 27),
         (("ball", "socket"), 10.0, np.hypot(110, 30) - 27 - 10),
         (("ball", "pin"), 10.0, np.hypot(60, 40) - 25 - 10),
-        (("ball", "pin"), 1e4, 0.0),  # a pin has no end
+        (("ball", "pin"), 1e4, 0.0),  # a pin has no ends
         (("ball", "table"), 10.0, 70 - TIP - 14 - 10),
         (("pin", "table"), 0.0, 0.0),
     ],
@@ -80,7 +80,7 @@ def test_two_contacts_by_hand(names, apart, excess):
 def test_four_contacts_that_are_not_even_lie_on_no_plane():
     corners = [[0, 0, 0], [10, 0, 0], [0, 10, 0], [10, 10, 8.0]]
     contacts = touched_at(corners, ["table"] * 4)
-    # The best plane through a square with one corner raised by h leaves h / 4 at each corner, along its normal.
+    # The best plane through a square with one corner raised by h leaves a residual of h / 4 at each corner.
     tilt = np.arctan(np.hypot(0.4, 0.4))
     assert least_chi_square(SURFACES, contacts, contacts.sigmas) == pytest.approx(
         4 * (2 * np.cos(tilt) / 0.5) ** 2, rel=0.05
@@ -89,12 +89,12 @@ def test_four_contacts_that_are_not_even_lie_on_no_plane():
 
 @pytest.mark.parametrize(("turned", "least", "most"), [(0.0, 0.0, 1e-9), (0.1, 0.3, 1.0)])
 def test_planes_whose_contacts_are_at_another_angle(turned, least, most):
-    """Table and wall are square; the wall's contacts are turned by 0.1 rad."""
+    """Table and wall are perpendicular; the wall's contacts are rotated by 0.1 rad."""
     surfaces = {**SURFACES, "wall": Plane(np.zeros(3), np.array([1.0, 0, 0]))}
     table = [[0, 0, 0], [40, 0, 0], [0, 40, 0], [40, 40, 0]]
     wall = [[0, 0, 10], [0, 40, 10], [turned * 40, 0, 50], [turned * 40, 40, 50]]
     contacts = touched_at([*table, *wall], ["table"] * 4 + ["wall"] * 4)
-    # Both give way by half, 20 mm off the middle of each.
+    # The best fit shares the angle equally; the contacts are 20 mm from the middle of each plane.
     shared = 8 * (0.05 * 20 / 0.5) ** 2 if turned else 1.0
     assert least * shared <= least_chi_square(surfaces, contacts, contacts.sigmas) <= most * shared
 
@@ -109,7 +109,7 @@ def test_contacts_beyond_their_touch_boxes():
 
 @pytest.mark.parametrize(("name", "radius"), [("ball", 14.0), ("socket", 13.0), ("pin", 11.0)])
 def test_contacts_that_are_bent_more_than_the_radius_lie_on_nothing(name, radius):
-    """On a ball or bar of its own size they cost nothing; shrunk to a twentieth at most what a fit leaves."""
+    """On a ball or bar of their own size the bound is 0; for a twentieth of the radius it is at most the fit's cost."""
     rng = np.random.default_rng(5)
     turns, heights = rng.uniform(0, 2 * np.pi, 8), rng.uniform(-0.9, 0.9, 8)
     across = np.sqrt(1 - heights**2) if name != "pin" else np.ones(8)
@@ -126,7 +126,7 @@ def test_contacts_that_are_bent_more_than_the_radius_lie_on_nothing(name, radius
 
 
 def _residuals(moves, start, points, name, radius):
-    """Distances of points from a ball, or from a bar in any direction, that passes near them."""
+    """Distances of points from a ball, or a bar in any direction, near them."""
     arms = points - radius * start / np.linalg.norm(start) - moves[:3]
     if name == "pin":
         axis = np.cross(start, [1.0, moves[3], moves[4]])

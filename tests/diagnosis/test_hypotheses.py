@@ -1,4 +1,4 @@
-"""What a mistake frees is counted as what is left without it."""
+"""The degrees of freedom of a hypothesis equal those of the contacts or values that remain without the mistake."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ MAKERS = (
 
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_the_degrees_of_freedom_are_those_of_what_is_left(make):
-    """Also where a contact belongs on a point, which is three equations, and on another feature is one."""
+    """Also for a contact on a point (three equations) that is labelled as on another feature (one equation)."""
     rng = np.random.default_rng(1)
     count = len(FEATURES)
     points, none = rng.uniform(0, 80, (count, 3)), np.full((count, 3), np.nan)

@@ -1,4 +1,4 @@
-"""Of many contacts a mistake in all is told by all of them, though it is searched for with a part."""
+"""A mistake in all of many contacts is estimated from all of them, although the search uses a part."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from tests.support.flange_touches import PLATE, RADIUS, SIGMA, fixture_of, orien
 @pytest.mark.parametrize("off", [SIGMA, 2 * SIGMA])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_small_error_of_the_tip_radius_is_told_by_all_contacts(off, seed):
-    """With a tenth of the contacts the radius is three times less certain, and mirrored coordinates fit too."""
+    """With a tenth of the contacts the radius is three times less certain, and mirrored coordinates fit as well."""
     rng = np.random.default_rng(seed)
     cell = plate_touches(rng, 100)
     contacts = touched(cell, rng, orientations(1, 0.0), np.zeros(3), said_radius=RADIUS + off).contacts

@@ -1,4 +1,4 @@
-"""Every mistake is named, by problems that are made without the package (validation.diagnosis)."""
+"""Every mistake is diagnosed, in problems that are generated without the package (validation.made_mistakes)."""
 
 from dataclasses import replace
 
@@ -37,15 +37,15 @@ CASES = [
 ]
 
 
-def made(mistake, fixture, draw):
+def case_for(mistake, fixture, draw):
     patches, counts = FIXTURES[fixture]
     return MISTAKES[mistake](patches, counts, np.random.default_rng(draw))
 
 
 @pytest.mark.parametrize(("mistake", "fixture"), CASES)
 def test_the_mistake_that_was_made_is_named(mistake, fixture):
-    case = made(mistake, fixture, 3)
-    result = locate(placed(case.said), case.contacts)
+    case = case_for(mistake, fixture, 3)
+    result = locate(placed(case.in_file), case.contacts)
     assert result.status == "inconsistent"
     first = result.diagnosis[0]
     causes = first.causes if first.one_of else (first,)
@@ -54,7 +54,7 @@ def test_the_mistake_that_was_made_is_named(mistake, fixture):
 
 
 def test_the_values_are_those_of_the_truth():
-    """What is right instead: a radius, a place, a tip radius, a factor."""
+    """The diagnosis contains the correct value: a radius, a place, a tip radius, a factor."""
     patches, counts = FIXTURES["plate, pins, balls"]
     _, contacts = touched(patches, counts, np.random.default_rng(5))
     for change, code, value in (
@@ -71,9 +71,9 @@ def test_the_values_are_those_of_the_truth():
 
 
 def test_the_same_is_said_in_another_unit_and_order():
-    case = made("one contact 0.3-3 mm off", "plate, two pins", 7)
+    case = case_for("one contact 0.3-3 mm off", "plate, two pins", 7)
     order = np.random.default_rng(1).permutation(len(case.contacts))
-    shuffled = locate(placed(case.said), case.contacts.subset(order)).diagnosis[0]
+    shuffled = locate(placed(case.in_file), case.contacts.subset(order)).diagnosis[0]
     assert shuffled.code == "outlier"
     assert frozenset(shuffled.rows) == case.rows
     metres = replace(
@@ -84,7 +84,7 @@ def test_the_same_is_said_in_another_unit_and_order():
     )
     small = {
         name: replace(patch, at=tuple(1e-3 * np.asarray(patch.at, float)), radius=1e-3 * patch.radius)
-        for name, patch in case.said.items()
+        for name, patch in case.in_file.items()
     }
     assert frozenset(locate(placed(small), metres).diagnosis[0].rows) == case.rows
 
@@ -96,7 +96,7 @@ CROSSED_BARS = {
 
 
 def test_two_bad_contacts_on_three_planes_are_no_other_unit():
-    """Any smaller unit fits three planes, and shrinks the residuals: that must not end the search."""
+    """Any smaller unit fits three planes and reduces the residuals, which must not end the search."""
     truth, contacts = touched(CORNER, (6, 5, 5), np.random.default_rng(4))
     points = contacts.points.copy()
     points[[2, 13]] += np.array([[0.5], [-0.7]]) * truth.normals[[2, 13]]
@@ -114,7 +114,7 @@ def test_poses_that_a_mistake_leaves_are_one_entry_that_says_so():
 
 
 def test_two_features_exchanged_are_asked_before_all_other_orders():
-    """Nine contacts on four bores rule little out, and a search for each of their orders would take three seconds."""
+    """Nine contacts on four bores exclude few orders of the labels; searching all orders would take three seconds."""
     patches = {f"bore_{k}": Patch("cylinder", (90 * k, 11 * k * k, 0), radius=20.0, side="inner") for k in range(4)}
     _, contacts = touched(patches, (3, 2, 2, 2), np.random.default_rng(1))
     problem = Problem({n: p.surface() for n, p in patches.items()}, contacts, contacts.sigmas)
@@ -127,29 +127,29 @@ def test_two_features_exchanged_are_asked_before_all_other_orders():
 @pytest.mark.parametrize(
     ("mistake", "fixture", "draw"),
     [
-        ("one radius", "plate, two pins", 9),  # as a bore of that radius the contacts lie right, and come the wrong way
-        ("one feature 0.3-5 mm elsewhere", "plate, pin, ball", 6),  # exchanged coordinates fit so-so by accident
-        ("three contacts", "plate, pin, ball", 9),  # two explain it by accident, one of them good
-        ("one contact 0.14-0.3 mm off", "three balls", 9),  # located; another sigma is about as likely
+        ("one radius", "plate, two pins", 9),  # a bore of that radius fits the contacts, but with reversed approaches
+        ("one feature 0.3-5 mm elsewhere", "plate, pin, ball", 6),  # exchanged coordinates fit fairly well by chance
+        ("three contacts", "plate, pin, ball", 9),  # two contacts, one of them good, explain it by chance
+        ("one contact 0.14-0.3 mm off", "three balls", 9),  # located; another sigma is about equally likely
         ("all diameters", "plate, two pins", 30),  # no pose on which most contacts agree leads to the right one
         ("all diameters", "bar, ball, plane", 36),
     ],
 )
 def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixture, draw):
-    """Draws of the study that were not named."""
+    """Draws of the study whose mistake was not named."""
     patches, counts = FIXTURES[fixture]
     case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
-    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert any(is_named(case, cause) for cause in (first.causes or (first,)))
 
 
 @pytest.mark.parametrize("draw", [7, 24])
 def test_exchanged_coordinates_of_either_of_two_pins_are_one_entry(draw):
-    """The file of one pin exchanged is that of the other exchanged, turned over: no contact can tell."""
+    """The exchange for either pin gives the same fixture up to a rotation: no contact can distinguish them."""
     patches, counts = FIXTURES["plate, two pins"]
     mistake = "x and y of one feature"
     case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, 15, len(mistake)]))
-    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert first.one_of
     alike = {cause.features for cause in first.causes if cause.code == "axes"}
     assert alike == {("pin_1",), ("pin_2",)}
@@ -158,7 +158,7 @@ def test_exchanged_coordinates_of_either_of_two_pins_are_one_entry(draw):
 
 @pytest.mark.parametrize(("inside", "is_late"), [(0.3, True), (8.0, False)])
 def test_a_probe_that_triggers_late_reports_points_inside_the_material(inside, is_late):
-    """All by one length: one number, not three bad contacts; by millimetres on a part of 300 mm it is no trigger."""
+    """An equal shift of all contacts is one cause, not three bad contacts; millimetres are no late trigger."""
     truth, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2), tip=0.0)
     late = replace(contacts, points=contacts.points - inside * truth.normals)
     result = locate(placed(FIXTURES["plate, pin, ball"][0]), late)
@@ -171,7 +171,7 @@ def test_a_probe_that_triggers_late_reports_points_inside_the_material(inside, i
 
 
 def test_a_tip_in_mm_beside_contacts_in_metres_is_doubted():
-    """A tip radius of 3 and a sigma of 0.05, read in metres: 3000 mm and 50 mm."""
+    """A tip radius of 3 and a sigma of 0.05 in metres are 3000 mm and 50 mm."""
     _, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2))
     warnings = locate(placed(FIXTURES["plate, pin, ball"][0]), replace(contacts, tip_radius=3000.0)).warnings
     assert any("the tip radius, 3000 mm, is larger than the extent of the contacts" in one for one in warnings)
@@ -189,7 +189,7 @@ def test_a_wrong_unit_is_told_with_what_to_do():
 
 
 def test_with_two_contacts_too_many_it_is_said_that_more_are_needed():
-    """Whatever one contact of eight does wrong, a tip radius, a place or two other contacts explain too."""
+    """An error of one of eight contacts is explained as well by a tip radius, a place or two other contacts."""
     patches = FIXTURES["plate, pin, ball"][0]
     truth, contacts = touched(patches, (3, 3, 2), np.random.default_rng(1))
     points = contacts.points.copy()
@@ -201,15 +201,15 @@ def test_with_two_contacts_too_many_it_is_said_that_more_are_needed():
 
 
 def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
-    """Leaving out the worst of eighteen good contacts too lowers chi-square by no more than chance."""
+    """Deleting the worst of eighteen good contacts as well lowers chi-square no more than chance does."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))
-    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert (frozenset(first.rows), first.one_of) == (case.rows, False)
 
 
 def test_no_second_contact_is_blamed_beside_a_wrong_label():
-    case = made("one label wrong", "plate, pin, ball", [4, len("plate, pin, ball"), len("one label wrong")])
-    first = locate(placed(case.said), case.contacts).diagnosis[0]
+    case = case_for("one label wrong", "plate, pin, ball", [4, len("plate, pin, ball"), len("one label wrong")])
+    first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert (first.code, frozenset(first.rows), first.one_of) == ("relabel", case.rows, False)
 
 
@@ -245,11 +245,11 @@ def test_a_wrong_nest_is_told_from_a_bad_touch(tmp_path, labels, code, rows):
 
 
 def test_no_unit_is_searched_for_in_which_noise_is_all_there_is():
-    """Metres taken for millimetres: where sigma is scaled too contacts stay within five of it, and any pose fits."""
-    case = made(
+    """Metres taken for millimetres: with sigma scaled too, all contacts lie within five sigma, and any pose fits."""
+    case = case_for(
         "coordinates in another unit", "three balls", [1, len("three balls"), len("coordinates in another unit")]
     )
-    problem = Problem({n: p.surface() for n, p in case.said.items()}, case.contacts, case.contacts.sigmas)
+    problem = Problem({n: p.surface() for n, p in case.in_file.items()}, case.contacts, case.contacts.sigmas)
     assert case.contacts.spread < 6 * SIGMA
     right = replace(problem, contacts=case.right)
     assert {one.note for one in units(problem)} == {""}

@@ -1,8 +1,8 @@
-"""How well what is true explains contacts, and how well it would be explained that any one of them is bad.
+"""Scores of explanations of contacts: the true mistake, causes named, and any single good contact being bad.
 
-Nothing of the package is used: poses are fitted here by scipy, from where the fixture stands. An explanation is as
-likely as its score is small: chi-square, plus log n for each number that it leaves free (Schwarz 1978), and with
-another sigma what that takes from the density.
+The package is not used: poses are fitted by scipy, starting from the true pose. The smaller its score, the likelier an
+explanation: chi-square, plus log n for each free parameter (Schwarz 1978), and for another sigma the change of the
+density's normalization.
 """
 
 from collections.abc import Collection, Mapping
@@ -19,7 +19,7 @@ FREE = {"plane": 1, "cylinder": 2, "sphere": 3}
 
 
 def off(patch: Patch, points: np.ndarray, tip: float) -> np.ndarray:
-    """How far (n,) tip centres (n, 3) in the fixture frame are from where a touch has them."""
+    """Signed distances (n,) of tip centres (n, 3) in the fixture frame from contact."""
     along = np.asarray(patch.along, float) / np.linalg.norm(patch.along)
     arms = points - np.asarray(patch.at, float)
     if patch.kind == "plane":
@@ -30,7 +30,7 @@ def off(patch: Patch, points: np.ndarray, tip: float) -> np.ndarray:
 
 
 def directions(patch: Patch) -> np.ndarray:
-    """Where (k, 3) its place is seen to move."""
+    """Directions (k, 3) in which a displacement of the feature changes residuals."""
     across = np.linalg.svd(np.asarray(patch.along, float)[None])[2]
     return {"plane": across[:1], "cylinder": across[1:], "sphere": np.eye(3)}[patch.kind]
 
@@ -44,14 +44,14 @@ def changed(patches: Mapping[str, Patch], name: str, numbers: np.ndarray, code: 
 
 
 def free_numbers(code: str, patches: Mapping[str, Patch], features: Collection[str], count: int) -> int:
-    """How many numbers a cause of this code leaves free; count: the contacts that it leaves out."""
+    """The number of free parameters of a cause with this code; count: the number of deleted contacts."""
     if code == "feature_place":
         return FREE[patches[next(iter(features))].kind]
     return {"outlier": count, "radius": 1, "tip_radius": 1, "tip_offset": 3, "sigma": 1}.get(code, 0)
 
 
 def least(patches, contacts, pose, kept, code="", feature=""):
-    """Least squares near pose (4, 4) over those contacts kept, with what the code leaves free fitted too."""
+    """Least squares near pose (4, 4) over the contacts kept, including the free parameters of the code."""
     points, names = contacts.points[kept], np.array(contacts.features)[kept]
     turn, shift, middle = pose[:3, :3], pose[:3, 3], contacts.points.mean(axis=0)
     size = float(np.linalg.norm(contacts.points - middle, axis=1).max())
@@ -61,10 +61,10 @@ def least(patches, contacts, pose, kept, code="", feature=""):
         back = Rotation.from_rotvec(-motion[:3] / size).apply(points - middle - motion[3:]) + middle
         here = (back - shift) @ turn
         tip = contacts.tip_radius + (float(numbers[0]) if code == "tip_radius" else 0.0)
-        said = changed(patches, feature, numbers, code) if code in ("radius", "feature_place") else patches
+        trial = changed(patches, feature, numbers, code) if code in ("radius", "feature_place") else patches
         values = np.zeros(len(points))
         for name in set(names.tolist()):
-            values[names == name] = off(said[name], here[names == name], tip)
+            values[names == name] = off(trial[name], here[names == name], tip)
         return values / contacts.sigmas[kept]
 
     more = free_numbers(code, patches, [feature], 0) if code in ("radius", "feature_place", "tip_radius") else 0
@@ -72,12 +72,12 @@ def least(patches, contacts, pose, kept, code="", feature=""):
 
 
 def score(chi2: float, numbers: int, count: int, dof: int = 0, times: float = 1.0) -> float:
-    """How unlikely; times: the sigma believed over that said, with dof degrees of freedom."""
+    """The score of an explanation; times: factor on the stated sigma, with dof degrees of freedom."""
     return chi2 + numbers * np.log(count) + 2 * dof * np.log(times)
 
 
 def true_score(case) -> float:
-    """Of what was done."""
+    """The score of the mistake that was made."""
     count = len(case.contacts)
     kept = np.array([i for i in range(count) if case.code != "outlier" or i + 1 not in case.rows])
     feature = next(iter(case.features), "")
@@ -89,23 +89,23 @@ def true_score(case) -> float:
 
 
 def one_good_out_score(case) -> float:
-    """Of a good contact that is blamed alone, to first order at the best pose: chi-square falls by r^2 / (1 - h).
+    """The best score of a good contact blamed alone, to first order: chi-square decreases by r^2 / (1 - h).
 
-    Without any good contact a reversed approach is as reversed as before.
+    A reversed approach stays reversed whichever good contact is deleted.
     """
     count = len(case.contacts)
     good = [i for i in range(count) if i + 1 not in case.rows]
     if case.code == "approach":
         return np.inf
-    fit = least(case.said, case.contacts, case.pose, np.arange(count))
+    fit = least(case.in_file, case.contacts, case.pose, np.arange(count))
     leverages = (np.linalg.qr(fit.jac)[0] ** 2).sum(axis=1)
     falls = (fit.fun**2 / np.maximum(1 - leverages, 1e-6))[good]
     return score(2 * fit.cost - falls.max(initial=0.0), 1, count)
 
 
 def named_score(case, cause) -> float:
-    """Of a cause that is named, with the chi-square that it is said to leave."""
+    """The score of a cause that locate names, from the chi-square that locate states for it."""
     count = len(case.contacts)
-    numbers = free_numbers(cause.code, case.said, cause.features, len(cause.rows))
+    numbers = free_numbers(cause.code, case.in_file, cause.features, len(cause.rows))
     times = cause.value / float(np.median(case.contacts.sigmas)) if cause.code == "sigma" else 1.0
     return score(cause.chi2, numbers, count, count - 6, times)

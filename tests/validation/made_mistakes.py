@@ -1,4 +1,4 @@
-"""Contacts or a fixture file with a mistake, made without the package: what is true, and what is said."""
+"""Contacts or a fixture file with a mistake, generated without the package: the truth and the stated values."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -67,11 +67,11 @@ FIXTURES: Mapping[str, tuple[Mapping[str, Patch], tuple[int, ...]]] = {
 
 @dataclass(frozen=True)
 class Case:
-    """What the file says (said), the contacts, and what has to be named; and what is true: what was touched (built),
-    the contacts without the mistake (right), and where the fixture stands.
+    """The fixture as its file states it (in_file), the contacts, and the cause to be named; and the truth: the fixture
+    touched (built), the contacts without the mistake (right), and the pose.
     """
 
-    said: Mapping[str, Patch]
+    in_file: Mapping[str, Patch]
     contacts: Contacts
     code: str
     built: Mapping[str, Patch]
@@ -89,16 +89,16 @@ def touched(patches, counts, rng, tip=TIP, sigma=SIGMA):
     return truth, truth.contacts(rng)
 
 
-def case_of(patches, truth, right, code, said=None, rows=(), features=(), labels=None, **changes) -> Case:
-    """A case in which the file says something else (said), or the contacts do (changes)."""
+def case_of(patches, truth, right, code, in_file=None, rows=(), features=(), labels=None, **changes) -> Case:
+    """A case with a mistake in the fixture file (in_file) or in the contacts (changes)."""
     if labels is not None:
         changes["features"] = tuple(labels)
     named = frozenset(rows), frozenset(features)
-    return Case(said or patches, replace(right, **changes), code, patches, right, truth.pose, *named)
+    return Case(in_file or patches, replace(right, **changes), code, patches, right, truth.pose, *named)
 
 
 def off(count: int, size: tuple[float, float]) -> Maker:
-    """So many contacts off by a size between these (mm)."""
+    """count contacts off by a size within this range (mm)."""
 
     def make(patches, counts, rng):
         truth, contacts = touched(patches, counts, rng)
@@ -160,8 +160,8 @@ def wrong_unit(patches, counts, rng):
 
 def wrong_tip(patches, counts, rng):
     truth, contacts = touched(patches, counts, rng, tip=float(rng.uniform(0.5, 4.0)))
-    said = float(rng.choice([0.0, TIP]))
-    return case_of(patches, truth, contacts, "tip_radius", tip_radius=said)
+    stated = float(rng.choice([0.0, TIP]))
+    return case_of(patches, truth, contacts, "tip_radius", tip_radius=stated)
 
 
 def wrong_sigma(patches, counts, rng):
@@ -171,7 +171,7 @@ def wrong_sigma(patches, counts, rng):
 
 
 def wrong_file(change: Callable[[Patch, np.random.Generator], Patch | None], code: str) -> Maker:
-    """One feature is not what the file says."""
+    """One feature differs from the file."""
 
     def make(patches, counts, rng):
         truth, contacts = touched(patches, counts, rng)
@@ -179,8 +179,8 @@ def wrong_file(change: Callable[[Patch, np.random.Generator], Patch | None], cod
         if not able:
             return None
         name = str(rng.choice(able))
-        said = {**patches, name: change(patches[name], rng)}
-        return case_of(patches, truth, contacts, code, said, features=[name])
+        in_file = {**patches, name: change(patches[name], rng)}
+        return case_of(patches, truth, contacts, code, in_file, features=[name])
 
     return make
 
@@ -195,8 +195,8 @@ def diameter(patch, rng):
 
 def all_diameters(patches, counts, rng):
     truth, contacts = touched(patches, counts, rng)
-    said = {n: diameter(p, rng) or p for n, p in patches.items()}
-    return None if said == dict(patches) else case_of(patches, truth, contacts, "diameter", said)
+    in_file = {n: diameter(p, rng) or p for n, p in patches.items()}
+    return None if in_file == dict(patches) else case_of(patches, truth, contacts, "diameter", in_file)
 
 
 def other_side(patch, rng):
@@ -223,8 +223,8 @@ def xy_exchanged(patch, rng):
 def mirrored(patches, counts, rng):
     truth, contacts = touched(patches, counts, rng)
     flip = np.array([-1.0, 1.0, 1.0])
-    said = {n: replace(p, at=tuple(flip * p.at), along=tuple(flip * p.along)) for n, p in patches.items()}
-    return case_of(patches, truth, contacts, "mirrored", said)
+    in_file = {n: replace(p, at=tuple(flip * p.at), along=tuple(flip * p.along)) for n, p in patches.items()}
+    return case_of(patches, truth, contacts, "mirrored", in_file)
 
 
 MISTAKES: Mapping[str, Maker] = {
