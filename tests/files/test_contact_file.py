@@ -1,4 +1,4 @@
-"""Contact files: what they say arrives in the fixture's units, however they are written."""
+"""Contact files: values are converted to the fixture's units, in every accepted form of the file."""
 
 import io
 import re
@@ -31,7 +31,7 @@ def read(text: str, fixture: Fixture | None, **options: object) -> Contacts:
     return load_contacts(text.encode(), fixture, ContactOptions(**options))  # type: ignore[arg-type]
 
 
-def whats(text: str, fixture: Fixture | None, **options: object) -> list[str]:
+def problem_texts(text: str, fixture: Fixture | None, **options: object) -> list[str]:
     with pytest.raises(FileError) as caught:
         read(text, fixture, **options)
     return [problem.what for problem in caught.value.problems]
@@ -119,7 +119,7 @@ def test_the_command_line_beats_the_file_and_the_file_the_fixture(tmp_path: Path
     assert option.tip_radius == pytest.approx(0.003)
     assert option.sigmas[0] == pytest.approx(0.0003)
     assert option.points[0, 0] == 0.001
-    # The probe block is in the fixture's units, whatever the contact file is in.
+    # The probe block is in the fixture's units, whatever the units of the contact file.
     half = read("# units: m\n# sigma: 0.2\n" + body, fixture)
     assert (half.tip_radius, half.sigmas[0]) == (1.0, 200.0)
 
@@ -152,7 +152,7 @@ def test_without_a_fixture_all_contacts_are_on_one_surface() -> None:
 
 def test_without_a_fixture_nothing_but_the_file_can_say_the_units() -> None:
     text = "# tip_radius: 0\n# sigma: 1\nx,y,z\n1,2,3\n"
-    assert whats(text, None) == ["the units are not given"]
+    assert problem_texts(text, None) == ["the units are not given"]
     assert read(text, None, units="m").points[0, 0] == 1.0
 
 
@@ -190,14 +190,14 @@ def test_a_plain_remark_is_no_setting(paper: Fixture) -> None:
     ],
 )
 def test_what_is_nearly_a_setting_is_not_passed_over(paper: Fixture, line: str) -> None:
-    found = whats(f"{line}\n{contact_text()}", paper)
+    found = problem_texts(f"{line}\n{contact_text()}", paper)
     assert len(found) == 1
     assert found[0].startswith("unknown key")
 
 
 @pytest.mark.parametrize("value", ["3 mm", "0,5", "nan", "inf", "1_0", "", "0x1", "--1", "1e999", "1e200", "1e-200"])
 def test_settings_that_are_no_length(paper: Fixture, value: str) -> None:
-    assert len(whats(contact_text(head=HEAD.replace("0.000002", value)), paper)) == 1
+    assert len(problem_texts(contact_text(head=HEAD.replace("0.000002", value)), paper)) == 1
 
 
 def test_a_decimal_comma_in_a_setting_where_cells_are_divided_otherwise(paper: Fixture) -> None:
@@ -253,7 +253,7 @@ def test_one_mistake_in_twelve_rows_is_one_line_with_the_count(paper: Fixture) -
 @pytest.mark.parametrize("place", ["1e307", "1e200", "-1e40"])
 def test_a_coordinate_that_is_no_length_in_any_unit(paper: Fixture, place: str) -> None:
     text = HEAD.replace("mm", "m") + f"feature,x,y,z\nbar,{place},2,3\n"
-    assert whats(text, paper) == ["too far away for a number"]
+    assert problem_texts(text, paper) == ["too far away for a number"]
 
 
 @pytest.mark.parametrize("sigma", ["1e-200", "1e200"])
@@ -351,11 +351,11 @@ def test_columns_that_say_their_unit(paper: Fixture, names: str) -> None:
     metres = read(rest.replace("mm", "m"), paper)
     np.testing.assert_array_equal(metres.points, [[1000, 2000, 3000]])
     np.testing.assert_array_equal(metres.sigmas, [500])
-    assert whats("# units: m\n" + rest, paper) == ["a column is in 'mm', line 1 says 'm'"]
+    assert problem_texts("# units: m\n" + rest, paper) == ["a column is in 'mm', line 1 says 'm'"]
 
 
 @pytest.mark.parametrize(
-    ("names", "what"),
+    ("names", "expected"),
     [
         ("feature,x (mm),y (m),z (mm)", "a column is in 'm', another in 'mm'"),
         ("feature,x (feet),y (feet),z (feet)", "units is 'feet'"),
@@ -363,13 +363,13 @@ def test_columns_that_say_their_unit(paper: Fixture, names: str) -> None:
         ("feature,x,y,z,ax (mm),ay,az", "unknown column 'ax (mm)'"),
     ],
 )
-def test_columns_whose_units_do_not_go_together(paper: Fixture, names: str, what: str) -> None:
+def test_columns_whose_units_do_not_go_together(paper: Fixture, names: str, expected: str) -> None:
     row = ",".join(["bar", *"1234567"][: names.count(",") + 1])
-    assert what in whats(f"# tip_radius: 0\n# sigma: 1\n{names}\n{row}\n", paper)
+    assert expected in problem_texts(f"# tip_radius: 0\n# sigma: 1\n{names}\n{row}\n", paper)
 
 
 def test_fixture_and_contacts_exchanged(tmp_path: Path, paper: Fixture) -> None:
-    assert whats("# a comment\n" + PAPER, paper) == ["this is a fixture file"]
+    assert problem_texts("# a comment\n" + PAPER, paper) == ["this is a fixture file"]
     with pytest.raises(FileError, match="this is a contact file; give the fixture file first"):
         load_fixture(written(tmp_path, contact_text(), "contacts.csv"))
 
@@ -396,14 +396,14 @@ def test_a_unit_that_is_nearly_right_in_an_option(unit: str) -> None:
 
 
 def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fixture) -> None:
-    """Without how the flange stood it is no place; with a pose it is used, or the start of a search."""
+    """Without flange orientations a tip offset cannot be used; with them it is used, or starts the search."""
     for head, options in (("# tip_offset: 0, 0, 120\n", None), ("", ContactOptions(tip_offset=(0, 0, 120)))):
         with pytest.raises(FileError, match="a tip offset is given, and no column gives the orientation of the flange"):
             load_contacts((head + contact_text()).encode(), paper, options)
 
 
 @pytest.mark.parametrize(
-    ("head", "units", "told"),
+    ("head", "units", "pattern"),
     [
         ("# units: m", None, r"2000 mm \(2 m\) does not fit into bore, a bore of radius 20 mm; is '# units: m' right"),
         ("", "in", r"radius 50.8 mm \(2 in\) does not fit into bore, .* is --units in right\? else check tip_radius"),
@@ -411,9 +411,9 @@ def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fi
     ],
 )
 def test_a_tip_that_fits_into_no_bore_that_was_touched_asks_for_the_unit(
-    tmp_path: Path, head: str, units: str | None, told: str
+    tmp_path: Path, head: str, units: str | None, pattern: str
 ) -> None:
-    """With the file's name; the same tip where the bore was not touched, or its radius is sought, is none's concern."""
+    """The message names the file; no message if the bore was not touched, or if the tip radius is unknown."""
     text = "tactfix: 1\nname: jig\nunits: mm\nprobe: {sigma: 0.08}\nfeatures:\n"
     text += "  plate: {type: plane, point: [0, 0, 0], normal: [0, 0, 1]}\n"
     text += "  big: {type: sphere, radius: 9000, side: inner, center: [0, 0, 9]}\n"
@@ -424,7 +424,7 @@ def test_a_tip_that_fits_into_no_bore_that_was_touched_asks_for_the_unit(
         load_contacts(file, fixture, ContactOptions(units=units))
     (line,) = caught.value.on_command_line.splitlines()
     assert line.startswith(f"{file}: a tip of ")
-    assert re.search(told, line)
+    assert re.search(pattern, line)
     load_contacts(file, fixture, ContactOptions(units=units, unknown=frozenset({"tip-radius"})))
     file.write_text(file.read_text().replace("bore,0,0,0\n", ""))
     load_contacts(file, fixture, ContactOptions(units=units))

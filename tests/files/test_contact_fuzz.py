@@ -1,4 +1,4 @@
-"""Whatever the bytes: contacts, or a FileError, and nothing else; and no contact is made up or lost."""
+"""Any bytes give contacts or a FileError and nothing else; no contact is invented or lost."""
 
 import math
 from pathlib import Path

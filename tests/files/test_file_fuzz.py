@@ -1,6 +1,6 @@
-"""Fixture and contact files with mutations of their tokens and lines: read as an independent reader does, or refused.
+"""Fixture and contact files with mutated tokens and lines: read as an independent reader does, or rejected.
 
-No exception but FileError, no warning (pytest makes errors of them). The slow tests take 10,000 of each.
+No exception but FileError, and no warning, which pytest turns into an error. The slow tests read 10,000 of each.
 """
 
 import csv
@@ -97,7 +97,7 @@ def mutant(text: str, random: Random) -> str:
 
 
 def numbers_by_pyyaml(text: str) -> dict[str, list[float]]:
-    """Every number of every feature as PyYAML and float() read it."""
+    """Every number of every feature as PyYAML and float() read it, by feature."""
 
     def flat(value: object) -> list[float]:
         if isinstance(value, dict):
@@ -112,27 +112,27 @@ def numbers_by_pyyaml(text: str) -> dict[str, list[float]]:
 
 
 def not_told(error: FileError, text: str) -> bool:
-    """False; each refusal says what to do instead."""
+    """Check that each message states a remedy; returns False."""
     if not error.problems or not all(problem.remedy for problem in error.problems):
         raise AssertionError(f"{text!r}: {error}")
     return False
 
 
 def check_fixture(folder: Path, random: Random) -> bool:
-    """Whether a mutant is a fixture; if so its places are those that PyYAML reads."""
+    """Whether a mutant is accepted as a fixture; if so, check its numbers against PyYAML's."""
     text = mutant(random.choice(FIXTURES), random)
     try:
         fixture = load_fixture(written(folder, text.encode("utf-8", "replace")))
     except FileError as error:
         return not_told(error, text)
-    told = numbers_by_pyyaml(text)
-    assert sorted(told) == sorted(fixture.features), repr(text)
+    expected = numbers_by_pyyaml(text)
+    assert sorted(expected) == sorted(fixture.features), repr(text)
     for name, feature in fixture.features.items():
         surface = feature.surface
         keys = [] if surface is None else [key for key in ("center", "point") if hasattr(surface, key)]
         mine = [number for key in keys for number in np.atleast_1d(getattr(surface, key))]
         mine += [] if feature.radius is None else [feature.radius]
-        assert set(mine) <= set(told[name]), repr(text)
+        assert set(mine) <= set(expected[name]), repr(text)
     return True
 
 
@@ -145,16 +145,16 @@ def rows_by_csv(text: str) -> list[list[str]]:
 
 
 def check_contacts(fixture: Fixture, random: Random) -> bool:
-    """Whether a mutant is a contact file; if so its names and coordinates are those that the csv module reads."""
+    """Whether a mutant is accepted as a contact file; if so, check names and coordinates against the csv module's."""
     text = mutant(random.choice(CONTACTS), random)
     try:
         contacts = load_contacts(text.encode("utf-8", "replace"), fixture)
     except FileError as error:
         return not_told(error, text)
-    told = rows_by_csv(text)
-    assert len(told) == len(contacts), repr(text)
-    cells = [{cell.replace(",", ".") for cell in row if cell} for row in told]
-    for row, name in zip(told, contacts.features, strict=True):
+    expected = rows_by_csv(text)
+    assert len(expected) == len(contacts), repr(text)
+    cells = [{cell.replace(",", ".") for cell in row if cell} for row in expected]
+    for row, name in zip(expected, contacts.features, strict=True):
         assert name in row, repr(text)
     if "flange" not in text and "units: mm" in text:
         for found, point in zip(cells, contacts.points, strict=True):
@@ -196,7 +196,7 @@ def test_ten_thousand_mutated_contact_files(paper: Fixture) -> None:
 
 @pytest.mark.slow
 def test_mutated_files_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Both files of a sample mutated: a status of the contract, never 70, and no traceback."""
+    """With both files of a sample mutated, locate exits with a documented status, never 70, without traceback."""
     random = Random(5)
     sample = (ROOT / "samples" / "robot-cell-plate" / "contacts.csv").read_text(encoding="utf-8")
     fixture = (ROOT / "fixtures" / "robot-cell-plate.yaml").read_text(encoding="utf-8")
@@ -204,7 +204,7 @@ def test_mutated_files_on_the_command_line(tmp_path: Path, capsys: pytest.Captur
         one = written(tmp_path, mutant(fixture, random).encode("utf-8", "replace"))
         other = written(tmp_path, mutant(sample, random).encode("utf-8", "replace"), "c.csv")
         status = main(["locate", str(one), str(other), "--quiet", "--json"])
-        said = capsys.readouterr()
-        assert status in (0, 3, 4, 5, 6), said.err
-        assert "\x1b" not in said.err
-        assert "NaN" not in said.out
+        captured = capsys.readouterr()
+        assert status in (0, 3, 4, 5, 6), captured.err
+        assert "\x1b" not in captured.err
+        assert "NaN" not in captured.out

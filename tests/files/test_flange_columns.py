@@ -1,4 +1,4 @@
-"""Orientation columns of a contact file: every convention against scipy's Rotation, and what is refused."""
+"""Orientation columns of a contact file: every convention against scipy's Rotation, and rejected input."""
 
 import io
 
@@ -62,8 +62,8 @@ def test_tip_poses_stay_where_they_are() -> None:
 
 def test_the_offset_has_the_unit_of_where_it_stands() -> None:
     content = text("rx,ry,rz", "# pose: flange\n# tip_offset: 1, 2, 3")
-    said = read(content, ContactOptions(tip_offset=(6.1, -92.5, 307.25)))
-    np.testing.assert_allclose(said.tip_offset, OFFSET)
+    contacts = read(content, ContactOptions(tip_offset=(6.1, -92.5, 307.25)))
+    np.testing.assert_allclose(contacts.tip_offset, OFFSET)
     inch = read(content.replace("units: mm", "units: in"))
     np.testing.assert_allclose(inch.tip_offset, [1, 2, 3])
 

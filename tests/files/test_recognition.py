@@ -1,4 +1,4 @@
-"""Poses in files whose ending says nothing: recognized by marks that one format alone has, and never guessed."""
+"""Pose files without a known suffix: recognized by marks that only one format has, and never guessed."""
 
 import numpy as np
 import pytest

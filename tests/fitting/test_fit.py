@@ -1,4 +1,4 @@
-"""The fit of one feature alone: status, reasons, sides and tips, and sigmas."""
+"""The fit of one feature: status, reasons, sides, tips and sigmas."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def _contacts(points, approaches=None, sigma=1e-4, tip=0.0):
 
 
 def _bar(rng, n, radius, tip=0.0, side="outer", noise=0.0):
-    """Tip centres on a bar or bore along z through the origin, touched along the normal."""
+    """Tip centres on a bar or bore along z through the origin, approached along the normal."""
     surface = on_cylinder(rng, n, radius, 4 * radius)
     outward = surface * [1, 1, 0] / radius * (1 if side == "outer" else -1)
     return surface + (tip + noise * rng.normal(size=(n, 1))) * outward, -outward
@@ -58,7 +58,7 @@ def test_the_side_that_would_fit_is_told(side, radius):
 
 @pytest.mark.parametrize("radius", [1.0, None])
 def test_no_side_is_told_where_neither_fits(radius):
-    """One touch from inside among others from outside; a tip of 1.5 goes into no bore of radius 1."""
+    """One approach from inside among others from outside; a tip of 1.5, which does not fit into a bore of radius 1."""
     points, approaches = _bar(np.random.default_rng(1), 9, 6.0, 1.5, "outer", 1e-4)
     approaches[4] *= -1
     result = fit("cylinder", _contacts(points, approaches, tip=1.5), radius, "outer")
@@ -79,7 +79,7 @@ def test_residuals_are_positive_out_of_the_material():
 def test_sphere_of_three_contacts_needs_the_approach(side):
     center = np.array([1.0, 2, 3])
     sign = 1 if side == "outer" else -1
-    # Near one pole: from contacts near a great circle the mirror image is too close to be told by square approaches.
+    # Near one pole: for contacts near a great circle, approaches along the normals do not distinguish the mirror image.
     surface = center + 5.0 * np.array([[0.28, 0, 0.96], [-0.28, 0, 0.96], [0, 0.6, 0.8]])
     outward = sign * (surface - center) / 5.0
     points = surface + 1.0 * outward
@@ -134,7 +134,7 @@ def test_too_few_and_degenerate_contacts_are_underdetermined():
 
 
 def test_a_surface_that_noise_leaves_open_is_underdetermined():
-    # Six contacts on two lines five degrees apart: the radius is anybody's guess at this sigma.
+    # Six contacts on two lines five degrees apart: the radius is undetermined at this sigma.
     points = np.vstack([ring([0, 5], z) for z in (-1, 0, 1)]) + 1e-4 * np.eye(6)[:, :3]
     result = fit("cylinder", _contacts(points, sigma=1e-3))
     assert result.status == "underdetermined"
@@ -159,7 +159,7 @@ def test_double_root_is_located_once_with_a_warning_and_an_honest_sigma():
         result = fit("sphere", _contacts(points, sigma=1e-5), radius)
         assert result.status == "located"
         assert any("double root" in w for w in result.warnings)
-        # A miss of sigma is reached sqrt(2 sigma radius) off the plane.
+        # At sqrt(2 sigma radius) off the plane the residual is sigma.
         assert result.sigma["center"][2] == pytest.approx(np.sqrt(2e-5), rel=0.5)
 
 
@@ -169,14 +169,14 @@ def test_what_cannot_be():
         fit("cylinder", _contacts(points, approaches, tip=3.0), 2.0, "inner")
     with pytest.raises(UsageError):
         fit("plane", _contacts(points), 1.0)
-    # A ball smaller than the tip that found it: its own radius would be negative.
+    # A fitted sphere of tip centres smaller than the tip: the ball's radius would be negative.
     small = fit("sphere", _contacts(on_sphere(np.random.default_rng(6), 8, radius=2.0), tip=3.0))
     assert small.status == "inconsistent"
     assert "tip of radius 3" in small.candidates[0].reasons[0].message
 
 
 def _touched(kind, rng):
-    """A rotation, and contacts on a surface turned by it with their outward normals."""
+    """A rotation, and contacts with outward normals on a surface rotated by it."""
     rotation = random_rotation(rng)
     exact = {
         "plane": rng.normal(size=(7, 3)) * [3, 2, 0],
@@ -192,7 +192,7 @@ def _touched(kind, rng):
 
 
 def _fitted(kind, rotation, points, normals):
-    """The numbers of the surface that fits best, and their sigmas."""
+    """The parameters of the best surface, and their sigmas."""
     result = fit(kind, _contacts(points, -normals, 0.01), None)
     assert result.status == "located"
     surface, sigmas = result.surface, np.concatenate(list(result.sigma.values()))
@@ -209,14 +209,14 @@ KINDS = ["plane", "sphere", "cylinder"]
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_sigma_is_what_a_sigma_of_each_contact_does(kind):
-    """One contact at a time off by a sigma, to either side: the effects add in quadrature."""
+    """One contact at a time is moved by a sigma to either side; the effects add in quadrature."""
     rotation, exact, normals = _touched(kind, np.random.default_rng(7))
     effects = []
     for step in 0.01 * np.eye(len(exact))[:, :, None]:
         ahead, behind = (_fitted(kind, rotation, exact + off * normals, normals)[0] for off in (step, -step))
         effects.append((ahead - behind) / 2)
-    told = _fitted(kind, rotation, exact, normals)[1]
-    assert told == pytest.approx(np.linalg.norm(effects, axis=0), rel=1e-2)
+    sigmas = _fitted(kind, rotation, exact, normals)[1]
+    assert sigmas == pytest.approx(np.linalg.norm(effects, axis=0), rel=1e-2)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Every file of samples/bad gives exactly the message that stands beside it, in process and on the command line."""
+"""Every file of samples/bad gives exactly the message in the text file next to it, in process and by the command."""
 
 import pytest
 
@@ -15,7 +15,7 @@ NAMES = [path.name.removesuffix(".expected") for path in EXPECTED]
 
 @pytest.fixture(autouse=True)
 def _in_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Messages name the path as it was given: a bare name."""
+    """Change to the folder, because messages name the path as given: here the file name alone."""
     monkeypatch.chdir(BAD)
 
 
@@ -47,7 +47,7 @@ def test_the_command_line_says_it_and_leaves_with_three(name: str, capsys: pytes
 
 
 def test_every_message_says_what_to_do() -> None:
-    """What is wrong, and after a semicolon what to write instead."""
+    """Each message states the problem and, after a semicolon, the remedy."""
     for path in EXPECTED:
         for line in path.read_text(encoding="utf-8").splitlines():
             assert line.partition(": ")[2].count("; ") >= 1, line

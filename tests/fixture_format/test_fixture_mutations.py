@@ -1,4 +1,4 @@
-"""Every value of a fixture file replaced, removed or joined by another: an answer, never an exception."""
+"""Every value of a fixture file is replaced or removed, and keys are added: always a result, never an exception."""
 
 import copy
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ def no_files(file: str) -> Pose:
 
 
 def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The path of each value in a tree below its root; of a list of plain values only the first."""
+    """The path of each value in a tree below its root; of a list of scalars only the first."""
     if isinstance(value, list):
         value = dict(enumerate(value if value and isinstance(value[0], dict) else value[:1]))
     inner = value.items() if isinstance(value, dict) else ()
@@ -62,7 +62,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def mutants(document: Any) -> Iterator[tuple[str, Any]]:
-    """The document with one value replaced, with one removed, and with one key besides those that are there."""
+    """The document with one value replaced, with one value removed, and with one key added."""
     for *way, key in places(document):
         for number, value in enumerate([*VALUES, ...]):
             mutant = copy.deepcopy(document)
@@ -80,7 +80,7 @@ def mutants(document: Any) -> Iterator[tuple[str, Any]]:
 
 
 SHARE = 5
-"""Of so many mutants the fast test reads one. Prime to the 41 or 42 of a place, it meets each value somewhere."""
+"""The fast test reads every fifth mutant. 5 is coprime to the 41 or 42 mutants of a place, so every value occurs."""
 
 
 @pytest.mark.parametrize("share", [SHARE, pytest.param(1, marks=pytest.mark.slow)])
@@ -89,20 +89,20 @@ def test_no_mutant_ends_in_an_exception(name: str, share: int) -> None:
     document = read_tree(DOCUMENTS[name]).value
     assert isinstance(read_fixture(document, "sound", no_files), Fixture)
     refused = 0
-    for what, mutant in islice(mutants(document), 0, None, share):
+    for description, mutant in islice(mutants(document), 0, None, share):
         try:
             answer = read_fixture(mutant, "mutant", no_files)
         except Exception as error:
-            raise AssertionError(f"{what}: {error!r}") from error
+            raise AssertionError(f"{description}: {error!r}") from error
         assert isinstance(answer, Fixture) or (answer and all(isinstance(f, Finding) and f.remedy for f in answer)), (
-            what
+            description
         )
         refused += not isinstance(answer, Fixture)
     assert refused > 1000 / share
 
 
 def test_a_malformed_file_is_told_all_its_malformations() -> None:
-    """Two malformed features that relations, boxes and frame name: their own faults, and the others' besides."""
+    """Two malformed features that relations, boxes and frame use: their errors are reported, and all others as well."""
     text = DOCUMENTS["places"].replace("radius: 8", "radius: -8").replace("normal: [0, 0, 2]", "normal: [0, 0]")
     text = (
         text.replace("value: 30", "value: thirty")

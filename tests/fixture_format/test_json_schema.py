@@ -1,4 +1,4 @@
-"""The schema that ships is the models', and to keep to it is to be taken by pydantic."""
+"""The shipped JSON Schema is that of the models, and a document conforms to it exactly if pydantic accepts it."""
 
 import copy
 import json
@@ -77,7 +77,7 @@ KEYS = [
 
 
 def test_the_one_schema_file_is_what_the_models_say() -> None:
-    """If this fails the models have changed: write the text to fixtures/tactfix.schema.json."""
+    """If this fails, the models have changed: write the new schema to fixtures/tactfix.schema.json."""
     assert fixture_schema() == schema_text(FixtureDocument, "tactfix fixture")
     kept = [path for path in ROOT.rglob("*.schema.json") if not {".git", "venv", ".venv"} & set(path.parts)]
     assert kept == [FIXTURES / "tactfix.schema.json"]
@@ -134,7 +134,7 @@ def test_the_full_document_is_well_formed() -> None:
 
 @pytest.mark.parametrize("value", [0, -1, None, "bar"], ids=str)
 def test_so_with_one_value_anywhere(value: Any) -> None:
-    """The limits of numbers above all, which chance seldom meets."""
+    """One value at a time, because random changes seldom reach the limits of numbers."""
     for *way, key in places(FULL)[1:]:
         document = copy.deepcopy(FULL)
         parent = document

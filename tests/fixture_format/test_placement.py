@@ -1,4 +1,4 @@
-"""placement and the probe's tip in fixture files: what they say arrives, what cannot be is refused."""
+"""placement and the probe's tip in fixture files: values are read, impossible ones rejected."""
 
 import json
 import pickle
@@ -87,7 +87,7 @@ def test_it_travels_to_other_processes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "what"),
+    ("text", "expected"),
     [
         ("{within: {translation: 1, rotation: 1}}", "no near"),
         ("{free: [x]}", "no near"),
@@ -113,8 +113,8 @@ def test_it_travels_to_other_processes(tmp_path: Path) -> None:
         ("{near: {matrix: [[2, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}", "does not rotate"),
     ],
 )
-def test_what_cannot_be(tmp_path: Path, text: str, what: str) -> None:
-    assert what in refusal(tmp_path, text)
+def test_what_cannot_be(tmp_path: Path, text: str, expected: str) -> None:
+    assert expected in refusal(tmp_path, text)
 
 
 def test_the_tip_of_the_probe(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_the_tip_of_the_probe(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("probe", "what"),
+    ("probe", "expected"),
     [
         ("{tip_within: 5}", "there is no tip_offset"),
         ("{tip_offset: [0, 0]}", "a list of 2"),
@@ -131,6 +131,6 @@ def test_the_tip_of_the_probe(tmp_path: Path) -> None:
         ("{tip_offset: [0, 0, 1], tip_within: 0}", "tip_within is 0"),
     ],
 )
-def test_a_tip_that_cannot_be(tmp_path: Path, probe: str, what: str) -> None:
-    with pytest.raises(FileError, match=re.escape(what)):
+def test_a_tip_that_cannot_be(tmp_path: Path, probe: str, expected: str) -> None:
+    with pytest.raises(FileError, match=re.escape(expected)):
         load_fixture(written(tmp_path, PLACED + f"probe: {probe}\n"))

@@ -1,4 +1,4 @@
-"""Fixture files: what they say arrives, in their own units, angles in rad."""
+"""Fixture files: values are read in the file's units, angles in rad."""
 
 import math
 from pathlib import Path
@@ -134,7 +134,7 @@ def test_columns_count_characters_and_not_bytes(tmp_path: Path) -> None:
 
 def test_deep_nesting_is_refused_and_not_followed(tmp_path: Path) -> None:
     assert "levels" in str(refusal(tmp_path, "[" * 30 + "]" * 30))
-    # From some version of it on libyaml stops before.
+    # Recent versions of libyaml stop earlier.
     assert "not YAML" in str(refusal(tmp_path, "[" * 100_000))
 
 

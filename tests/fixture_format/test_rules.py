@@ -1,4 +1,4 @@
-"""What is well formed and makes sense, close to what does not."""
+"""Rules beyond the schema: valid files close to invalid ones."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def problems(folder: Path, text: str) -> list[str]:
         ("30.0003, sigma: 0.00001", False),
         ("30.011, sigma: 0.003", True),  # within four sigma and the rounding of the value
         ("30.02, sigma: 0.003", False),
-        ("30.00003", True),  # rounding of the value, and places are typed too
+        ("30.00003", True),  # rounding of the value, and of the coordinates
         ("30.0004", False),
     ],
 )
@@ -73,8 +73,8 @@ def test_distances_from_a_plane(tmp_path: Path, between: str, value: str, is_rig
     ],
 )
 def test_a_length_beyond_all_units(tmp_path: Path, line: str, length: str) -> None:
-    (what,) = problems(tmp_path, PLACED + line.format(length))
-    assert "no length in any unit" in what
+    (message,) = problems(tmp_path, PLACED + line.format(length))
+    assert "no length in any unit" in message
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_distance_of_two_axes_along_their_common_perpendicular(tmp_path: Path, d
 
 @pytest.mark.parametrize(("value", "is_right"), [(3.0, True), (5.0, True), (4.0, False)])
 def test_axes_with_places_that_are_nearly_parallel(tmp_path: Path, value: float, is_right: bool) -> None:
-    """At 0.01 rad: 3 along the common perpendicular, 5 from the given point of the first."""
+    """Axes at 0.01 rad: the distance is 3 along the common perpendicular, and 5 from the given point of the first."""
     text = TWO_BARS.replace("[5, 0, 7]", "[0, 4, 3]").format(direction="[1, 0.01, 0]", value=value)
     assert (problems(tmp_path, text) == []) == is_right
 
@@ -162,7 +162,7 @@ def test_axes_have_a_distance_where_they_are_parallel_or_clearly_askew(
 def test_a_frame_that_agrees_with_the_places_may_stand_there(tmp_path: Path) -> None:
     frame = "frame:\n  origin: {foot_of: ball, on: bar}\n  y: {along: bar}\n  x: {from: bar, to: ball}\n"
     assert problems(tmp_path, PLACED + frame) == []
-    # The sign of an axis is open, that of a direction between features and of a normal is not.
+    # An axis has no sign; a direction between features and a normal have one.
     assert problems(tmp_path, PLACED + frame.replace("y: {along: bar}", "y: {opposite: {along: bar}}")) == []
     assert (
         len(problems(tmp_path, PLACED + frame.replace("{from: bar, to: ball}", "{opposite: {from: bar, to: ball}}")))
@@ -257,7 +257,7 @@ def test_points_carry_their_place(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rest", "what"),
+    ("rest", "expected"),
     [
         (
             "distances: [{between: [a, b], value: 100}, {between: [a, top], value: 5}]",
@@ -275,17 +275,17 @@ def test_points_carry_their_place(tmp_path: Path) -> None:
         ("frame: {origin: {foot_of: a, on: b}, x: {from: a, to: b}, z: {along: top}}", "a, a point, has no foot on b"),
     ],
 )
-def test_what_goes_with_points(tmp_path: Path, rest: str, what: str) -> None:
+def test_what_goes_with_points(tmp_path: Path, rest: str, expected: str) -> None:
     rest = rest.replace("116", repr((100**2 + 50**2 + 30**2) ** 0.5))
     found = problems(tmp_path, f"{SEATS}{rest}\n")
-    assert len(found) == bool(what)
-    assert not what or what in found[0]
+    assert len(found) == bool(expected)
+    assert not expected or expected in found[0]
 
 
 @pytest.mark.parametrize("rest", ["radius: 3", "side: inner", "center: [0, 0, 0]", "normal: [0, 0, 1]"])
 def test_what_a_point_has_not(tmp_path: Path, rest: str) -> None:
-    (what,) = problems(tmp_path, SEATS.replace("sigma: 0.01", rest))
-    assert "unknown key" in what
+    (message,) = problems(tmp_path, SEATS.replace("sigma: 0.01", rest))
+    assert "unknown key" in message
 
 
 def test_points_by_relations(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def test_a_displacement_of_zero_changes_nothing_and_size_stays(kind, side):
 
 @pytest.mark.parametrize(("kind", "side"), KINDS)
 def test_displacements_of_a_rigid_motion(kind, side):
-    """The chart gives the derivative of the residuals by a rotation about a centre and a translation."""
+    """The charts reproduce the derivatives of the residuals by a rotation about a centre and a translation."""
     rng = np.random.default_rng(3)
     surface, centre = any_surface(kind, rng, side), rng.normal(size=3) * 10
     points = rng.normal(size=(8, 3)) * 20
@@ -67,7 +67,7 @@ def test_displacements_of_a_rigid_motion(kind, side):
 
 @pytest.mark.parametrize("kind", ["plane", "sphere", "cylinder"])
 def test_a_point_carried_by_the_surface(kind):
-    """A point of the axis or centre moves with it; one of a plane along the normal as the plane moves there."""
+    """A point of an axis or a centre moves with it; a point of a plane moves along the normal with the plane there."""
     rng = np.random.default_rng(4)
     surface = any_surface(kind, rng)
     if isinstance(surface, Sphere):

@@ -1,4 +1,4 @@
-"""Rigid motions held against scipy's Rotation and plain arithmetic."""
+"""Rigid motions against scipy's Rotation and plain arithmetic."""
 
 import numpy as np
 import pytest
@@ -62,9 +62,9 @@ def test_inverse_undoes_far_from_the_origin():
     rng = np.random.default_rng(1)
     pose = random_pose(rng, 1e4)
     points = rng.normal(size=(20, 3))
-    there = transform_points(pose, points)
-    np.testing.assert_allclose(there[3], pose[:3, :3] @ points[3] + pose[:3, 3])
-    np.testing.assert_allclose(transform_points(inverse(pose), there), points, atol=1e-11)
+    moved = transform_points(pose, points)
+    np.testing.assert_allclose(moved[3], pose[:3, :3] @ points[3] + pose[:3, 3])
+    np.testing.assert_allclose(transform_points(inverse(pose), moved), points, atol=1e-11)
     np.testing.assert_allclose(inverse(pose) @ pose, np.eye(4), atol=1e-11)
 
 
@@ -86,7 +86,7 @@ def test_orthonormalized_is_the_nearest_rotation_and_never_a_reflection():
         found = orthonormalized(off)
         np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-14)
         assert np.linalg.det(found) > 0
-        # Nearest: no small turn away from it comes nearer to the matrix.
+        # Nearest: no small rotation brings it nearer to the matrix.
         for step in 1e-4 * np.vstack([np.eye(3), -np.eye(3)]):
             other = Rotation.from_rotvec(step).as_matrix() @ found
             assert np.linalg.norm(found - off) < np.linalg.norm(other - off)
@@ -124,7 +124,7 @@ def test_rotation_vectors_agree_with_scipy_from_no_turn_to_half_a_turn():
     one_by_one = np.concatenate([rotation_vectors(matrix[None]) for matrix in matrices])
     for found in (rotation_vectors(matrices), one_by_one):
         np.testing.assert_allclose(found[:-1], vectors[:-1], atol=1e-9)
-        # Half a turn has two vectors.
+        # A half-turn has two rotation vectors.
         np.testing.assert_allclose(np.abs(found[-1] @ vectors[-1]), np.pi**2, rtol=1e-9)
 
 
@@ -144,8 +144,8 @@ def test_a_pose_moves_about_a_centre():
     moved = moved_about(pose, motion, centre, scale)
     turn = Rotation.from_rotvec(motion[:3] / scale).as_matrix()
     points = rng.normal(size=(5, 3))
-    there = (transform_points(pose, points) - centre) @ turn.T + centre + motion[3:]
-    np.testing.assert_allclose(transform_points(moved, points), there, atol=1e-12)
+    expected = (transform_points(pose, points) - centre) @ turn.T + centre + motion[3:]
+    np.testing.assert_allclose(transform_points(moved, points), expected, atol=1e-12)
 
 
 def test_products_of_columns():
@@ -156,7 +156,7 @@ def test_products_of_columns():
 
 @pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
 def test_the_farthest_points_come_first_in_any_unit(length):
-    """Ties, here by symmetry, are broken by the order of the points and not by rounding."""
+    """Ties, which arise here by symmetry, are broken by the order of the points, not by rounding."""
     corners = np.array([[x, y, 0.1] for x in (0, 1) for y in (0, 1)]) * 0.7 + 0.3
     points = np.vstack([corners, corners.mean(axis=0)]) * length
     assert farthest_first(points, 5) == [0, 3, 1, 2, 4]
@@ -166,7 +166,7 @@ def test_the_farthest_points_come_first_in_any_unit(length):
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-6, 0.3, 2.0, 3.0, np.pi - 1e-9, np.pi])
 def test_the_rotation_vector_of_one_matrix(angle: float) -> None:
-    """scipy is the outside value."""
+    """Against scipy."""
     for axis in np.vstack([np.eye(3), -np.eye(3), np.random.default_rng(2).normal(size=(20, 3))]):
         vector = angle * axis / np.linalg.norm(axis)
         rotation = Rotation.from_rotvec(vector)

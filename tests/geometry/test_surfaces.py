@@ -1,4 +1,4 @@
-"""Surfaces: residuals, normals and feet against their definitions written anew, by distance alone."""
+"""Surfaces: residuals, normals and feet against their definitions by distance, written out here."""
 
 import copy
 from itertools import product
@@ -68,10 +68,14 @@ def test_a_motion_moves_everything_alike(kind, side):
     rng = np.random.default_rng(2)
     surface, pose = any_surface(kind, rng, side), random_pose(rng)
     points = rng.normal(size=(20, 3)) * 20
-    there = points @ pose[:3, :3].T + pose[:3, 3]
-    np.testing.assert_allclose(residuals(moved(pose, surface), there, 0.3), residuals(surface, points, 0.3), atol=1e-11)
+    moved_points = points @ pose[:3, :3].T + pose[:3, 3]
     np.testing.assert_allclose(
-        outward_normals(moved(pose, surface), there), outward_normals(surface, points) @ pose[:3, :3].T, atol=1e-12
+        residuals(moved(pose, surface), moved_points, 0.3), residuals(surface, points, 0.3), atol=1e-11
+    )
+    np.testing.assert_allclose(
+        outward_normals(moved(pose, surface), moved_points),
+        outward_normals(surface, points) @ pose[:3, :3].T,
+        atol=1e-12,
     )
 
 
@@ -177,7 +181,7 @@ def test_no_rounding_turns_an_ordinary_axis_round():
 
 
 def test_a_copy_of_a_surface_is_the_same_to_the_last_digit():
-    """Normalising a unit vector again would change the last digit, here of one normal in five."""
+    """Normalising a unit vector again would change the last digit, here in one of five normals."""
     normals = np.random.default_rng(0).normal(size=(1000, 3))
     for plane in (Plane(np.zeros(3), normal) for normal in normals):
         assert abs(np.linalg.norm(plane.normal) - 1) < 1e-15

@@ -1,4 +1,4 @@
-"""Chains against closed forms and against an independent forward kinematics by scipy."""
+"""Kinematic chains against closed forms and an independent forward kinematics by scipy."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def placed(xyz: tuple[float, float, float], rpy: tuple[float, float, float] = (0
 
 
 def row_matrix(row: Row, convention: Convention, q: float) -> Floats:
-    """A row's motion as the textbooks print it, all four numbers at once."""
+    """The transformation of a Denavit-Hartenberg row as printed in textbooks, from its four parameters."""
     prismatic = row.joint is not None and row.joint.is_prismatic
     theta, d = (row.theta, row.d + q) if prismatic else (row.theta + q, row.d)
     ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(row.alpha), np.sin(row.alpha)

@@ -1,4 +1,4 @@
-"""URDF in and out: the chain against an independent one, only origins changed, and refusals with their lines."""
+"""URDF files: the chain against an independent one, only origins changed on writing, and errors with line numbers."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -47,7 +47,7 @@ Q = np.random.default_rng(2).uniform(-1, 1, (6, 3)) * [1, 1, 100]
 
 
 def tips(text: str, joints: Floats) -> Floats:
-    """The origins of the ball's link in mm, by a walk along the file that shares no code with the package."""
+    """The origin of the ball's link in mm, from the file, without code of the package."""
     parts = {joint.find("child").get("link"): joint for joint in ET.fromstring(text).iter("joint")}  # type: ignore[union-attr]
     found = []
     for q in joints:

@@ -1,5 +1,5 @@
 # ruff: noqa: E501 - the lines of machines are as long as they are
-"""Logs in the forms that controllers, senders and measuring software write, each against what its text says."""
+"""Logs in the forms that controllers, senders and measuring software write, each against its expected contacts."""
 
 import numpy as np
 import pytest
@@ -30,10 +30,10 @@ def test_what_is_told_of_the_good_ones():
     log = read("ippdme", GOOD["I++ DME dialogue"][1])
     assert log.tip_radius == 2.0
     np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
-    told = "; ".join(log.notes)
-    assert "line 11: the machine reports an error" in told
-    assert "line 12: the machine reports bad quality, Q(50)" in told
-    assert "Tool.A(), is 90" in told
+    notes = "; ".join(log.notes)
+    assert "line 11: the machine reports an error" in notes
+    assert "line 12: the machine reports bad quality, Q(50)" in notes
+    assert "Tool.A(), is 90" in notes
     log = read("grbl", GOOD["grbl of CNCjs"][1])
     np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
     assert "circle" in "".join(read("xyzijk", GOOD["xyz of seven"][1], options=ContactOptions()).notes)
@@ -126,9 +126,9 @@ REFUSED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "text", "what"), REFUSED)
-def test_what_would_be_read_wrongly_is_refused(name, text, what):
-    with pytest.raises(FileError, match=what):
+@pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
+def test_what_would_be_read_wrongly_is_refused(name, text, pattern):
+    with pytest.raises(FileError, match=pattern):
         read(name, text, count=text.count("\n") + 1)
 
 

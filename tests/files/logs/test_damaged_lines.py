@@ -1,8 +1,8 @@
 # ruff: noqa: E501 - the lines of machines are as long as they are
-"""One character of a line changed, lost or added: the same contact, another one that the text says, or a refusal.
+"""One character of a line changed, lost or added: the contact that the text states, or the line is rejected.
 
-What the text says is told by a second reader: the line's own template, in which numbers are numbers and blanks are any
-number of blanks, and nothing else may differ.
+An independent reader decides what the text states: a pattern made from the original line, in which only the numbers
+and the amount of white space may vary.
 """
 
 import random
@@ -20,7 +20,7 @@ from tests.support.machine_logs import GOOD
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 ALPHABET = string.printable.replace("\n", "").replace("\r", "").replace("\x0b", "").replace("\x0c", "") + "é٣−"
-# Lines before, the line itself with its numbers between backquotes, lines after; which three numbers are the point.
+# Preceding lines, the line itself with its numbers between backquotes, following lines; the indices of x, y, z.
 LINES = {
     "linuxcnc": ("", "`604.172085` `-57.541648` `238.076106` `0.000000` `0.000000` `0.000000` `0.000000` `0.000000` `0.000000`", ""),
     "grbl": ("", "[PRB:`-190.000`,`-90.000`,`-49.000`:1]", "\nok"),
@@ -51,18 +51,18 @@ CASES |= {case: (name, "", line, "") for case, (name, line) in OTHERS.items()}
 
 
 def template(line):
-    """A pattern of the line: its numbers as groups, its blanks as blanks, all else as it is."""
+    """A pattern of the line: numbers are groups, white space matches white space, all else is literal."""
     parts = line.split("`")
-    made = []
+    pieces = []
     for i, part in enumerate(parts):
         if i % 2:
-            made.append("(" + (NUMBER.replace(r"\.", "[.,]") if "," in part else NUMBER) + ")")
+            pieces.append("(" + (NUMBER.replace(r"\.", "[.,]") if "," in part else NUMBER) + ")")
         else:
             words = [
                 re.escape(word) for word in re.findall(r"[A-Za-z0-9_.]+|[^\sA-Za-z0-9_.]|\s+", part) if word.strip()
             ]
-            made.append(r"\s*" + r"\s*".join(words) + r"\s*")
-    return re.compile("".join(made), re.IGNORECASE | re.ASCII)
+            pieces.append(r"\s*" + r"\s*".join(words) + r"\s*")
+    return re.compile("".join(pieces), re.IGNORECASE | re.ASCII)
 
 
 def damaged(line, rng):
@@ -91,9 +91,9 @@ def check(case, changes, seed):
         refused += not found
         if not found or found == [whole]:
             continue
-        said = pattern.fullmatch(changed)
-        assert said is not None, f"{changed!r} is read as {found}"
-        truth = [float(number.replace(",", ".")) for number in said.groups()[:3]]
+        match = pattern.fullmatch(changed)
+        assert match is not None, f"{changed!r} is read as {found}"
+        truth = [float(number.replace(",", ".")) for number in match.groups()[:3]]
         np.testing.assert_array_equal(found, [truth], err_msg=repr(changed))
     assert changes / 10 < refused < changes
 
@@ -110,7 +110,7 @@ def test_ten_thousand_damages_of_each_line(case):
 
 
 def mutated(text, rng):
-    """Lines lost, doubled, exchanged; characters damaged; numbers out of range."""
+    """A log with lines lost, doubled or exchanged, characters damaged, or numbers out of range."""
     lines = text.split("\n")
     for _ in range(rng.randrange(1, 5)):
         at, other = rng.randrange(len(lines)), rng.randrange(len(lines))

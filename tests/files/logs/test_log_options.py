@@ -1,5 +1,5 @@
 # ruff: noqa: E501 - the lines of machines are as long as they are
-"""What options say of a machine log: its frame, approaches, repeated touches, the tip at the end of poses."""
+"""Options for machine logs: work offset, approaches, repeated touches, the tip offset of poses."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ MM = ContactOptions(units="mm")
 PRB = "[PRB:{0:.3f},{1:.3f},{2:.3f}:1]\n"
 
 
-def read(name, text, options=MM, **said):
-    wanted = log_options(said.pop("features", "a:1"), **said)
+def read(name, text, options=MM, **settings):
+    wanted = log_options(settings.pop("features", "a:1"), **settings)
     return read_log(name, text.encode(), None, options, wanted, complete=False)
 
 
@@ -32,7 +32,7 @@ def test_a_log_of_which_nothing_could_be_read_is_not_asked_for_features():
     assert "--features" not in caught.value.on_command_line
 
 
-OFFSETS = {  # each takes (1, 2, 3) to (98, 201, 303) by hand: a quarter turn about z
+OFFSETS = {  # each maps (1, 2, 3) to (98, 201, 303), computed by hand: a quarter turn about z
     "base.src": "BASE_DATA[1]={X 100,Y 200,Z 300,A 90,B 0,C 0}",
     "g54.ngc": "G21 G10 L2 P1 X100 Y200 Z300 R90",
     "inch.ngc": "G20G10L2P1X3.937007874Y7.874015748Z11.81102362R90",
@@ -54,14 +54,14 @@ def test_the_work_offset_takes_points_and_approaches_to_the_frame_that_it_is_wri
 def test_poses_turn_with_the_work_offset_and_the_tip_with_them(tmp_path):
     path = tmp_path / "base.src"
     path.write_text(OFFSETS["base.src"])
-    said = {"work_offset": str(path), "tip_offset": (0.0, 0.0, 50.0)}
-    log = read("kuka", "{X 1,Y 2,Z 3,A 0,B 90,C 0}", **said)  # the flange's z is x of the base, then y
+    settings = {"work_offset": str(path), "tip_offset": (0.0, 0.0, 50.0)}
+    log = read("kuka", "{X 1,Y 2,Z 3,A 0,B 90,C 0}", **settings)  # flange z along x, then y
     np.testing.assert_allclose(log.points, [[98, 251, 303]], atol=1e-9)
     np.testing.assert_allclose(log.rotations[0], [[0, -1, 0], [0, 0, 1], [-1, 0, 0]], atol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "told"),
+    ("name", "text", "expected"),
     [
         ("linuxcnc", "1 2 3 0 0 0 0 0 0", "the active work coordinates"),
         ("kuka", "{X 1,Y 2,Z 3,A 0,B 0,C 0}", "the active base"),
@@ -71,9 +71,9 @@ def test_poses_turn_with_the_work_offset_and_the_tip_with_them(tmp_path):
         ("ur", "p[1,2,3,0,0,0]", None),
     ],
 )
-def test_a_format_that_leaves_its_frame_open_says_in_which_one_the_results_stand(name, text, told):
+def test_a_format_that_leaves_its_frame_open_says_in_which_one_the_results_stand(name, text, expected):
     notes = [note for note in read(name, text, ContactOptions("mm")).notes if "reports in" in note]
-    assert [told in note for note in notes] == ([True] if told else [])
+    assert [expected in note for note in notes] == ([True] if expected else [])
 
 
 def test_approaches_by_feature_and_only_where_the_log_has_none():

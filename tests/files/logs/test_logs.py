@@ -1,4 +1,4 @@
-"""Machine logs: the same nine contacts in every format, and each thing that is refused."""
+"""Machine logs: the same nine contacts in every format, and every kind of input that is rejected."""
 
 import csv
 import json
@@ -71,12 +71,12 @@ def test_every_format_gives_the_same_contacts(name, file, options, decimals, fix
     base_from_fixture = np.array(EXPECTED["base_from_fixture"])
     local = (contacts.points - base_from_fixture[:3, 3]) @ base_from_fixture[:3, :3]
     reach = 0.0 if compensated else 3.0
-    # The written truth: distance from the axis (y) of the bar and from the centre of the ball.
+    # The true distances from the axis (y) of the bar and from the centre of the ball.
     np.testing.assert_allclose(np.hypot(local[:5, 0], local[:5, 2]), BAR["radius"] + reach, atol=0.01)
     np.testing.assert_allclose(np.linalg.norm(local[5:] - BALL["center"], axis=1), BALL["radius"] + reach, atol=0.01)
     has_normals = name not in ("linuxcnc", "grbl")
     assert contacts.has_approach.all() == contacts.has_approach.any() == has_normals
-    if has_normals:  # into the material: against the outward normal
+    if has_normals:  # approaches point into the material: against the outward normal
         inward = np.vstack([-local[:5] * [1, 0, 1], BALL["center"] - local[5:]])
         inward /= np.linalg.norm(inward, axis=1)[:, None]
         cosines = np.einsum("ij,ij->i", contacts.approaches @ base_from_fixture[:3, :3], inward)
@@ -100,7 +100,11 @@ POSES = [
     ((-5.0, 7.0, 1.0), (90.0, 0.0, 0.0)),
     ((0.0, 0.0, 9.0), (0.0, 90.0, 0.0)),
 ]
-TIPS = [(110.0, 20.0, 420.0), (-5.0, 17.0, 121.0), (120.0, 0.0, -1.0)]  # offset (10, 0, 120) by hand: Rz(A) Ry(B)
+TIPS = [
+    (110.0, 20.0, 420.0),
+    (-5.0, 17.0, 121.0),
+    (120.0, 0.0, -1.0),
+]  # offset (10, 0, 120), computed by hand: Rz(A) Ry(B)
 
 
 @pytest.mark.parametrize("literal", [True, False])
@@ -160,18 +164,18 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "text", "what"), REFUSED)
-def test_what_is_no_log_is_refused_and_named(name, text, what, fixture):
-    with pytest.raises(FileError, match=what):
+@pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
+def test_what_is_no_log_is_refused_and_named(name, text, pattern, fixture):
+    with pytest.raises(FileError, match=pattern):
         load(name, text, fixture)
 
 
 def test_what_the_format_cannot_say_is_asked_for_all_at_once(fixture):
     with pytest.raises(FileError) as caught:
         load("grbl", "[PRB:1,2,3:1]\n[PRB:oops:1]\n", fixture, ContactOptions(), "")
-    said = caught.value.on_command_line
+    message = caught.value.on_command_line
     for word in ("line 2", "--features", "--units", "--tip-radius", "--sigma"):
-        assert word in said
+        assert word in message
 
 
 def test_the_probe_of_the_fixture_answers_but_not_for_compensated_points(tmp_path):
@@ -205,10 +209,10 @@ def test_what_is_passed_over_is_told(fixture):
     got, notes = load("msr", msr, fixture, BARE, "bar:2")
     assert [bool(has) for has in got.contacts.has_approach] == [True, False]
     assert got.contacts.ids == ("N2", "N7")
-    told = "; ".join(notes)
-    assert "line 5: point N7 has no G800" in told
-    assert "line 2: point N1 has no measurement; dropped" in told
-    assert "line 6" in told
+    all_notes = "; ".join(notes)
+    assert "line 5: point N7 has no G800" in all_notes
+    assert "line 2: point N1 has no measurement; dropped" in all_notes
+    assert "line 6" in all_notes
     dialogue = "00001 PtMeas(X(1), Y(2), Z(3))\n00001 &\n00001 ! Error(3, 1006)\n00002 # PtMeas(X(1), Y(2), Z(3))\n"
     got, notes = load("ippdme", dialogue, fixture)
     assert len(got.contacts) == 1
