@@ -1,4 +1,4 @@
-"""Statuses that never lie: what a sceptical metrologist would try, hard cases first."""
+"""The status of locate is correct in regular, degenerate and borderline cases."""
 
 import time
 from dataclasses import replace
@@ -121,7 +121,7 @@ TIDY = [np.eye(3), *HALF_TURNS, np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])]
 
 @pytest.mark.parametrize("turn", range(len(TIDY)))
 def test_tidy_contacts_in_tidy_poses_without_noise(turn):
-    """A corner of a cube, touched on a grid, square to the axes; noise-free as in a drawing."""
+    """The corner of a cube, parallel to the axes, touched on a grid without noise, as in a drawing."""
     pose = pose_of(TIDY[turn], [100.0, 200.0, 300.0])
     grid = [(-20.0, -20.0), (-80.0, -20.0), (-50.0, -80.0)]
     touches = [("right", (0, a, b), (1, 0, 0)) for a, b in grid]
@@ -147,7 +147,7 @@ def test_half_turns_about_any_axis(angle):
 def test_four_cylinders_through_a_tidy_layout_are_not_one():
     """Three evenly spaced contacts at each of two heights, length/radius sqrt 2: four cylinders of one radius.
 
-    Two contacts on the ball cannot tell which bar it stands beside.
+    Two contacts on the ball do not distinguish between the four.
     """
     angles = np.radians([0, 120, 240, 60, 180, 300])
     heights = np.repeat([1.0, 1.0 + np.sqrt(2.0)], 3)
@@ -251,7 +251,7 @@ def test_too_few_contacts_never_locate(counts):
 @pytest.mark.parametrize("feature", ["bar", "ball"])
 @pytest.mark.parametrize("by_relations", [False, True])
 def test_one_place_touched_eight_times_does_not_locate(feature, by_relations):
-    """Its contacts have no extent, and of the ball alone the fixture has none: neither is a length to search in."""
+    """Neither the contacts nor the fixture, a single ball, have an extent that could scale the search."""
     fixture = placed(CYLINDER_SPHERE)
     if by_relations:
         fixture = related(CYLINDER_SPHERE, [distance("bar", "ball", 3.0)], CYLINDER_SPHERE_RECIPE)
@@ -271,7 +271,7 @@ def test_one_place_touched_eight_times_does_not_locate(feature, by_relations):
 
 
 def test_many_contacts_that_leave_a_motion_free_do_not_locate():
-    """Ten on each of three faces of a prism: it slides along its edges."""
+    """Ten contacts on each of three faces of a prism, which slides along its edges."""
     prism = {
         "one": Patch("plane", (50, 0, 0), (1, 0, 0), length=20.0),
         "two": Patch("plane", (0, 50, 0), (0, 1, 0), length=20.0),
@@ -288,7 +288,7 @@ def test_many_contacts_that_leave_a_motion_free_do_not_locate():
 
 @pytest.mark.parametrize("gap", [0.05, 0.2])
 def test_known_so_weakly_that_it_is_worthless(gap):
-    """Two contacts on the side face a hair apart: full rank, but the turn about the normal of the top is unknown."""
+    """Two contacts on the side face nearly coincide: full rank, but the turn about the top's normal is unknown."""
     rng = np.random.default_rng(13)
     truth = touch_all(CORNER, {"top": 3, "back": 2, "right": 1}, rng, pose=np.eye(4), sigma=0.05)
     points = np.array([[-10, -10, 0], [-90, -10, 0], [-50, -90, 0], [-50, 0, -50], [-50 - gap, 0, -50], [0, -50, -50]])
@@ -300,7 +300,7 @@ def test_known_so_weakly_that_it_is_worthless(gap):
 
 
 def test_a_pose_next_to_a_fold_is_not_refused_for_its_small_sigma():
-    """Its linear sigma is within the limits: why there is no pose must be told."""
+    """Its linear sigma is within the limits, so the reason for underdetermined must be stated."""
     fixture = tactfix.load_fixture(PLATE_FILE)
     contacts = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
     solution = outcome_of(fixture, contacts, residual_sigmas(fixture, contacts)).solutions.found[0]
@@ -322,7 +322,7 @@ def test_without_approaches_and_boxes_twins_stay(name):
     result = locate(placed(patches), contacts)
     assert result.base_from_fixture is None or name == "corner"
     accepted = [c for c in result.candidates if c.accepted]
-    # A cube corner turned inside out fits as well; the bar and ball have their half-turn.
+    # The mirror-like pose of a cube corner fits as well; bar and ball have a half-turn.
     assert result.status == "ambiguous"
     assert len(accepted) > 1
     errors = [np.linalg.norm(pose_error(c.base_from_fixture, truth.pose)) for c in accepted]
@@ -343,12 +343,12 @@ def test_the_half_turn_of_bar_and_ball_is_settled_by_the_box_alone():
     assert {reason.feature for c in fallen for reason in c.reasons} == {"bar"}
 
 
-# Nothing is decided on the edge. ----------------------------------------------------------------------------------
+# Borderline cases are not decided. ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("off", [-0.04, 0.0, 0.04])
 def test_a_contact_at_the_edge_of_its_box_is_doubted_not_judged(off):
-    """One contact lies a fraction of sigma inside or outside the box: the true pose stays."""
+    """One contact lies a fraction of sigma inside or outside the box: the true pose is kept."""
     rng = np.random.default_rng(16)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0)
     local = (truth.points - truth.pose[:3, 3]) @ truth.pose[:3, :3]
@@ -369,7 +369,7 @@ def test_a_contact_far_outside_its_box_speaks_against_the_pose():
 
 @pytest.mark.parametrize("degrees", [89.9, 90.0, 90.1])
 def test_a_grazing_approach_is_doubted_not_judged(degrees):
-    """The approach to one contact on the pin runs along its surface, a little in or out."""
+    """The approach to one contact on the pin is nearly tangential, slightly into or out of the material."""
     rng = np.random.default_rng(18)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0, cone=0.0)
     approaches = truth.approaches.copy()
@@ -393,7 +393,7 @@ def test_an_approach_from_within_the_material_speaks_against_the_pose():
 
 
 def test_a_path_through_another_feature_speaks_against_the_pose():
-    """The ball is touched from where the bar stands."""
+    """The approach to the ball passes through the bar."""
     rng = np.random.default_rng(20)
     truth = touch_all(CYLINDER_SPHERE, {"bar": 7, "ball": 4}, rng, sigma=1e-4)
     points, approaches, normals = truth.points.copy(), truth.approaches.copy(), truth.normals.copy()
@@ -421,7 +421,7 @@ def test_a_boss_touched_where_a_bore_is_known_is_inconsistent():
 
 
 def test_planes_touched_from_below_are_the_other_side():
-    """All contacts fit the fixture lying on its back as well; the approach says which it is."""
+    """All contacts fit the fixture turned over as well; only the approaches distinguish the two."""
     rng = np.random.default_rng(22)
     two = {**CORNER, "top": Patch("plane", (-50, -50, 0), (0, 0, -1), length=45.0)}
     truth = touch_all(two, {"right": 3, "back": 3, "top": 3}, rng, sigma=0.01)
@@ -430,9 +430,9 @@ def test_planes_touched_from_below_are_the_other_side():
 
 
 def test_a_pose_that_is_all_but_free_is_not_judged_by_its_approaches():
-    """Four contacts on one bar and two on the other, next to a double root: the best fit lies 20 degrees off.
+    """Four contacts on one bar and two on the other, next to a double root: the best fit is 20 degrees off.
 
-    Chi-square hardly changes on the way to the truth, so an approach that is wrong there says nothing.
+    Chi-square hardly changes from there to the true pose, so an impossible approach at the best fit proves nothing.
     """
     bars = {
         "one": Patch("cylinder", (0, 0, 0), (1, 0, 0), 8.0, length=20.0, middle=30.0),
@@ -446,7 +446,7 @@ def test_a_pose_that_is_all_but_free_is_not_judged_by_its_approaches():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_pins_that_are_parallel_within_a_sigma_are_one_pose(seed):
-    """The spacing of almost parallel axes depends a little on where the fit began; that makes no second pose."""
+    """The spacing of nearly parallel axes depends slightly on the start of the fit, but is one pose."""
     pins = {
         "plate": Patch("plane", (100, 100, 0), (0, 0, 1), length=60.0),
         "p1": Patch("cylinder", (0, 0, 0), (0, 0, 1), 10.0, length=15.0, middle=20.0),
@@ -461,7 +461,7 @@ def test_pins_that_are_parallel_within_a_sigma_are_one_pose(seed):
 
 @pytest.mark.parametrize(("known", "warned"), [([], True), ([angle("a", "b", 0.0, 1.0)], False)])
 def test_axes_that_only_seem_parallel_are_doubted(known, warned):
-    """At half a degree, and the file says their distance and nothing of their angle."""
+    """Axes at half a degree; the file gives their distance but not their angle."""
     askew = (np.sin(np.radians(0.5)), 0, np.cos(np.radians(0.5)))
     pins = {
         "a": Patch("cylinder", (0, 0, 0), (0, 0, 1), 5.0, length=20.0),
@@ -480,7 +480,7 @@ def test_axes_that_only_seem_parallel_are_doubted(known, warned):
 
 
 def test_a_tip_that_does_not_fit_is_told_in_the_words_of_the_fixture():
-    """Also where many contacts have each feature located alone first."""
+    """Also with many contacts, when each feature is located alone first."""
     contacts = touch_all(BUSH, {"face": 4, "bush": 6, "ball": 5}, np.random.default_rng(2), tip=2.0).contacts()
     with pytest.raises(TipDoesNotFitError, match=r"^bush: a tip of radius 16 does not fit into .* of radius 15;"):
         locate(placed(BUSH), replace(contacts, tip_radius=16.0))

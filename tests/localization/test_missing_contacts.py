@@ -1,4 +1,4 @@
-"""Contacts that leave a motion free: the motion is told right, and the contacts that are missing hold it."""
+"""Contacts that leave a motion free: the motion is named correctly, and the proposed contacts constrain it."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from tests.support.problems import CORNER, PLATE, placed, touch_all
 
 
 def with_missing(fixture, truth, contacts, result):
-    """The contacts with those proposed, as the true pose has them."""
+    """The contacts together with the proposed ones, made at the true pose."""
     touches = [result.next_contact, *result.next_contact.further]
     points = np.array([t.point_in_fixture - truth.tip * t.approach_in_fixture for t in touches])
     ways = np.array([t.approach_in_fixture for t in touches])
@@ -28,7 +28,7 @@ def with_missing(fixture, truth, contacts, result):
 
 
 def rank(contacts, patches, pose):
-    """How many motions the contacts hold at the true pose, written anew."""
+    """The number of motions that the contacts constrain at the true pose, computed independently."""
     rows = []
     for name, point in zip(contacts.features, contacts.points, strict=True):
         local = pose[:3, :3].T @ (point - pose[:3, 3])
@@ -83,19 +83,19 @@ def test_ambiguous_contacts_have_their_place_in_both_frames():
 
 
 def test_planes_through_one_point_turn_and_do_not_slide():
-    """Three contacts on the top, one on each side: what is left is a turn about a line square to the top."""
+    """Three contacts on the top and one on each side leave a rotation about a line perpendicular to the top."""
     truth = touch_all(CORNER, {"top": 3, "right": 1, "back": 1}, np.random.default_rng(0), pose=np.eye(4), tip=1.5)
-    made = truth.contacts()
-    result = locate(placed(CORNER), made)
+    contacts = truth.contacts()
+    result = locate(placed(CORNER), contacts)
     (motion,) = result.free_motions
     assert np.linalg.norm(motion.rotation) == pytest.approx(1)
     assert "the fixture rotates about the line through" in motion.message
     assert "parallel to right and back" in motion.message
-    # At one of the poses that the contacts allow no contact leaves its plane, and the axis is the top's normal.
-    moves = np.cross(motion.rotation, made.points) + motion.translation
+    # At one of the possible poses the motion leaves every contact on its plane, and its axis is the top's normal.
+    moves = np.cross(motion.rotation, contacts.points) + motion.translation
     off = []
     for candidate in result.candidates:
-        normals = np.array([candidate.surfaces[name].normal for name in made.features])
+        normals = np.array([candidate.surfaces[name].normal for name in contacts.features])
         off.append(np.abs(np.einsum("ij,ij->i", moves, normals)).max())
         off[-1] += np.linalg.norm(np.cross(motion.rotation, candidate.surfaces["top"].normal))
     assert min(off) < 1e-6

@@ -1,4 +1,4 @@
-"""The contact that is proposed can be made, and settles it whichever of the poses is the true one."""
+"""The proposed next contact can be made, and distinguishes the poses whichever of them is true."""
 
 import numpy as np
 import pytest
@@ -45,15 +45,15 @@ def test_it_lies_on_the_first_pose_in_its_box_and_off_all_others(name):
             assert (local >= touch[proposal.feature].low - 1e-9).all()
             assert (local <= touch[proposal.feature].high + 1e-9).all()
         centre = proposal.point - tip * proposal.approach
-        # In sigma the message gives no number beyond some; in the fixture's unit it always does.
-        said = float(proposal.message.rpartition("(")[2].split()[0])
+        # The message states large distances only in the fixture's unit, not in sigma.
+        stated = float(proposal.message.rpartition("(")[2].split()[0])
         for other in others:
             gap = abs(depth(other.surfaces[proposal.feature], centre) - tip)
             behind = depth(other.surfaces[proposal.feature], centre + 1e-3 * proposal.approach) > depth(
                 other.surfaces[proposal.feature], centre
             )
             assert gap > 5 * sigma or behind
-            assert gap >= 0.99 * said or behind or touch
+            assert gap >= 0.99 * stated or behind or touch
 
 
 @pytest.mark.parametrize("name", AMBIGUOUS)
@@ -86,7 +86,7 @@ def test_located_needs_no_next_contact():
 
 
 def test_poses_that_no_contact_can_tell_apart_get_none():
-    """Bar and ball without a touch box: the half-turn lays everything on itself."""
+    """Bar and ball without a touch box: the half-turn maps all features onto themselves."""
     rng = np.random.default_rng(2)
     truth = touch_all(CYLINDER_SPHERE, {"bar": 7, "ball": 4}, rng, sigma=1e-4)
     result = locate(placed(CYLINDER_SPHERE), truth.contacts(rng))

@@ -1,4 +1,4 @@
-"""Telling candidates apart: each reason and each doubt on a pose that is known, by a sigma that is known."""
+"""Elimination of candidates: each reason and each doubt, for a known pose and a known sigma."""
 
 from dataclasses import replace
 
@@ -70,7 +70,7 @@ def test_contacts_without_approach_eliminate_nothing():
 
 @pytest.mark.parametrize("sigmas_inside", [-50.0, -3.0, 3.0, 50.0])
 def test_the_box_judges_beyond_its_margin_only(sigmas_inside):
-    """The box of the pin ends so many sigma above its lowest contact."""
+    """The pin's lowest contact lies this number of sigma above the lower end of its box."""
     truth = touch_all(PLATE, COUNTS, np.random.default_rng(0), pose=np.eye(4), sigma=0.05, tip=2.0)
     lowest = int(np.argmin(truth.points[5:11, 2])) + 6
     low = truth.points[lowest - 1, 2] - sigmas_inside * 0.05
@@ -81,13 +81,13 @@ def test_the_box_judges_beyond_its_margin_only(sigmas_inside):
 
 
 def test_the_box_is_asked_of_the_surface_not_of_the_centre_of_the_tip():
-    """A tip of 2 touching the top of the ball has its centre above the box."""
+    """The centre of a tip of radius 2 that touches the top of the ball is above the box."""
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS, {"ball": box(z=(-1e3, 60.0 + 19.05 + 0.01))})
     assert assess(fixture, contacts, trial).reasons == ()
 
 
 def test_a_path_through_a_ball():
-    """The plate is touched from straight above, where the ball is."""
+    """The plate is approached from straight above, through the ball."""
     fixture, truth, contacts, trial = trial_of(PLATE, COUNTS)
     points, approaches = contacts.points.copy(), truth.approaches.copy()
     points[0], approaches[0] = (300.0, 180.0, 2.0), (0, 0, -1)
@@ -109,7 +109,7 @@ def test_the_path_is_asked_only_of_poses_that_nothing_else_speaks_against():
 
 
 def test_a_worse_known_pose_is_judged_less():
-    """Two contacts on the ball leave its place open to some sigma: what lies within that is doubted only."""
+    """Two contacts determine the ball's place weakly: a deviation within that uncertainty only raises a doubt."""
     seed = 3
     truth = touch_all(CYLINDER_SPHERE, {"bar": 5, "ball": 3}, np.random.default_rng(seed), pose=np.eye(4), sigma=1e-3)
     low = truth.points[:5, 1].min()

@@ -1,5 +1,5 @@
-"""Points: seats, cones, nests and marks that hold the tip's centre. Poses against the orthogonal Procrustes solution of
-scipy (`Rotation.align_vectors`) and against scipy's least squares over residuals written here.
+"""Points: seats, cones, nests and marks that locate the tip's centre. Poses against scipy's orthogonal Procrustes
+solution (`Rotation.align_vectors`) and against scipy's least squares with residuals written here.
 """
 
 import numpy as np
@@ -46,19 +46,19 @@ def touched(
     return contacts_from_arrays(names, points, sigma=sigma, tip_radius=3.0), turn, shift
 
 
-def procrustes(points: np.ndarray, there: np.ndarray) -> tuple[Rotation, np.ndarray]:
-    """The rotation and the translation that lay there (n, 3) on points (n, 3) with the least squares."""
-    turn, _ = Rotation.align_vectors(points - points.mean(axis=0), there - there.mean(axis=0))
-    return turn, points.mean(axis=0) - turn.as_matrix() @ there.mean(axis=0)
+def procrustes(points: np.ndarray, nominal: np.ndarray) -> tuple[Rotation, np.ndarray]:
+    """The rotation and the translation that map nominal (n, 3) onto points (n, 3) with the least squares."""
+    turn, _ = Rotation.align_vectors(points - points.mean(axis=0), nominal - nominal.mean(axis=0))
+    return turn, points.mean(axis=0) - turn.as_matrix() @ nominal.mean(axis=0)
 
 
 @pytest.mark.parametrize("repeats", [1, 3, 20])
 def test_three_points_are_located_as_procrustes_has_them(repeats: int) -> None:
     contacts, _, _ = touched(repeats, list(SEATS) * repeats)
     result = locate(seats(), contacts)
-    there = np.array([SEATS[name] for name in contacts.features])
-    turn, shift = procrustes(contacts.points, there)
-    off = contacts.points - there @ turn.as_matrix().T - shift
+    nominal = np.array([SEATS[name] for name in contacts.features])
+    turn, shift = procrustes(contacts.points, nominal)
+    off = contacts.points - nominal @ turn.as_matrix().T - shift
     assert result.status == "located"
     assert result.dof == 9 * repeats - 6
     np.testing.assert_allclose(result.base_from_fixture[:3, :3], turn.as_matrix(), atol=1e-8)
@@ -79,17 +79,17 @@ def test_in_any_unit_and_with_exact_contacts(scale: float) -> None:
 
 
 def test_the_covariance_is_that_of_many_draws() -> None:
-    """Located as Procrustes has them (above), so that many draws are his."""
-    there = np.array(list(SEATS.values()))
-    told = locate(seats(), contacts_from_arrays(list(SEATS), there, sigma=SIGMA, tip_radius=0.0)).covariance
+    """The pose is the Procrustes solution (tested above), which is used for the many draws."""
+    nominal = np.array(list(SEATS.values()))
+    covariance = locate(seats(), contacts_from_arrays(list(SEATS), nominal, sigma=SIGMA, tip_radius=0.0)).covariance
     rng = np.random.default_rng(3)
-    drawn = [procrustes(there + rng.normal(0, SIGMA, (3, 3)), there) for _ in range(4000)]
+    drawn = [procrustes(nominal + rng.normal(0, SIGMA, (3, 3)), nominal) for _ in range(4000)]
     poses = np.array([np.concatenate([turn.as_rotvec(), shift]) for turn, shift in drawn])
-    np.testing.assert_allclose(np.std(poses, axis=0), np.sqrt(np.diag(told)), rtol=0.05)
+    np.testing.assert_allclose(np.std(poses, axis=0), np.sqrt(np.diag(covariance)), rtol=0.05)
 
 
 def mixed(at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Fixture, Contacts, np.ndarray]:
-    """A seat, a ball and a plate; six equations and one more. The start of an independent least squares."""
+    """Contacts on a seat, a ball and a plate: seven equations. Also the start of an independent least squares."""
     surfaces = {
         "seat": Point(np.array(at)),
         "ball": Sphere(np.array([180.0, 40.0, 60.0]), 15.0),
@@ -157,9 +157,9 @@ def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
 NEST = {"a": (10.0, 20.0, 0.0), "b": (200.0, 30.0, 0.0), "c": (40.0, 150.0, 10.0), "d": (150.0, 140.0, 60.0)}
 
 
-@pytest.mark.parametrize(("true", "said"), [(2.0, 0.0), (2.0, 4.0), (0.0, 2.0)])
-def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: float, said: float) -> None:
-    """A point holds the tip's centre: only the contacts on the other features are off, by the error of the radius."""
+@pytest.mark.parametrize(("true", "stated"), [(2.0, 0.0), (2.0, 4.0), (0.0, 2.0)])
+def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: float, stated: float) -> None:
+    """A point locates the tip's centre: only contacts on other features are off, by the error of the radius."""
     rng = np.random.default_rng(4)
     plate, ball = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), Sphere([60.0, 90.0, 15.0], 10.0)
     fixture = placed({"plate": plate, "ball": ball, "seat": Point([180.0, 40.0, 5.0])})
@@ -170,7 +170,7 @@ def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: 
     points = np.vstack([flat, round_, np.tile([180.0, 40.0, 5.0], (2, 1))])
     points = Rotation.random(random_state=rng).apply(points + SIGMA * rng.normal(size=points.shape))
     names = ["plate"] * 4 + ["ball"] * 5 + ["seat"] * 2
-    result = locate(fixture, contacts_from_arrays(names, points, sigma=SIGMA, tip_radius=said))
+    result = locate(fixture, contacts_from_arrays(names, points, sigma=SIGMA, tip_radius=stated))
     assert result.status == "inconsistent"
     assert result.diagnosis[0].code == "tip_radius"
     assert result.diagnosis[0].value == pytest.approx(true, abs=0.3)
@@ -179,28 +179,28 @@ def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: 
 @pytest.mark.parametrize("name", NEST)
 def test_exchanged_coordinates_of_a_seat_are_named(name: str) -> None:
     x, y, z = NEST[name]
-    said = placed({n: Point(np.array(at)) for n, at in (NEST | {name: (y, x, z)}).items()})
+    wrong = placed({n: Point(np.array(at)) for n, at in (NEST | {name: (y, x, z)}).items()})
     contacts, _, _ = touched(3, list(NEST) * 2, NEST)
-    first = locate(said, contacts).diagnosis[0]
+    first = locate(wrong, contacts).diagnosis[0]
     assert (first.code, first.features, first.one_of) == ("axes", (name,), False)
     assert "x and y" in first.message
 
 
 def test_three_seats_touched_once_are_told_what_may_be_wrong() -> None:
-    """Nine equations: without one of them six are left, without two not even a pose."""
-    said = placed({n: Point(np.array(at)) for n, at in (SEATS | {"b": (205.0, 0.0, 0.0)}).items()})
+    """Nine equations: without one contact six remain, without two not even a pose."""
+    wrong = placed({n: Point(np.array(at)) for n, at in (SEATS | {"b": (205.0, 0.0, 0.0)}).items()})
     contacts, _, _ = touched(3, list(SEATS))
-    causes = [cause for entry in locate(said, contacts).diagnosis for cause in entry.causes or (entry,)]
+    causes = [cause for entry in locate(wrong, contacts).diagnosis for cause in entry.causes or (entry,)]
     assert any(cause.code == "outlier" and cause.features == ("b",) for cause in causes)
     assert all(len(cause.rows) < 2 for cause in causes if cause.code == "outlier")
 
 
 @pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.6, 0.64, 0.48), (0.0, -0.6, 0.8)])
 def test_a_slip_from_a_point_is_judged_by_its_length_whatever_the_axes(way: tuple[float, ...]) -> None:
-    """Twelve contacts of three equations each: the length of a normal vector (chi-square, three degrees of freedom)."""
+    """Twelve contacts of three equations each: the squared normalised length has three degrees of freedom."""
     names = list(SEATS) * 4
     clean, turn, _ = touched(9, names, sigma=1e-9)
-    there = np.array([SEATS[name] for name in names])
+    nominal = np.array([SEATS[name] for name in names])
     points = clean.points.copy()
     points[4] += 7.5 * SIGMA * turn @ way
     result = locate(seats(), contacts_from_arrays(names, points, sigma=SIGMA, tip_radius=3.0))
@@ -208,8 +208,8 @@ def test_a_slip_from_a_point_is_judged_by_its_length_whatever_the_axes(way: tupl
     assert result.chi2 < result.chi2_limit
     (reason,) = result.candidates[0].reasons
     assert reason.row == 5
-    # The largest residual over its covariance, from the equations written out.
-    rows = np.array([[*np.cross(at, axis), *axis] for at in there for axis in np.eye(3)])
+    # The largest normalised residual, from the equations written out.
+    rows = np.array([[*np.cross(at, axis), *axis] for at in nominal for axis in np.eye(3)])
     left = np.eye(36) - rows @ np.linalg.pinv(rows)
     own = (left @ np.kron(np.eye(12)[4], 7.5 * np.array(way)))[12:15]
     size = np.sqrt(own @ np.linalg.inv(left[12:15, 12:15]) @ own)
@@ -250,7 +250,7 @@ def test_design_check_judges_three_points() -> None:
     assert report.counts.minimum_total == 3
     assert [dict(s) for s in report.counts.minimal_sets] == [{"a": 1, "b": 1, "c": 1}]
     mixed_counts = design_check(mixed((0.0, 0.0, 30.0))[0]).counts
-    # The seat's three equations, and three more: of the plate two at most, of the ball with the seat known one too few.
+    # Three equations of the seat and three more: the plate gives two at most; ball and seat leave one rotation free.
     assert mixed_counts.minimum_total == 4
     assert [dict(s) for s in mixed_counts.minimal_sets] == [
         {"seat": 1, "ball": 2, "plate": 1},
@@ -266,7 +266,7 @@ MIXED: dict[str, Surface] = {
 
 
 def pose_sigmas(points: np.ndarray, names: list[str]) -> np.ndarray:
-    """Sigmas of rotation and translation from the equations written out: a point three along the axes, a plane one."""
+    """Sigmas of rotation and translation from the equations written out: three for a point, one for a plane."""
     rows = []
     for point, name in zip(points, names, strict=True):
         for direction in [[0.0, 0.0, 1.0]] if name == "top" else np.eye(3):
@@ -305,7 +305,7 @@ def test_fewer_contacts_than_the_points_need_are_no_plan_and_more_are_shared_out
 
 def test_a_design_of_points_alone_is_judged_and_no_tip_spoils_it() -> None:
     report = design_check(seats(), wishes=Wishes(sigma=SIGMA, tip_radius=2.0))
-    # Three points are their own mirror image, which a file of the mirror image does not betray.
+    # Three points are their own mirror image, so mirrored coordinates cannot be detected.
     assert {finding.code for finding in report.findings if finding.status != "ok"} == {"blind_mirrored"}
     assert [(share.contacts, share.ambiguous) for share in report.study.shares] == [(3, 0.0)]
     assert {
@@ -319,5 +319,7 @@ def test_a_design_of_points_alone_is_judged_and_no_tip_spoils_it() -> None:
 
 
 def test_simulated_contacts_on_points_have_no_approach() -> None:
-    made = simulate(placed(MIXED), sigma=SIGMA, tip_radius=2.0).contacts
-    assert [f for f, told in zip(made.features, made.has_approach, strict=True) if told] == ["top"] * 4
+    contacts = simulate(placed(MIXED), sigma=SIGMA, tip_radius=2.0).contacts
+    assert [f for f, approached in zip(contacts.features, contacts.has_approach, strict=True) if approached] == [
+        "top"
+    ] * 4

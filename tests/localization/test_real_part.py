@@ -1,4 +1,4 @@
-"""Forty touches of a cast part on a measuring machine, and the pose that another program has published for them."""
+"""Forty touches of a cast part on a measuring machine, and the published pose by another program."""
 
 import json
 from dataclasses import replace
@@ -30,7 +30,7 @@ def test_the_published_pose_is_found(part):
 
 
 def rough(pose, rng, degrees=20.0, length=20.0):
-    """A pose somewhere within the limits of another."""
+    """A random pose within the limits of another."""
     axis, way = rng.normal(size=3), rng.normal(size=3)
     turn = Rotation.from_rotvec(np.radians(rng.uniform(0, degrees)) * axis / np.linalg.norm(axis)).as_matrix()
     near = pose.copy()
@@ -40,7 +40,7 @@ def rough(pose, rng, degrees=20.0, length=20.0):
 
 
 def drawn(contacts, count, rng):
-    """So many contacts at random, at least one on each feature, without their approaches."""
+    """A random choice of count contacts, at least one on each feature, without their approaches."""
     while True:
         few = contacts.subset(np.sort(rng.choice(len(contacts), count, replace=False)))
         if len(few.by_feature) == len(contacts.by_feature):

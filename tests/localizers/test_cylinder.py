@@ -1,4 +1,4 @@
-"""Cylinders: truth among the candidates, every candidate on the contacts, symmetries, refusals, outside values."""
+"""Cylinders: the truth is among the candidates, every candidate fits, symmetries, rejected input, published values."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ REFERENCE = json.loads((Path(__file__).parent / "data" / "cylinders.json").read_
 
 
 def _misses(cylinder, points):
-    """Eq. 17: |(x - a) x s| - r |s|, written anew."""
+    """Residuals of eq. 17, |(x - a) x s| - r |s|, written out."""
     return np.linalg.norm(np.cross(points - cylinder.point, cylinder.direction), axis=1) - cylinder.radius
 
 
@@ -47,7 +47,7 @@ def test_reference_sets(case):
 @pytest.mark.parametrize("axis", AXES, ids=str)
 @pytest.mark.parametrize("n", [6, 40])
 def test_the_direction_of_an_axis_does_not_depend_on_rounding(axis, n):
-    """From other contacts of the same cylinder, in any order, so that rounding differs."""
+    """Other contacts of the same cylinder, in another order, change only the rounding."""
     rng = np.random.default_rng(n)
     best = []
     for _ in range(4):
@@ -89,14 +89,14 @@ def test_multiple_roots_are_found_once_and_marked(layout):
         found = localize_cylinder(TIDY_FIVES_WITH_MULTIPLE_ROOTS[layout] @ turned_to(axis).T)
         counts.add(len(found))
         nearest = min(found, key=lambda c, axis=axis: axis_error(c.surface, np.zeros(3), axis, 1.0))
-        # A root of order three is known to the cube root of the rounding.
+        # A root of order three is accurate to the cube root of the rounding only.
         assert axis_error(nearest.surface, np.zeros(3), axis, 1.0) < 1e-4
         assert nearest.poorly_determined
     assert len(counts) == 1
 
 
 def test_a_double_root_that_noise_made_complex_is_kept_and_marked():
-    # Contacts 5 sin(t) from the axis at the ends and the middle of one line: noise lifts the middle one out of reach.
+    # Contacts at the ends and the middle of one line, 5 sin(t) from the axis: noise leaves no real cylinder.
     points = np.vstack([ring([0], -1), ring([0], 0), ring([0], 1), ring([100, 220], 0.3)])
     points[1, 0] -= 1e-5
     assert not localize_cylinder(points)
@@ -130,7 +130,7 @@ def test_order_of_contacts_does_not_matter():
 @pytest.mark.parametrize("radius", [1.0, None])
 @pytest.mark.parametrize("apart", [0.0, 2e-6])
 def test_several_touches_of_one_place_do_not_matter(radius, apart):
-    """Four of them, on a line to the last digit, may be the minimal subset of the search."""
+    """Four contacts, collinear to the last digit, may be chosen as the minimal subset of the search."""
     points = on_cylinder(np.random.default_rng(3), 8, 1.0)
     again = points[:1] + apart * np.outer([0.3, -0.4, 1.0, 0.7], [0.0, 0.0, 1.0])
     for order in range(12):
@@ -140,7 +140,7 @@ def test_several_touches_of_one_place_do_not_matter(radius, apart):
 
 
 def test_contacts_in_one_place_and_a_few_others_are_answered():
-    """Of seven contacts four lie within two microns of one place."""
+    """Four of seven contacts lie within two micrometres of one place."""
     points = [
         [0.2067603, -3.51430086, 3.07242884],
         [0.91386669, -4.85324607, 4.77953254],
@@ -156,11 +156,12 @@ def test_contacts_in_one_place_and_a_few_others_are_answered():
         assert np.abs(_misses(candidate.surface, np.array(points))).max() < 1e-5
 
 
-# The tidy contacts of the last ones have other cylinders beside one that is not held firmly, those of 9 four places.
+# Regular layouts: the last seeds have other cylinders next to a weakly determined one; the contacts of seed 9 have four
+# distinct places.
 @pytest.mark.parametrize("seed", [*range(9), *range(10, 30), 33, 57, 129, 155])
 @pytest.mark.parametrize("radius", [1.0, None])
 def test_a_glance_that_calls_its_cylinders_all_is_right(seed, radius, monkeypatch):
-    """For contacts that one minimal subset explains, the rest of the search finds nothing new."""
+    """If the search stops early because one minimal subset explains all contacts, a full search finds nothing more."""
     rng = np.random.default_rng(seed)
     sigma = 10 ** rng.uniform(-5, -2.5)
     points = on_cylinder(rng, 6 + seed % 4, length=10 ** rng.uniform(-0.3, 0.6))
@@ -204,7 +205,7 @@ def test_contacts_that_no_cylinder_explains_still_give_the_least_squares_optimum
 @pytest.mark.parametrize("radius", [None, 1.0])
 @pytest.mark.parametrize("seed", [13, 17, 19, 33, 45, 54])
 def test_every_answer_to_a_short_arc_with_much_noise_is_a_minimum(radius, seed):
-    """Residuals contribute as much to the Hessian as the Jacobian: steps must not be short, or end at a saddle."""
+    """Residuals contribute as much to the Hessian as the Jacobian does: descents must not stop early or at a saddle."""
     rng = np.random.default_rng(seed)
     n = 7 + seed % 6
     angle, height = rng.uniform(0, 2 * np.pi / 3, n), rng.uniform(-0.5, 0.5, n)

@@ -1,4 +1,4 @@
-"""The printed digits of the paper, its misprints marked."""
+"""The digits printed in the paper, with its misprints marked."""
 
 import numpy as np
 import pytest
@@ -46,12 +46,12 @@ def test_section_4_2_eliminates_with_the_direction_it_computes_with_not_the_one_
 def test_eq_47_is_the_quadric_up_to_a_factor():
     quadric, _ = direction_forms(BAR)
     factor = EQ_47[3] / quadric[3]
-    # p4 squared and the determinants have been computed from rounded coordinates: six printed digits agree.
+    # The paper computed p4 squared and the determinants from rounded coordinates: six printed digits agree.
     assert quadric * factor == pytest.approx(EQ_47, abs=2e-5)
 
 
 def test_eq_46_is_the_cubic_up_to_multiples_of_the_quadric():
-    # The solver lets all five contacts share in eq. 41, so its cubic is the printed one plus a line times eq. 47.
+    # The solver uses all five contacts in eq. 41, so its cubic is the printed one plus a linear form times eq. 47.
     quadric, cubic = direction_forms(BAR)
     basis = np.array([cubic, *(product(e, 1, quadric, 2) for e in np.eye(3))])
     weights, *_ = np.linalg.lstsq(basis.T, EQ_46, rcond=None)

@@ -1,4 +1,4 @@
-"""Planes from three contacts and more."""
+"""Planes through three or more contacts."""
 
 import numpy as np
 import pytest

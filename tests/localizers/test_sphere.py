@@ -1,4 +1,4 @@
-"""Spheres: three contacts with a known radius, four without, any number more; and their stacks."""
+"""Spheres through three contacts (radius known), four (radius unknown) or more; and stacks of problems."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Spheres from one or two contacts and known distances of the centre."""
+"""Spheres through one or two contacts with known distances of the centre."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ KINDS = {
 
 
 def _miss(distance, c):
-    """The distance of a centre, computed independently, minus the known one."""
+    """The independently computed distance of a centre, minus the known one."""
     if isinstance(distance, AxisDistance):
         return np.linalg.norm(np.cross(distance.direction, c - distance.point)) - distance.distance
     if isinstance(distance, PlaneDistance):
@@ -82,7 +82,7 @@ def test_truth_is_among_the_candidates_and_each_keeps_the_distances(kind):
 
 @pytest.mark.parametrize("kind", ["two contacts, axis", "one contact, two axes"])
 def test_every_real_centre_is_found(kind):
-    # A grid of starts and Newton steps on squared equations finds what it can; nothing else may turn up.
+    # Newton's method from a grid of starts: every root that it finds must be among the candidates.
     contacts, makers, _ = KINDS[kind]
     rng = np.random.default_rng(17)
     for _ in range(4):
@@ -94,7 +94,7 @@ def test_every_real_centre_is_found(kind):
 
 
 def _newton(points, distances, starts):
-    """The roots that all starts (n, 3) lead to, at once."""
+    """The roots found from all starts (n, 3), which are iterated together."""
     c = starts
     for _ in range(60):
         arms = [c - x for x in points]
@@ -111,7 +111,7 @@ def _newton(points, distances, starts):
 
 
 def test_tangency_is_kept_within_noise_and_marked():
-    # Centres lie on a circle of radius sqrt 3 in the plane x = 0, which the cylinder of the known distance touches.
+    # Possible centres: a circle of radius sqrt 3 in the plane x = 0, tangent to the cylinder of the known distance.
     points = np.array([[1.0, 0, 0], [-1, 0, 0]])
     for gap, left in ((0.0, 1), (5e-6, 1), (1e-3, 0)):
         axis = AxisDistance(np.array([0.0, 5, 0]), np.array([1.0, 0, 0]), 5 - np.sqrt(3) - gap)
@@ -127,7 +127,7 @@ def test_more_than_enough_is_least_squares():
     distances = (_axis(rng, center), _plane(rng, center))
     (only,) = localize_sphere_at_distances(points, 2.0, distances, 1e-4)
     assert np.linalg.norm(only.surface.center - center) < 5e-4
-    # Distances without a sigma of their own hold a thousand times better than contacts.
+    # Distances without a sigma are weighted as a thousand times more accurate than contacts.
     assert all(abs(_miss(d, only.surface.center)) < 1e-6 for d in distances)
 
 

@@ -21,7 +21,7 @@ def _nearest(points, directions, point, direction):
 @pytest.mark.parametrize("flatness", [1.0, 1e-2, 1e-5, 1e-9, 0.0])
 @pytest.mark.parametrize("equal", [True, False])
 def test_truth_is_among_the_lines_and_each_keeps_the_distances(flatness, equal):
-    # Centres that approach one plane are an easy thing to touch; the usual two equations fail there.
+    # Nearly coplanar centres are common contacts; the usual two equations are singular there.
     rng = np.random.default_rng(5)
     for _ in range(20):
         rotation, place = random_rotation(rng), rng.normal(size=3)
@@ -32,7 +32,7 @@ def test_truth_is_among_the_lines_and_each_keeps_the_distances(flatness, equal):
             across = turned_to(direction)[:, :2]
             flat = ring(rng.uniform(0, 360, 4))[:, :2]
             normal = rotation[:, 2]
-            # On a cylinder of radius 1 and, but for flatness, in the plane square to normal.
+            # Points on a cylinder of radius 1, in the plane perpendicular to normal except for flatness.
             centers = flat @ across.T
             centers += np.outer((flatness * rng.normal(size=4) - centers @ normal) / (direction @ normal), direction)
             centers += place
@@ -84,12 +84,12 @@ def test_none_missed_that_newton_finds_from_many_starts():
         places, along = _newton(rng, centers, radii)
         assert all(_nearest(points, directions, p, d) < 1e-6 for p, d in zip(places, along, strict=True))
         met.append(len(places))
-    # Some four spheres have no common tangent; the others are met by most of the 300 starts.
+    # Some sets of four spheres have no common tangent; those of the others are found from most of the 300 starts.
     assert sum(count > 50 for count in met) >= 3
 
 
 def _newton(rng, centers, radii):
-    """Newton's method on (a, s) with |s|^2 = 1 and a . s = 0 from 300 starts at once, derivatives by complex steps."""
+    """Newton's method on (a, s) with |s|^2 = 1 and a . s = 0 from 300 starts, with derivatives by complex steps."""
 
     def equations(x):
         a, s = x[..., None, :3], x[..., None, 3:]

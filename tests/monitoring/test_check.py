@@ -1,4 +1,4 @@
-"""The daily check: verdict and bound against simulated days, refusals, the history, and the power of the drift test."""
+"""The daily check: verdict and bound on simulated days, errors, the history, and the power of the drift test."""
 
 import json
 from dataclasses import replace
@@ -27,7 +27,7 @@ EXACT = NOMINAL.points - np.array([c.residual for c in LOCATED.contacts])[:, Non
 
 
 def day(rng: np.random.Generator, shift=(0.0, 0.0, 0.0), turn_deg=(0.0, 0.0, 0.0)):
-    """Contacts of a day on which the fixture stands elsewhere, about its origin; noise along the approach."""
+    """Contacts of a day on which the fixture has moved, about its origin; noise along the approach."""
     turn = Rotation.from_rotvec(turn_deg, degrees=True).as_matrix()
     origin = POSE.translation
     points = origin + (EXACT - origin) @ turn.T + shift
@@ -67,9 +67,9 @@ def test_the_worst_point_is_the_corner_that_moves_farthest() -> None:
 
 @pytest.mark.parametrize("turn", [0.0, 0.05])
 def test_the_bound_holds_on_19_days_of_20(turn: float) -> None:
-    """Days simulated from contacts; where the fixture truly went is known, and tested at many points of it."""
+    """Simulated days: the bound is compared with the true displacement at many points of the fixture."""
     rng = np.random.default_rng(5)
-    # Both poses are of days: the reference too has its noise, about where the fixture truly stood.
+    # Both poses are measured: the reference has noise about the true pose as well.
     reference = locate(FIXTURE, day(rng)).pose
     some = check(FIXTURE, day(rng), reference)
     assert some.worst is not None
@@ -82,7 +82,7 @@ def test_the_bound_holds_on_19_days_of_20(turn: float) -> None:
         reference = locate(FIXTURE, day(rng)).pose
         found = check(FIXTURE, day(rng, turn_deg=(0.0, 0.0, turn)), reference)
         held += bool(found.bound >= farthest)
-    assert held >= 33  # of 40 with 95 in 100 each; fewer happen once in 3,000
+    assert held >= 33  # of 40 days with 95 per cent each; fewer occur once in 3,000
 
 
 def test_a_reference_of_another_fixture_is_refused_and_compare_refuses_it_too() -> None:
@@ -143,9 +143,9 @@ def test_a_line_that_is_no_check_is_named(tmp_path: Path, bad: str) -> None:
 def test_nan_in_a_history_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "history.jsonl"
     append_history(path, check(FIXTURE, NOMINAL, POSE).record)
-    told = json.loads(path.read_text())
-    told["motion"][0] = float("nan")
-    path.write_text(json.dumps(told) + "\n")
+    record = json.loads(path.read_text())
+    record["motion"][0] = float("nan")
+    path.write_text(json.dumps(record) + "\n")
     with pytest.raises(FileError):
         read_history(path)
 
@@ -163,7 +163,7 @@ SIGMAS = np.array([1e-4, 1e-4, 2e-4, 0.02, 0.03, 0.02])
 
 
 def runs(rng: np.random.Generator, days: int, count: int, slope: np.ndarray) -> list[list[CheckRecord]]:
-    """Histories of so many days on which the fixture moves by slope a day; the reference's error is common to them."""
+    """Histories in which the fixture moves by slope a day; all days of one share the error of the reference."""
     alone, reference = np.diag(SIGMAS**2), np.diag((0.7 * SIGMAS) ** 2)
     found = []
     for _ in range(count):
@@ -182,14 +182,14 @@ def test_a_fixture_that_stands_still_drifts_by_chance_as_often_as_said(days: int
 
 
 def test_a_drift_that_no_single_day_shows_is_told() -> None:
-    """A fifth of a sigma a day in one coordinate for twenty days: significant as a slope, mostly not on single days."""
+    """A fifth of a sigma a day in one coordinate for twenty days: a significant slope, but few significant days."""
     slope = np.array([0.0, 0.0, 0.0, 0.0, 0.2 * SIGMAS[4], 0.0])
     drifting = runs(np.random.default_rng(8), 20, 300, slope)
-    told = np.mean([drift_of(run).detected for run in drifting])
+    share_detected = np.mean([drift_of(run).detected for run in drifting])
     variances = SIGMAS**2 * (1 + 0.7**2)
     days = np.array([[record.motion for record in run] for run in drifting])
     single = np.mean((chi2.sf((days**2 / variances).sum(axis=2), 6) < 1e-3).any(axis=1))
-    assert told > 0.75
+    assert share_detected > 0.75
     assert single < 0.55
     found = np.array([drift_of(run).per_check for run in drifting])
     np.testing.assert_allclose(found.mean(axis=0), slope, atol=4 * (SIGMAS / 26 / np.sqrt(300)).max())

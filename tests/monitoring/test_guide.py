@@ -1,4 +1,4 @@
-"""Guidance touch by touch: from a file, a file that grows, a pipe, and a machine log; and the command check."""
+"""The command guide on a file, a growing file, a pipe and a machine log; and the command check."""
 
 import json
 import subprocess
@@ -28,7 +28,7 @@ def statuses(*words: object, stdin: str = "") -> tuple[int, list[dict]]:
 
 @cache
 def of_the_sample() -> tuple[int, list[dict]]:
-    """Status and steps of the sample's contacts, for all tests that compare with them."""
+    """Exit status and steps of guide for the sample's contacts, shared by the tests that compare with them."""
     return statuses(CONTACTS_PATH)
 
 
@@ -46,7 +46,7 @@ def test_each_step_is_what_locate_says_of_the_touches_so_far() -> None:
 
 def test_standard_input_says_the_same_as_the_file() -> None:
     assert statuses(stdin=CONTACTS_PATH.read_text()) == of_the_sample()
-    # The last line, without an end, counts.
+    # The last line counts although it has no line end.
     _, steps = statuses("-", stdin="".join(LINES[: HEADER + 4]).rstrip("\n"))
     assert steps == of_the_sample()[1][:4]
 
@@ -60,7 +60,7 @@ def test_touches_that_end_too_early_leave_with_the_status_of_what_is_left(touche
 
 
 def test_a_step_is_one_touch_to_make() -> None:
-    """In words only the next one, because the others may then change. The JSON has them all."""
+    """The text names only the next touch, because the others may change after it; the JSON has all of them."""
     first = of_the_sample()[1][0]
     assert len(first["next_contact"]["further"]) == 4
     assert first["advice"].count("moving along") == 1
@@ -103,7 +103,7 @@ def test_a_growing_file_is_followed_until_the_fixture_is_located(tmp_path: Path)
         assert process.stdout is not None
         for number, line in enumerate(LINES[HEADER:], 1):
             with path.open("a") as file:
-                # A line that is half written is waited for.
+                # An incomplete line is read after it is completed.
                 file.write(line[:7])
                 file.flush()
                 if number == 3:
@@ -131,7 +131,7 @@ def test_a_machine_log_tells_its_features_beforehand(tmp_path: Path) -> None:
 
 
 def test_a_second_touch_of_a_place_takes_the_place_of_the_first(tmp_path: Path) -> None:
-    """A fast touch, then a slow one: with --repeats last a line for each, and as many contacts as places."""
+    """A fast touch, then a slow one: with --repeats last each is a step, but each place is one contact."""
     log = tmp_path / "probe.txt"
     points = CONTACTS.points[:3]
     rows = [f"[PRB:{x + off:.4f},{y:.4f},{z:.4f}:1]\n" for x, y, z in points for off in (0.05, 0.0)]
@@ -139,7 +139,7 @@ def test_a_second_touch_of_a_place_takes_the_place_of_the_first(tmp_path: Path) 
     tip = ["--tip-radius", CONTACTS.tip_radius, "--sigma", CONTACTS.sigmas[0], "--units", FIXTURE.units]
     words = (log, "--contacts-format", "grbl", "--features", "plate:3", *tip)
     assert [step["touches"] for step in statuses(*words, "--repeats", "last")[1]] == [1, 1, 2, 2, 3, 3]
-    # Three places do for three features; as six touches they are too many for them.
+    # Three places fit three features; counted as six touches they would be too many.
     done = tactfix("guide", FIXTURE_PATH, *words)
     assert done.returncode == 3
     assert "touches" in done.stderr or "contacts" in done.stderr
@@ -157,9 +157,9 @@ def test_check_has_a_verdict_in_words_and_an_exit_status(reference: Path, tmp_pa
     still = tactfix(*words, "--history", tmp_path / "history.jsonl")
     assert still.returncode == 0
     assert still.stdout.startswith("has not moved: less than 0.")
-    told = json.loads(reference.read_text())
-    told["transform"][0][3] += 3.0
-    reference.write_text(json.dumps(told))
+    pose_json = json.loads(reference.read_text())
+    pose_json["transform"][0][3] += 3.0
+    reference.write_text(json.dumps(pose_json))
     moved = tactfix(*words)
     assert moved.returncode == 1
     assert moved.stdout.startswith("HAS MOVED: 3 mm at its origin")

@@ -1,4 +1,4 @@
-"""The goal of the planner, for every shipped fixture: better than the best of 10,000 random plans."""
+"""For every shipped fixture the plan is better than the best of 10,000 random plans."""
 
 import pytest
 
@@ -14,6 +14,6 @@ def test_a_plan_beats_ten_thousand_random_ones(path, count):
     fixture = load_fixture(path)
     found = plan(fixture, count)
     worst = plan_worst_sigma(fixture, found)
-    # Distances with a sigma of their own make what the plan says of itself a little larger.
+    # The sigma of known distances makes the sigma that the plan states slightly larger.
     assert worst * 0.999 < found.worst_sigma < worst * 1.05
     assert worst < random_worst_sigmas(fixture, count).min()

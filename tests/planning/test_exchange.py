@@ -1,4 +1,4 @@
-"""The search on its own: candidates that can be made, exchanges that pay, sets that beat random ones."""
+"""The exchange search: feasible candidates, exchanges that improve the score, sets better than random ones."""
 
 import numpy as np
 import pytest
@@ -58,12 +58,12 @@ def test_chosen_touches_keep_apart(fixture):
 def test_what_is_made_already_counts():
     search = search_on(ball_and_bar())
     touches = polished(search, exchanged(search, start(search, 7))).touches
-    made = Search(search.objective, search.pool, touches.take(np.arange(5)))
-    beside = min((exchanged(made, start(made, 2, seed)) for seed in range(4)), key=lambda choice: choice.score)
-    random = [made.choice(start(made, 2, seed)).score for seed in range(100, 600)]
-    assert beside.score <= min(random)
-    assert polished(made, beside).score <= search.choice(touches).score * 1.05
-    assert not search.pool.crowded(beside.touches, made.made).any()
+    extended = Search(search.objective, search.pool, touches.take(np.arange(5)))
+    best = min((exchanged(extended, start(extended, 2, seed)) for seed in range(4)), key=lambda choice: choice.score)
+    random = [extended.choice(start(extended, 2, seed)).score for seed in range(100, 600)]
+    assert best.score <= min(random)
+    assert polished(extended, best).score <= search.choice(touches).score * 1.05
+    assert not search.pool.crowded(best.touches, extended.made).any()
 
 
 def test_one_start_gives_one_set():

@@ -1,4 +1,4 @@
-"""The criteria against plain linear algebra, and against what they claim of the fixture."""
+"""The criteria against plain linear algebra, and against their definitions by points of the fixture."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def plainly(criterion, information):
     covariance = np.linalg.inv(information)
     worst = 0.0
     for x, y, z in corners():
-        seen = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
-        worst = max(worst, np.linalg.eigvalsh(seen @ covariance @ seen.T)[-1])
+        jacobian = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
+        worst = max(worst, np.linalg.eigvalsh(jacobian @ covariance @ jacobian.T)[-1])
     return worst
 
 
@@ -66,7 +66,7 @@ def test_the_smallest_eigenvalue_of_an_update_also_where_it_does_not_move():
 
 
 def test_the_worst_score_is_the_variance_by_the_covariance_of_the_pose():
-    """Scaled rows about the middle, against the covariance of the contract at the origin."""
+    """Scaled rows about the middle of the fixture, against the pose covariance about its origin."""
     points, normals, rows = random_rows(10, 3)
     plain = np.hstack([np.cross(points, normals), normals]) / 0.02
     covariance = np.linalg.inv(plain.T @ plain)
@@ -83,7 +83,7 @@ def test_no_point_of_the_box_is_known_worse_than_its_worst_corner():
 
 
 def test_rows_are_the_change_of_the_residuals():
-    """Finite differences of the signed distance when the fixture moves."""
+    """Finite differences of the signed distance under motions of the fixture."""
     points, normals, _ = random_rows(5, 7)
     rows = rows_of(points, normals, np.ones(5), np.zeros(3), 1.0)
     step = 1e-6
@@ -100,9 +100,9 @@ def test_ten_times_the_sigma_scores_as_ten_times_the_sigma(criterion):
     rng = np.random.default_rng(3)
     points, normals = rng.standard_normal((2, 9, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    told = []
+    sigmas = []
     for sigma in (0.01, 0.1):
         objective = Objective(criterion, np.eye(3), sigma)
         rows = rows_of(points, normals, np.full(9, sigma), np.zeros(3), 1.0)
-        told.append(objective.sigma_of(objective.score(rows.T @ rows)))
-    assert told[1] == pytest.approx(10 * told[0], rel=1e-6)
+        sigmas.append(objective.sigma_of(objective.score(rows.T @ rows)))
+    assert sigmas[1] == pytest.approx(10 * sigmas[0], rel=1e-6)

@@ -1,4 +1,4 @@
-"""Plans with tool orientations: what they promise of the tip, against an independent information matrix and locate."""
+"""Plans with tool orientations: the predicted sigma of the tip against an independent information matrix and locate."""
 
 import json
 from dataclasses import replace
@@ -24,7 +24,7 @@ def four():
 
 
 def information(contacts):
-    """Of pose and tip (9, 9), written anew: square approaches are the normals."""
+    """The information matrix of pose and tip (9, 9), written out; the approaches are the normals."""
     normals = -contacts.approaches
     tip = np.einsum("nij,ni->nj", contacts.flange_rotations, normals)
     rows = np.hstack([np.cross(contacts.points, normals), normals, tip]) / CELL.probe.sigma
@@ -50,11 +50,11 @@ def test_no_other_orientation_of_one_contact_is_better(four):
 def test_simulated_touches_of_the_plan_find_the_tip_that_surely(four):
     off = []
     for seed in range(30):
-        made = simulate(CELL, four.contacts, seed=seed)
-        found = locate(CELL, made.contacts, unknown=["tip"])
+        simulation = simulate(CELL, four.contacts, seed=seed)
+        found = locate(CELL, simulation.contacts, unknown=["tip"])
         assert found.status == "located"
         off.append(found.tip.offset)
-    # The worst direction's sigma, of thirty draws.
+    # The sigma of the worst direction, estimated from thirty draws.
     spread = np.sqrt(np.linalg.eigvalsh(np.cov(np.array(off).T))[-1])
     assert 0.6 < spread / four.tip_sigma < 1.5
 
@@ -75,16 +75,16 @@ def test_what_cannot_be_asked_is_refused():
 
 @pytest.mark.parametrize("error", [0.0, 2.0])
 def test_contacts_already_made_count_with_their_orientations(error):
-    """Nine in two orientations leave the tip free; so wrong a tip that they fit no pose with it gives one without."""
-    made = simulate(CELL, plan(CELL, 9, starts=1).contacts, seed=1, orientations=2).contacts
-    made = replace(made, points=made.points - made.flange_rotations @ [error, -error, 0.0])
-    assert (locate(CELL, made, explain=False).status == "inconsistent") == bool(error)
-    added = plan(CELL, existing=made, add=3, orientations=3, starts=1)
+    """Nine contacts in two orientations leave the tip free; if it is grossly wrong, they fit only with it unknown."""
+    existing = simulate(CELL, plan(CELL, 9, starts=1).contacts, seed=1, orientations=2).contacts
+    existing = replace(existing, points=existing.points - existing.flange_rotations @ [error, -error, 0.0])
+    assert (locate(CELL, existing, explain=False).status == "inconsistent") == bool(error)
+    added = plan(CELL, existing=existing, add=3, orientations=3, starts=1)
     assert added.frame == "base"
     assert len(added.contacts) == 3
-    joined = replace(made + replace(added.contacts, units=made.units), tip_offset=made.tip_offset)
+    joined = replace(existing + replace(added.contacts, units=existing.units), tip_offset=existing.tip_offset)
     covariance = np.linalg.inv(information(joined))[6:, 6:]
-    # Simulated touches are nominal but for noise, a wrong tip turns their normals a little.
+    # Simulated touches are nominal except for noise; a wrong tip rotates their normals slightly.
     assert added.tip_sigma == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), rel=0.01 + 0.05 * error)
     assert np.isfinite(added.tip_sigma)
 
@@ -114,6 +114,6 @@ def test_the_command_writes_orientations_that_simulate_takes(tmp_path, capsys):
     offset = json.loads(capsys.readouterr().out)["tip"]["offset"]
     assert np.linalg.norm(offset) == pytest.approx(1.0, abs=0.6)
     assert run([*words, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["tip_sigma"] > 0
-    assert np.shape(told["contacts"][0]["flange_in_fixture"]) == (3, 3)
+    report = json.loads(capsys.readouterr().out)
+    assert report["tip_sigma"] > 0
+    assert np.shape(report["contacts"][0]["flange_in_fixture"]) == (3, 3)

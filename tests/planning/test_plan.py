@@ -1,4 +1,4 @@
-"""Plans: reachable, unique, honest about their worst sigma, the same for the same seed."""
+"""Plans: reachable, with a unique pose and the stated worst sigma, and reproducible by their seed."""
 
 from dataclasses import replace
 from functools import cache
@@ -23,7 +23,7 @@ CELLS = all_cells()
 
 @cache
 def planned(fixture, count):
-    """The plan of a fixture, made once for all tests that look at it."""
+    """The plan of a fixture, computed once for all tests that use it."""
     return plan(fixture, count)
 
 
@@ -53,7 +53,7 @@ def test_noisy_contacts_of_a_plan_are_located_every_time(fixture):
 
 @pytest.mark.parametrize("fixture", [CELLS[0], CELLS[1], CELLS[3]], ids=lambda fixture: fixture.name)
 def test_every_approach_keeps_clear_of_the_other_features(fixture):
-    """An independent walk along each approach: the tip's ball touches nothing but its own feature."""
+    """By small steps along each approach: the tip's ball touches only its own feature."""
     surfaces = surfaces_of(fixture)
     found = planned(fixture, 8)
     for name, point, approach in zip(
@@ -135,17 +135,17 @@ def test_each_criterion_is_best_at_its_own():
 
 def test_contacts_are_added_to_those_already_made_in_their_frame():
     fixture = CELLS[0]
-    made = simulate(fixture, planned(fixture, 6).contacts, seed=11)
-    found = plan(fixture, existing=made.contacts, add=3)
+    simulation = simulate(fixture, planned(fixture, 6).contacts, seed=11)
+    found = plan(fixture, existing=simulation.contacts, add=3)
     assert len(found.contacts) == 3
     assert found.unique
-    assert np.allclose(found.base_from_fixture, made.base_from_fixture, atol=0.1)
-    before = locate(fixture, made.contacts)
+    assert np.allclose(found.base_from_fixture, simulation.base_from_fixture, atol=0.1)
+    before = locate(fixture, simulation.contacts)
     corners = extreme_points(surfaces_of(fixture), fixture.touch)
     worst = worst_sigma(point_covariance(before.base_from_fixture, before.covariance, corners)).max()
     assert found.worst_sigma < 0.95 * worst
-    # In base: a probe that goes there touches the fixture where it stands.
-    rotation, shift = made.base_from_fixture[:3, :3], made.base_from_fixture[:3, 3]
+    # In base coordinates: a probe that goes there touches the fixture at its true pose.
+    rotation, shift = simulation.base_from_fixture[:3, :3], simulation.base_from_fixture[:3, 3]
     for name, point in zip(found.contacts.features, (found.contacts.points - shift) @ rotation, strict=True):
         surface = surfaces_of(fixture)[name]
         off = (
@@ -158,27 +158,27 @@ def test_contacts_are_added_to_those_already_made_in_their_frame():
 
 def test_existing_contacts_that_give_no_pose_are_refused():
     fixture = ball_and_bar()
-    made = simulate(fixture, seed=1).contacts
-    far = made.points.copy()
+    existing = simulate(fixture, seed=1).contacts
+    far = existing.points.copy()
     far[0] += 5.0
     with pytest.raises(UsageError, match="inconsistent"):
-        plan(fixture, existing=replace(made, points=far), add=1)
+        plan(fixture, existing=replace(existing, points=far), add=1)
 
 
 @pytest.mark.parametrize("rows", [[0, 1, 2], *(pytest.param(r, marks=pytest.mark.slow) for r in ([0], [0, 1, 2, 7]))])
 def test_contacts_that_leave_motions_free_are_extended_by_what_holds_them(rows):
-    """As many as motions are free, in the fixture frame; made where the fixture truly stands they give its pose."""
+    """As many contacts as there are free motions, in the fixture frame; made at the true pose they locate it."""
     fixture = plate_with_all()
     right = simulate(fixture, seed=1)
-    made = right.contacts.subset(rows)
-    found = plan(fixture, existing=made)
+    existing = right.contacts.subset(rows)
+    found = plan(fixture, existing=existing)
     assert (found.frame, found.base_from_fixture) == ("fixture", None)
     assert len(found.contacts) == 6 - len(rows)
     with pytest.raises(UsageError, match=f"leave free need more; ask for {6 - len(rows)} or more"):
-        plan(fixture, existing=made, add=5 - len(rows))
-    more = plan(fixture, existing=made, add=9 - len(rows))
+        plan(fixture, existing=existing, add=5 - len(rows))
+    more = plan(fixture, existing=existing, add=9 - len(rows))
     touched = simulate(fixture, more.contacts, right.base_from_fixture, seed=2).contacts
-    result = locate(fixture, made + replace(touched, units=made.units))
+    result = locate(fixture, existing + replace(touched, units=existing.units))
     assert result.status == "located"
     assert np.allclose(result.base_from_fixture, right.base_from_fixture, atol=0.5)
 
@@ -188,19 +188,19 @@ def test_ambiguous_contacts_are_extended_so_that_one_pose_is_left():
     for seed in range(30):
         rng = np.random.default_rng([9, seed])
         truth = problems.touch_all(problems.PLATE, {"plate": 3, "pin": 2, "ball": 1}, rng, sigma=0.02, tip=2.0)
-        made = truth.contacts(rng)
-        result = locate(fixture, made)
+        existing = truth.contacts(rng)
+        result = locate(fixture, existing)
         if result.status == "ambiguous":
             break
-    found = plan(fixture, existing=made, add=2)
+    found = plan(fixture, existing=existing, add=2)
     assert (found.frame, found.unique) == ("base", True)
-    # The pose that the plan was made for need not be the true one.
+    # The pose that the plan assumes need not be the true one.
     poses = [c.base_from_fixture for c in result.candidates if c.accepted]
     assert any(np.allclose(found.base_from_fixture, pose) for pose in poses)
 
 
 def test_touches_on_open_surfaces_stay_within_the_fixture():
-    """Planes without boxes have no end: the plan must not run away along them."""
+    """Planes without boxes are unbounded: the contacts of the plan must stay near the other features."""
     planes = {name: Plane([0, 0, 0], axis) for name, axis in zip("abc", np.eye(3), strict=True)}
     for unit, metre in (("mm", 1000.0), ("m", 1.0)):
         found = plan(placed("open-cube", planes, {}, 1e-3 * metre, 1e-5 * metre, units=unit), 6)
@@ -213,7 +213,7 @@ def test_touches_on_open_surfaces_stay_within_the_fixture():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "pattern"),
     [
         ({"contacts": 5}, "6 or more"),
         ({"add": 2}, "nothing to add to"),
@@ -221,8 +221,8 @@ def test_touches_on_open_surfaces_stay_within_the_fixture():
         ({"starts": 0}, "1 or more"),
     ],
 )
-def test_refusals(options, said):
-    with pytest.raises(UsageError, match=said):
+def test_refusals(options, pattern):
+    with pytest.raises(UsageError, match=pattern):
         plan(ball_and_bar(), **options)
 
 
@@ -233,9 +233,9 @@ def test_features_that_leave_a_motion_free_are_refused():
 
 
 def test_progress_runs_from_the_beginning_to_the_end():
-    told = []
-    plan(ball_and_bar(), 6, progress=lambda share, what: told.append((share, what)))
-    shares = [share for share, _ in told]
+    updates = []
+    plan(ball_and_bar(), 6, progress=lambda share, stage: updates.append((share, stage)))
+    shares = [share for share, _ in updates]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert all(what for _, what in told)
+    assert all(stage for _, stage in updates)

@@ -1,4 +1,4 @@
-"""tactfix plan from the command line."""
+"""The command plan."""
 
 import json
 import os
@@ -51,7 +51,7 @@ def test_json_says_what_the_plan_is_worth(capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--contacts", "5"], "6 or more"),
         (["--contacts", "201"], "200 or fewer"),
@@ -59,11 +59,11 @@ def test_json_says_what_the_plan_is_worth(capsys):
         (["--contacts", "8", "--tip-radius", "-1"], "tip radius"),
     ],
 )
-def test_refusals(arguments, said, capsys):
+def test_refusals(arguments, message, capsys):
     assert main(["plan", CELL, *arguments]) == 2
     out, err = capsys.readouterr()
     assert not out
-    assert said in err
+    assert message in err
 
 
 def test_a_fixture_that_looks_the_same_turned_round_cannot_be_planned_uniquely(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""Plans for a fixture that stands roughly known: fewer contacts, what a measurement adds, targets in base."""
+"""Plans for a fixture with a roughly known pose: fewer contacts, the effect of a measured pose, targets in base."""
 
 import json
 from dataclasses import replace
@@ -33,19 +33,19 @@ def contacts_and_rows(count=9):
 
 
 def in_base(points, normals):
-    """What contacts see of (rotation about base axes through the fixture's origin, translation), written anew."""
+    """Derivatives of the residuals by (rotation about base axes through the fixture's origin, translation)."""
     rotation, origin = NEAR[:3, :3], NEAR[:3, 3]
     places, outward = points @ rotation.T + origin, normals @ rotation.T
     return np.hstack([np.cross(places - origin, outward), outward]) / SIGMA
 
 
 def at_corners(covariance, corners):
-    """The largest variance of scaled corners, for a covariance of the pose in base axes about the origin."""
+    """The largest variance of the scaled corners, for a pose covariance in base axes about the origin."""
     worst = 0.0
     for corner in (CENTRE + RADIUS * corners) @ NEAR[:3, :3].T:
         x, y, z = corner
-        seen = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
-        worst = max(worst, np.linalg.eigvalsh(seen @ covariance @ seen.T)[-1])
+        jacobian = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
+        worst = max(worst, np.linalg.eigvalsh(jacobian @ covariance @ jacobian.T)[-1])
     return worst
 
 
@@ -112,7 +112,7 @@ def test_the_promised_covariance_is_that_of_locate_in_the_fixture_frame():
 
 
 def test_limits_settle_what_nothing_else_does():
-    """A bar and a ball without a touch box have a half-turn that lays both on themselves."""
+    """A bar and a ball without a touch box have a half-turn that maps both onto themselves."""
     bare = replace(ball_and_bar(), touch={})
     assert plan(bare, 7).rivals
     limited = replace(bare, placement=Placement(NEAR, (5.0, np.radians(10))))
@@ -123,8 +123,8 @@ def test_contacts_in_base_touch_the_fixture_where_it_is_thought_to_stand():
     cell = plate_with_all()
     found = plan(replace(cell, placement=Placement(NEAR)), 6)
     assert found.frame == "fixture"
-    there = np.linalg.inv(NEAR)
-    back = found.in_base.points @ there[:3, :3].T + there[:3, 3]
+    fixture_from_base = np.linalg.inv(NEAR)
+    back = found.in_base.points @ fixture_from_base[:3, :3].T + fixture_from_base[:3, 3]
     assert np.allclose(back, found.contacts.points, atol=1e-9)
     assert plan(cell, 6).in_base is None
     assert locate(cell, found.in_base).status == "located"
@@ -132,11 +132,11 @@ def test_contacts_in_base_touch_the_fixture_where_it_is_thought_to_stand():
 
 def test_contacts_already_made_say_more_than_the_placement():
     fixture = replace(plate_with_all(), placement=Placement(NEAR, (20.0, 0.1), free=FLAT))
-    made = simulate(fixture, seed=3)
-    first = made.contacts.subset(range(5))
+    simulation = simulate(fixture, seed=3)
+    first = simulation.contacts.subset(range(5))
     found = plan(fixture, existing=first, add=2)
     assert found.frame == "base"
-    assert np.abs(found.base_from_fixture - made.base_from_fixture).max() < 0.5
+    assert np.abs(found.base_from_fixture - simulation.base_from_fixture).max() < 0.5
     assert np.abs(found.base_from_fixture - NEAR).max() > 1.0
     assert np.array_equal(found.in_base.points, found.contacts.points)
 
@@ -146,18 +146,18 @@ def test_the_command_line_gives_targets_in_base(tmp_path, capsys):
     plate = str(ROOT / "fixtures" / "robot-cell-plate.yaml")
     words = ["plan", plate, "--contacts", "6", "--near", str(tmp_path / "near.txt"), "--quiet"]
     assert run([*words, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["frame"] == "fixture"
-    assert np.allclose(told["transform"], NEAR)
-    for contact in told["contacts"]:
-        there = NEAR[:3, :3] @ contact["point"] + NEAR[:3, 3]
-        assert np.allclose(contact["point_in_base"], there)
+    report = json.loads(capsys.readouterr().out)
+    assert report["frame"] == "fixture"
+    assert np.allclose(report["transform"], NEAR)
+    for contact in report["contacts"]:
+        point_in_base = NEAR[:3, :3] @ contact["point"] + NEAR[:3, 3]
+        assert np.allclose(contact["point_in_base"], point_in_base)
         assert np.allclose(contact["approach_in_base"], NEAR[:3, :3] @ contact["approach"])
     assert run(words) == 0
     text = capsys.readouterr().out
     rows = [line.split(", ") for line in text.splitlines() if line.startswith("# plan: in base: ")]
-    assert [row[1] for row in rows] == [contact["feature"] for contact in told["contacts"]]
-    for row, contact in zip(rows, told["contacts"], strict=True):
+    assert [row[1] for row in rows] == [contact["feature"] for contact in report["contacts"]]
+    for row, contact in zip(rows, report["contacts"], strict=True):
         assert np.allclose([float(word) for word in row[2].split()], contact["point_in_base"], atol=1e-4)
     (tmp_path / "plan.csv").write_text(text)
     assert run(["simulate", plate, str(tmp_path / "plan.csv"), "--seed", "1"]) == 0

@@ -1,4 +1,4 @@
-"""Plans leave one pose: by a search that shares no code with locate, and by approaches that had to be turned."""
+"""Plans leave one pose: checked by a search without code of locate; approaches are turned where this is necessary."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ PAPER_BALL = np.array([[5.456074, 4.6, 2.543645], [5.981074, 4.4, 3.841479]])
 
 
 def paper_contacts():
-    """Section 6 of the paper in the fixture frame of its answer, approached square to the surfaces: ambiguous."""
+    """Section 6 of the paper in the fixture frame of its solution, approached along the normals: ambiguous."""
     y, x = np.array([-0.3, -0.6, -0.74162]), np.array([0.927025, 0, -0.375])
     y /= np.linalg.norm(y)
     x -= (x @ y) * y
