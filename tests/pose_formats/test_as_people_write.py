@@ -1,7 +1,7 @@
 # ruff: noqa: E501 - texts of machines are as long as they are
-"""Poses in the forms that ROS, controllers, programs and people write, and characters damaged in what is written.
+"""Poses in the forms that ROS, controllers, programs and people write, and poses with damaged characters.
 
-Each text of FORMS says the same pose: x 300, y 200, z -50 mm, turned 5 degrees about z.
+Each text of FORMS states the same pose: x 300, y 200, z -50 mm, rotated by 5 degrees about z.
 """
 
 import random
@@ -131,9 +131,9 @@ REFUSED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "text", "what"), REFUSED)
-def test_what_would_be_read_wrongly_is_refused(name, text, what):
-    with pytest.raises(PoseSyntaxError, match=what):
+@pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
+def test_what_would_be_read_wrongly_is_refused(name, text, pattern):
+    with pytest.raises(PoseSyntaxError, match=pattern):
         DIALECTS[name].read(text)
 
 
@@ -142,8 +142,8 @@ NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 ALPHABET = string.printable + "é٣−"
 
 
-def work_object_said(changed):
-    """x, y, z of a work object by all its fourteen numbers: the object frame stands in the user frame."""
+def work_object_translation(changed):
+    """x, y, z of a work object from its fourteen numbers: the object frame is relative to the user frame."""
     inside = changed[changed.index('""') + 2 :]
     numbers = [float(number) for number in re.findall(NUMBER, inside)]
     if len(numbers) != 14:
@@ -152,20 +152,20 @@ def work_object_said(changed):
     return Rotation.from_quat([x, y, z, w]).apply(numbers[7:10]) + numbers[:3]
 
 
-def translation_said(name, text, changed):
-    """x, y, z by the text's own template: its numbers are numbers, blanks are blanks; None where more is changed."""
+def translation_by_template(name, text, changed):
+    """x, y, z of a changed text, by a pattern of the original text in which only numbers vary; None if it does not match."""
     if name == "abb-wobjdata":
-        return work_object_said(changed)
+        return work_object_translation(changed)
     around = WRITTEN.split(text)
     words = [re.findall(r"[A-Za-z0-9_]+|[^\sA-Za-z0-9_]", part) for part in around]
     parts = [r"\s*" + r"\s*".join(map(re.escape, found)) + r"\s*" for found in words]
-    if name == "g68.2":  # P0 says that three Euler angles follow, as they do without it
+    if name == "g68.2":  # P0 states that three Euler angles follow, which is also the default
         changed = re.sub(r"P0+(?![0-9.])", "", changed)
-    said = re.fullmatch(f"({NUMBER})".join(parts), changed, re.IGNORECASE | re.ASCII)
-    if said is None:
+    match = re.fullmatch(f"({NUMBER})".join(parts), changed, re.IGNORECASE | re.ASCII)
+    if match is None:
         return None
     rows = name in ("matrix", "json", "yaml", "csv")
-    return [float(said.groups()[i]) for i in ((3, 7, 11) if rows else (0, 1, 2))]
+    return [float(match.groups()[i]) for i in ((3, 7, 11) if rows else (0, 1, 2))]
 
 
 def damaged(text, rng):
@@ -174,7 +174,7 @@ def damaged(text, rng):
 
 
 def fuzz(names, changes, seed):
-    """Texts as they are written, with one to three characters damaged: no other pose than a text says by its numbers."""
+    """Texts with one to three damaged characters are rejected, or read as the pose that their numbers state."""
     rng, refused, read = random.Random(seed), 0, 0
     turn = Rotation.from_euler("ZYX", [25, 12, -7], degrees=True).as_matrix()
     for i in range(changes):
@@ -196,9 +196,9 @@ def fuzz(names, changes, seed):
         before = DIALECTS[name].read(text).base_from_fixture
         if np.array_equal(found.base_from_fixture, before):
             continue
-        said = translation_said(name, text, changed)
-        assert said is not None, (name, changed)
-        np.testing.assert_allclose(found.translation, said, atol=1e-12, err_msg=changed)
+        expected = translation_by_template(name, text, changed)
+        assert expected is not None, (name, changed)
+        np.testing.assert_allclose(found.translation, expected, atol=1e-12, err_msg=changed)
     return refused, read
 
 

@@ -1,4 +1,4 @@
-"""The commands convert, compare and import from outside: text, exit status, standard error."""
+"""The commands convert, compare and import: output, exit status, standard error."""
 
 import json
 from xml.etree import ElementTree
@@ -13,8 +13,8 @@ TURNED = [[0.0, -1.0, 0.0, 10.123456789], [1.0, 0.0, 0.0, 20.0], [0.0, 0.0, 1.0,
 
 
 def located(path, transform=TURNED, **more):
-    said = {"schema": "tactfix/locate/1", "units": "mm", "status": "located", "transform": transform} | more
-    path.write_text(json.dumps(said))
+    document = {"schema": "tactfix/locate/1", "units": "mm", "status": "located", "transform": transform} | more
+    path.write_text(json.dumps(document))
     return str(path)
 
 
@@ -57,7 +57,7 @@ def test_convert_refuses_and_is_forced(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "status", "said"),
+    ("arguments", "status", "message"),
     [
         (["--to", "cuca"], 2, "kuka"),
         ([], 2, "--to"),
@@ -66,11 +66,11 @@ def test_convert_refuses_and_is_forced(tmp_path, capsys):
         (["--to", "kuka", "--from", "ur"], 3, "no pose of this form"),
     ],
 )
-def test_convert_says_what_it_cannot_do(arguments, status, said, tmp_path, capsys):
+def test_convert_says_what_it_cannot_do(arguments, status, message, tmp_path, capsys):
     assert run(["convert", located(tmp_path / "a.json"), *arguments]) == status
     out, err = capsys.readouterr()
     assert out == ""
-    assert said in err
+    assert message in err
 
 
 def test_a_result_without_a_pose_is_a_file_that_cannot_be_used(tmp_path, capsys):
@@ -91,11 +91,11 @@ def test_compare_tells_both_frames_and_keeps_the_limits(tmp_path, capsys):
     assert run(["compare", before, after, "--limit-translation", "0.2"]) == 1
     assert "moved 0.25 mm, the limit is 0.2 mm" in capsys.readouterr().err
     assert run(["compare", before, after, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tactfix/compare/1"
-    assert told["base"]["translation"] == pytest.approx([0.25, 0, 0])
-    assert told["chance"] < 1e-9
-    assert told["status"] == "ok"
+    report = json.loads(capsys.readouterr().out)
+    assert report["schema"] == "tactfix/compare/1"
+    assert report["base"]["translation"] == pytest.approx([0.25, 0, 0])
+    assert report["chance"] < 1e-9
+    assert report["status"] == "ok"
 
 
 def test_compare_writes_junit(tmp_path, capsys):

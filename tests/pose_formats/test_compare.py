@@ -1,4 +1,4 @@
-"""How far a fixture moved: against movements put together by hand, and sigma against random poses."""
+"""The movement of a fixture against movements composed by hand, and its sigma against random poses."""
 
 import numpy as np
 import pytest
@@ -44,15 +44,15 @@ def test_covariance_is_that_of_random_poses(degrees):
     rng = np.random.default_rng(3)
     roots = [rng.normal(size=(6, 6)) * 1e-5 for _ in "ab"]
     first, second = turn("y", 35), turn("x", degrees) @ turn("y", 35)
-    told = compare(pose(first, covariance=roots[0] @ roots[0].T), pose(second, covariance=roots[1] @ roots[1].T))
+    comparison = compare(pose(first, covariance=roots[0] @ roots[0].T), pose(second, covariance=roots[1] @ roots[1].T))
     errors = [rng.normal(size=(4000, 6)) @ root.T for root in roots]
     drawn = [
         Rotation.from_rotvec(e[:, :3]) * Rotation.from_matrix(r) for e, r in zip(errors, (first, second), strict=True)
     ]
-    seen = np.hstack([(drawn[1] * drawn[0].inv()).as_rotvec(), errors[1][:, 3:] - errors[0][:, 3:]])
-    sigma = np.sqrt(np.diag(told.covariance))
+    differences = np.hstack([(drawn[1] * drawn[0].inv()).as_rotvec(), errors[1][:, 3:] - errors[0][:, 3:]])
+    sigma = np.sqrt(np.diag(comparison.covariance))
     scale = np.outer(sigma, sigma)
-    np.testing.assert_allclose(np.cov(np.transpose(seen)) / scale, told.covariance / scale, atol=0.09)
+    np.testing.assert_allclose(np.cov(np.transpose(differences)) / scale, comparison.covariance / scale, atol=0.09)
 
 
 def test_chance_tells_noise_from_movement():
@@ -63,6 +63,6 @@ def test_chance_tells_noise_from_movement():
         turns = [Rotation.from_rotvec(1e-4 * rng.normal(size=3)).as_matrix() for _ in "ab"]
         poses = [pose(turned @ BEFORE, 0.01 * rng.normal(size=3), covariance=sure) for turned in turns]
         chances.append(compare(*poses).chance)
-    assert 0.42 < np.mean(chances) < 0.58  # uniform when nothing moved
+    assert 0.42 < np.mean(chances) < 0.58  # uniform if nothing moved
     assert compare(pose(BEFORE, covariance=sure), pose(BEFORE, (0.1, 0, 0), covariance=sure)).chance < 1e-6
     assert compare(pose(BEFORE, covariance=0 * sure), pose(BEFORE, covariance=0 * sure)).chance is None

@@ -1,4 +1,4 @@
-"""Poses turned round and set one upon the other; a tilt that sigma does not tell from none."""
+"""Inverse and composition of poses; a tilt that is not significant."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def some_pose(units="mm"):
 
 
 def disturbed(pose, errors):
-    """The pose with errors (d_rot, d_t), as its covariance is meant."""
+    """The pose with errors (d_rot, d_t) as defined for its covariance."""
     turned = Rotation.from_rotvec(errors[:3]) * Rotation.from_matrix(np.array(pose.rotation))
     return matrix(turned, pose.translation + errors[3:])
 

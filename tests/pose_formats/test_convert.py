@@ -1,4 +1,4 @@
-"""Rounding told and refused, uncertainty in the dialect's own numbers."""
+"""Conversion of poses: rounding errors reported or rejected, and sigmas of the numbers that a format writes."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_rounding_beyond_a_tenth_of_sigma_is_refused_unless_forced():
 
 
 def test_rounding_that_no_check_shows_is_not_told():
-    # The rounding of fanuc is told without a covariance, and above where sigma is a tenth of this one.
+    # The rounding of fanuc is reported without a covariance, and above with a tenth of this sigma.
     notes = write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-3, 0.1))).notes
     assert not any("rounds" in note for note in notes)
 
@@ -73,7 +73,7 @@ def test_an_unknown_dialect_is_answered_with_all_names():
         write_pose("cuca", pose(np.eye(3)))
 
 
-# Of dialects with the same numbers one is enough; g10 has no tilt.
+# One format for each kind of numbers; g10 has no tilt.
 UNLIKE = {
     (dialect.numbers.orientation, dialect.numbers.units): name
     for name, dialect in DIALECTS.items()
@@ -84,12 +84,12 @@ UNLIKE = {
 @pytest.mark.parametrize("name", UNLIKE.values())
 @pytest.mark.parametrize("rotation", [TILTED, turn("x", 180), turn("z", 179.9999999), np.eye(3), turn("y", 180)])
 def test_sigmas_are_the_scatter_of_poses(name, rotation):
-    """Poses a sigma off to either side along each principal error scatter as errors drawn at random would."""
+    """Poses at one sigma to either side along each principal error have the scatter of random errors."""
     numbers = DIALECTS[name].numbers
     rng = np.random.default_rng(7)
     root = rng.normal(size=(6, 6)) * np.r_[1e-5, 1e-5, 1e-5, 1e-2, 1e-2, 1e-2][:, None]
     original = pose(rotation, SPOT, numbers.units, root @ root.T)
-    told = sigmas_of_numbers(numbers, original)
+    sigmas = sigmas_of_numbers(numbers, original)
     samples = []
     here = numbers.of(original.base_from_fixture)
     for error in np.sqrt(6) * np.hstack([root, -root]).T:
@@ -99,9 +99,9 @@ def test_sigmas_are_the_scatter_of_poses(name, rotation):
         drawn = pose((np.eye(3) + k + k @ k / 2) @ rotation, np.array(SPOT) + error[3:]).base_from_fixture
         got = numbers.of(drawn)
         samples.append(np.r_[got[:3], numbers.orientation.nearest(got[3:], here[3:])])
-    seen = np.std(samples, axis=0)
-    known = ~np.isnan(told)
-    np.testing.assert_allclose(seen[known], told[known], rtol=1e-3, atol=1e-9)
+    scatter = np.std(samples, axis=0)
+    known = ~np.isnan(sigmas)
+    np.testing.assert_allclose(scatter[known], sigmas[known], rtol=1e-3, atol=1e-9)
     assert known[:3].all()
     assert known.all() or "gimbal" in write_pose(name, original, force=True).text + str(
         write_pose(name, original, force=True).notes

@@ -1,4 +1,4 @@
-"""Texts as people write them, and those that are no pose."""
+"""Reading of poses: texts as people write them, and texts that are no pose."""
 
 import json
 
@@ -40,7 +40,7 @@ def test_blanks_case_and_context_do_not_matter(name, text):
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "what"),
+    ("name", "text", "pattern"),
     [
         ("kuka", "nothing", "no pose"),
         ("kuka", "{X 1,Y 2,Z 3,A 0,B 0}", "lacks C"),
@@ -84,8 +84,8 @@ def test_blanks_case_and_context_do_not_matter(name, text):
         ("yaml", "transform: 2001-99-99", "not a number"),
     ],
 )
-def test_what_is_no_pose_is_refused_and_named(name, text, what):
-    with pytest.raises(PoseSyntaxError, match=what):
+def test_what_is_no_pose_is_refused_and_named(name, text, pattern):
+    with pytest.raises(PoseSyntaxError, match=pattern):
         DIALECTS[name].read(text)
 
 

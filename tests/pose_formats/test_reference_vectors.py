@@ -1,4 +1,4 @@
-"""Numbers and texts against vectors that were computed outside, and back."""
+"""Numbers and texts against reference vectors that were computed independently, in both directions."""
 
 import json
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_text_is_that_of_the_vendor(case, key):
 def test_text_of_the_vendor_is_read(case, key):
     dialect = DIALECTS[NAMES[key]]
     text = case["text"][key]
-    if key == "heidenhain_spatial":  # turns only; the origin is the datum shift before it
+    if key == "heidenhain_spatial":  # rotation only; the origin is that of the preceding datum shift
         x, y, z = case["values"][key][:3]
         shift = f"CYCL DEF 7.1 X{x:+.4f}\nCYCL DEF 7.2 Y{y:+.4f}\nCYCL DEF 7.3 Z{z:+.4f}"
         text = f"CYCL DEF 7.0 DATUM SHIFT\n{shift}\n{text}"

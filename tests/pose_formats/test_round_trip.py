@@ -1,4 +1,4 @@
-"""Any rotation, the nasty ones above all, survives the trip into every dialect and back."""
+"""Any rotation, singular ones included, survives writing and reading in every format."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ FULL = [name for name in DIALECTS if name != "g10"]
 
 
 def off_by(a, b):
-    """Angle in rad between two rotations, from the chord: exact for small ones."""
+    """The angle (rad) between two rotations, from the chord, which is accurate for small angles."""
     return 2 * np.arcsin(min(1.0, np.linalg.norm(a - b) / np.sqrt(8)))
 
 

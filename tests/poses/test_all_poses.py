@@ -1,4 +1,4 @@
-"""All poses of a rigid fixture: the truth is among them, every one fits, and symmetry changes nothing."""
+"""All poses of a rigid fixture: the true pose is among them, every pose fits, and rigid motions change nothing."""
 
 import numpy as np
 import pytest
@@ -62,16 +62,16 @@ def test_moving_everything_moves_every_pose(name):
     truth = touch_all(patches, counts, rng, sigma=1e-6)
     contacts = truth.contacts()
     other = random_pose(rng, 3000.0)
-    there = truth.contacts(points=contacts.points @ other[:3, :3].T + other[:3, 3])
+    moved_contacts = truth.contacts(points=contacts.points @ other[:3, :3].T + other[:3, 3])
     here_poses = poses_of(all_poses(surfaces, contacts, contacts.sigmas))
-    there_poses = poses_of(all_poses(surfaces, there, there.sigmas))
-    assert len(here_poses) == len(there_poses)
+    moved_poses = poses_of(all_poses(surfaces, moved_contacts, moved_contacts.sigmas))
+    assert len(here_poses) == len(moved_poses)
     for pose in here_poses:
-        assert min(np.abs(other @ pose - moved).max() for moved in there_poses) < 1e-4
+        assert min(np.abs(other @ pose - moved).max() for moved in moved_poses) < 1e-4
 
 
 def test_a_double_root_that_noise_has_made_complex_is_still_found():
-    """Three contacts on a great circle of a ball: a double place of the centre, or none."""
+    """Three contacts on a great circle of a ball: the centre is a double root, or complex."""
     surfaces = surfaces_of(BALLS)
     angles = np.radians([10, 130, 250])
     circle = 12.7 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(3)])

@@ -1,4 +1,4 @@
-"""Descents: the step against normal equations solved by numpy, the ends against the conditions for ends."""
+"""Descents: steps against normal equations solved by numpy, and ends against the conditions for an end."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_ends_are_zeros_and_what_is_left_above_the_limit_is_not_among_them():
 
 @pytest.mark.parametrize("geometric", [False, True])
 def test_curvature_is_what_the_gradient_changes_by_beyond_gauss_and_newton(geometric):
-    """Against differences of the gradient of half the sum of squares, at random poses of contacts on all kinds."""
+    """Against differences of the gradient of half the sum of squares, at random poses, for all types of features."""
     rng = np.random.default_rng(7)
     surfaces = [
         Plane(rng.normal(size=3), rng.normal(size=3)),
@@ -93,8 +93,8 @@ def test_curvature_is_what_the_gradient_changes_by_beyond_gauss_and_newton(geome
     def gradient(step):
         vectors = np.repeat(step[:3, None], 4, axis=1)
         residual, jacobian = evaluate(equations, turned(vectors, rotations), offsets + step[3:, None], geometric)
-        # The turn's columns are about the pose reached; back at the start the map of vectors to turns is flat to first
-        # order, and its derivative there half a cross product.
+        # The columns of the rotation are derivatives at the displaced pose; relative to the start, the map from
+        # vectors to rotations contributes half a cross product to first order.
         slope = np.einsum("inN,nN->iN", jacobian, residual)
         slope[:3] += np.cross(slope[:3].T, step[:3]).T / 2
         return slope
@@ -122,7 +122,7 @@ ALONG_THE_AXES = np.array(
 
 
 def test_descents_along_curved_valleys_end():
-    """Straight steps leave a valley after a thousandth of its length: of 407 descents 165 were still on their way."""
+    """Straight steps leave a curved valley after a thousandth of its length: 165 of 407 descents had not converged."""
     bar = Cylinder([0.5, 0.5, 1.0], [0.5, 0.0, np.sqrt(0.75)], 0.127)
     surfaces = [bar, Sphere([0.0, -1.0, 0.0], 0.2), Plane([-1.0, -1.0, -0.5], [0.0, 1.0, 0.0])]
     points = (ALONG_THE_AXES - ALONG_THE_AXES.mean(axis=0)) / 100
@@ -136,11 +136,11 @@ def test_descents_along_curved_valleys_end():
 
 
 OPPOSITE = [[0.2435, -1.0234, 0.6755], [-0.2457, 1.0198, -0.683], [0.2512, -1.0226, 0.6759], [-0.249, 1.0262, -0.6684]]
-"""Two places of a ball of radius 1.25 that lie opposite each other, touched twice with a noise of 0.005."""
+"""Two opposite places on a ball of radius 1.25, each touched twice with a noise of 0.005."""
 
 
 def test_descents_end_where_noise_makes_the_sum_of_squares_a_saddle():
-    """Without noise the ball could turn about the line through both places: a third of Gauss-Newton descents ended."""
+    """Without noise the ball could turn about the line through both places; a third of Gauss-Newton descents ended."""
     equations = pose_equations([Sphere([-7.5, -10.0, 2.5], 1.25)], [0, 0, 0, 0], np.array(OPPOSITE), np.ones(4), 0.0)
     ends = descend(equations, *covering(equations, 300, 0), 0.001, most_steps=80)
     residual, jacobian = evaluate(equations, ends.rotations, ends.offsets, geometric=False)

@@ -1,4 +1,4 @@
-"""Rotations from features located alone: one is near the true one, and there are none without a known direction."""
+"""Rotations from features located alone: one is near the true one; none without a known direction."""
 
 from dataclasses import replace
 
@@ -29,18 +29,18 @@ def rotations_for(patches, counts, seed, sigma=0.01):
 
 
 def nearest(rotations, true):
-    """Angle (rad) from the true rotation to the nearest of rotations (3, 3, N)."""
+    """The angle (rad) between the true rotation and the nearest of rotations (3, 3, N)."""
     return min(Rotation.from_matrix(r @ true.T).magnitude() for r in np.moveaxis(rotations, -1, 0))
 
 
 @pytest.mark.parametrize(
     ("patches", "counts", "most", "within"),
     [
-        # Eight choices of sides, of which four are right-handed.
+        # Of eight choices of sides four are right-handed.
         (CORNER, {"right": 3, "back": 3, "top": 3}, 8, 0.01),
         (BALLS, dict.fromkeys(BALLS, 4), 1, 0.01),
         (PLATE, {"plate": 4, "pin": 4, "ball": 2}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
-        # Two ways up; the ball's centre may be on either side of three contacts.
+        # Two sides of the plane; the ball's centre may be on either side of its three contacts.
         (PLATE, {"plate": 4, "pin": 4, "ball": 5}, 4, 0.02),
         (BORES, {"plate": 3, "pin": 4, "bore": 4}, 2, 0.02),
         (BALL_ON_PIN, {"plate": 4, "pin": 4, "ball": 5}, 2 * TURNS, np.radians(180 / TURNS) + 0.01),
@@ -69,7 +69,7 @@ def test_nothing_where_no_feature_gives_a_direction(patches, counts):
 
 
 def test_features_known_badly_are_not_relied_on():
-    """A plane touched within an extent of the size of noise has no direction."""
+    """A plane whose contacts have an extent of the size of the noise has no direction."""
     tight = {**CORNER, "right": Patch("plane", (0, -50, -50), (1, 0, 0), length=0.05)}
     rotations, true = rotations_for(tight, {"right": 4, "back": 4, "top": 1}, 3, sigma=0.01)
     assert rotations.shape[2] == 2 * TURNS
@@ -96,7 +96,7 @@ def test_a_pin_touched_on_a_short_arc_is_not_relied_on():
         (CORNER, {"right": 3, "back": 3, "top": 3}, True),
         (PLATE, {"plate": 4, "pin": 4, "ball": 5}, True),
         (BALLS, dict.fromkeys(BALLS, 4), True),
-        # A ball touched three times has two places, and may have them at one rotation.
+        # A ball with three contacts has two possible centres, possibly for the same rotation.
         (BALLS, dict.fromkeys(BALLS, 3), False),
         (CORNER, {"right": 4, "back": 4, "top": 1}, False),
     ],
@@ -109,7 +109,7 @@ def test_the_place_is_fixed_where_the_features_leave_one_translation(patches, co
 
 
 def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():
-    """Touched within a square centimetre the normal of the plate has errors of 10 mrad, and so has a pin of 400 mm."""
+    """Within a square centimetre the plate's normal has errors of 10 mrad, which a pin of 400 mm would share."""
     tall = {
         "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=5.0),
         "pin": Patch("cylinder", (100, 0, 0), (0, 0, 1), 8.0, length=200.0, middle=210.0),

@@ -30,7 +30,7 @@ FREE = [
 
 
 def away(near, free, rng, turn=2.0, shift=40.0):
-    """A pose that differs from near in the free directions only: its rotation vector and its translation."""
+    """A pose that differs from near only in the free directions: rotation vector and translation."""
     vector = np.array([rng.uniform(-turn, turn) * (f"r{axis}" in free) for axis in "xyz"])
     step = np.array([rng.uniform(-shift, shift) * (axis in free) for axis in "xyz"])
     return pose_of(Rotation.from_rotvec(vector).as_matrix() @ near[:3, :3], near[:3, 3] + step)
@@ -52,22 +52,22 @@ def domain(rng, turns, shifts):
 @pytest.mark.parametrize("shifts", [(0, 0, 0), (1, 0, 0), (0, 1, 1), (1, 1, 1)])
 def test_a_domain_is_reached_and_its_basis_stays_in_it(turns, shifts):
     rng = np.random.default_rng(5)
-    there = domain(rng, turns, shifts)
+    reachable = domain(rng, turns, shifts)
     quaternions = rng.normal(size=(4, 6)) * np.array([1, *turns])[:, None]
-    rotations = there.turned_from_near(quaternions / np.linalg.norm(quaternions, axis=0))
-    rotations, offsets = there.onto(rotations, rng.normal(size=(3, 6)))
-    turned = np.einsum("abN,ac->Nbc", rotations, there.near)
-    origin = -np.einsum("abN,aN->bN", rotations, offsets - there.pivot[:, None]) - there.place[:, None]
+    rotations = reachable.turned_from_near(quaternions / np.linalg.norm(quaternions, axis=0))
+    rotations, offsets = reachable.onto(rotations, rng.normal(size=(3, 6)))
+    turned = np.einsum("abN,ac->Nbc", rotations, reachable.near)
+    origin = -np.einsum("abN,aN->bN", rotations, offsets - reachable.pivot[:, None]) - reachable.place[:, None]
     vectors = Rotation.from_matrix(turned).as_quat()[:, :3]
-    assert np.abs(vectors[:, ~there.turns]).max(initial=0) < 1e-12
-    assert np.abs(origin[~there.shifts]).max(initial=0) < 1e-12
-    steps = there.basis(rotations, offsets)
-    assert steps.shape[1] == there.dimension
+    assert np.abs(vectors[:, ~reachable.turns]).max(initial=0) < 1e-12
+    assert np.abs(origin[~reachable.shifts]).max(initial=0) < 1e-12
+    steps = reachable.basis(rotations, offsets)
+    assert steps.shape[1] == reachable.dimension
     for step in np.moveaxis(1e-5 * steps, 1, 0):
         ahead = Rotation.from_rotvec(step[:3].T).as_matrix() @ np.moveaxis(rotations, -1, 0)
         ahead, moved = np.moveaxis(ahead, 0, -1), offsets + step[3:]
         if sum(turns) != 3 or sum(shifts) != 3:
-            again, back = there.onto(ahead, moved)
+            again, back = reachable.onto(ahead, moved)
             assert max(np.abs(again - ahead).max(), np.abs(back - moved).max()) < 1e-8
 
 
@@ -111,7 +111,7 @@ def test_reduced_jacobians_are_those_of_differences_along_the_domain(patches, co
 
 
 FAR_TOO = ("x y rz", "rx ry rz")
-"""Rotations about one axis and about all; for these the fast tests also use fixtures far from their origin."""
+"""Free rotations about one axis and about all axes: the fast tests also use fixtures far from their origin."""
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_so_many_contacts_as_directions_are_free_leave_the_truth(patches, counts
     for _ in range(3):
         near = random_pose(rng)
         if far:
-            # The rotations are about near's origin, ten sizes of the fixture away from its features.
+            # The rotations are about near's origin, which is ten sizes of the fixture away from its features.
             patches = {n: replace(p, at=tuple(np.add(p.at, (3000, -1000, 500)))) for n, p in patches.items()}
         truth = touch_all(patches, counts, rng, pose=away(near, free, rng))
         fixture = replace(placed(patches), placement=Placement(near, free=frozenset(free)))
@@ -146,7 +146,7 @@ def test_so_many_contacts_as_directions_are_free_leave_the_truth(patches, counts
 
 
 def test_turns_about_one_axis_are_all_found():
-    """A ball on a circle: two turns bring it to a touch, in closed form."""
+    """A ball that moves on a circle: two rotations bring it into contact, known in closed form."""
     near, at = np.eye(4), np.array([100.0, 0.0, 0.0])
     patches = {"ball": replace(BALLS["b"], at=tuple(at))}
     angle = 0.8
@@ -157,7 +157,7 @@ def test_turns_about_one_axis_are_all_found():
     contacts = truth.contacts(points=point[None], approaches=np.full((1, 3), np.nan))
     fixture = replace(placed(patches), placement=Placement(near, free=frozenset({"rz"})))
     result = locate(fixture, contacts)
-    # |p - 100 e(a)| = r: the cosine of the angle between p's direction in the plane and e(a) is the same for both.
+    # |p - 100 e(a)| = r: both solutions have the same angle between e(a) and p's direction in the plane.
     flat = np.arctan2(point[1], point[0])
     half = np.arccos((point @ point + 100**2 - 12.7**2) / (200 * np.hypot(*point[:2])))
     found = sorted(np.arctan2(c.base_from_fixture[1, 0], c.base_from_fixture[0, 0]) for c in result.candidates)
@@ -182,7 +182,7 @@ def test_of_held_directions_no_contact_is_missing():
     fixture = replace(placed(PLATE), placement=Placement(near, free=frozenset(FLAT)))
     result = locate(fixture, truth.contacts())
     assert result.status == "underdetermined"
-    assert result.next_contact.feature == "ball"  # the plate sees nothing of shifts along it, nor of turns about z
+    assert result.next_contact.feature == "ball"  # the plate holds neither shifts along it nor turns about z
     assert result.next_contact.further == ()
 
 
@@ -199,7 +199,7 @@ def test_a_placement_turned_by_half_a_turn_is_no_special_place(degrees):
 
 
 def test_a_measured_pose_is_six_observations():
-    """The pose, chi-square and covariance of an independent least squares over contacts and measurement."""
+    """Pose, chi-square and covariance are those of an independent least squares over contacts and measurement."""
     rng = np.random.default_rng(11)
     truth = touch_all(PLATE, {"plate": 2, "pin": 1, "ball": 1}, rng, sigma=0.05)
     sigmas = np.array([0.001] * 3 + [0.1] * 3)
@@ -227,7 +227,7 @@ def test_a_measured_pose_is_six_observations():
 
 @pytest.mark.parametrize("turn", [1e-4, 0.05, 0.3])
 def test_a_ball_and_a_badly_measured_pose_leave_the_nearest_pose(turn):
-    """Noise is small against the free motion of the contacts, which is long, and curved except about the ball."""
+    """The free motion of the contacts is long compared with the noise, and curved except about the ball."""
     rng = np.random.default_rng(20)
     truth = touch_all(BALLS, {"b": 6}, rng, sigma=2e-5)
     off = rng.standard_normal(6) * ([turn] * 3 + [20.0] * 3)
@@ -249,7 +249,7 @@ def test_a_ball_and_a_badly_measured_pose_leave_the_nearest_pose(turn):
 @pytest.mark.parametrize("patches", [CORNER, PLATE, BALLS])
 @pytest.mark.parametrize("offset", [0.0, 60.0])
 def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patches, offset):
-    """Three faces leave four poses, mirror images in pairs; a measurement 60 mm off contradicts all of them."""
+    """Three faces leave four poses, in pairs of mirror images; a measurement 60 mm off contradicts all four."""
     rng = np.random.default_rng(21)
     truth = touch_all(patches, dict.fromkeys(patches, 4), rng, sigma=0.02)
     contacts = replace(truth.contacts(rng), approaches=np.full((4 * len(patches), 3), np.nan))
@@ -264,14 +264,14 @@ def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patc
     assert len(left) == measured.without_prior.poses - (0 if offset else 1)
 
 
-@pytest.mark.parametrize("told", [("top",), ("top", "right"), ("right", "back", "top")])
-def test_what_contacts_alone_leave_is_counted_by_their_approaches_too(told):
-    """Of four poses of three faces those remain whose approaches are possible; others are not searched."""
+@pytest.mark.parametrize("with_approach", [("top",), ("top", "right"), ("right", "back", "top")])
+def test_what_contacts_alone_leave_is_counted_by_their_approaches_too(with_approach):
+    """Of the four poses of three faces those with possible approaches remain; other poses are not searched."""
     rng = np.random.default_rng(22)
     truth = touch_all(CORNER, dict.fromkeys(CORNER, 4), rng, sigma=0.02)
     contacts = truth.contacts(rng)
-    is_told = np.array([name in told for name in contacts.features])
-    contacts = replace(contacts, approaches=np.where(is_told[:, None], contacts.approaches, np.nan))
+    has_approach = np.array([name in with_approach for name in contacts.features])
+    contacts = replace(contacts, approaches=np.where(has_approach[:, None], contacts.approaches, np.nan))
     bare = locate(placed(CORNER), contacts)
     for how in ({"sigma": (0.5, 0.01)}, {"within": (1.0, 0.01)}):
         known = locate(replace(placed(CORNER), placement=Placement(truth.pose, **how)), contacts)
@@ -368,7 +368,7 @@ def test_limits_change_no_pose_but_only_what_is_left(scale):
     ],
 )
 def test_covariances_cover_the_truth(counts, free, sigma):
-    """The 95 per cent ellipsoid of 2,000 draws, in the unconstrained directions."""
+    """Coverage of the 95 per cent ellipsoid over 2,000 draws, in the unconstrained directions."""
     from scipy.stats import chi2
 
     rng = np.random.default_rng(16)
@@ -387,7 +387,7 @@ def test_covariances_cover_the_truth(counts, free, sigma):
             (c for c in result.candidates if c.accepted),
             key=lambda c: np.abs(pose_error(c.base_from_fixture, base.pose)).max(),
         )
-        # In the directions that are free, rotations and translations in numbers of like size.
+        # In the free directions, with rotations and translations scaled to similar size.
         error, size = pose_error(right.base_from_fixture, base.pose) / UNITS, 6 if free is None else len(names)
         values, vectors = np.linalg.eigh(result.covariance / np.outer(UNITS, UNITS))
         free_error = vectors[:, -size:].T @ error

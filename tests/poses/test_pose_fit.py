@@ -1,4 +1,4 @@
-"""Geometric least squares on SE(3): Jacobian by differences, optimum against scipy, covariance by both and by draws."""
+"""Geometric least squares on SE(3): Jacobian by differences, optimum against scipy, covariance by random draws."""
 
 import numpy as np
 import pytest
@@ -63,15 +63,15 @@ def test_refined_is_the_optimum_that_scipy_finds(name):
 
 @pytest.mark.parametrize("name", ["minimal", "bush", "bar"])
 def test_covariance_is_what_a_sigma_of_each_contact_does(name):
-    """One contact at a time off by a thousandth of a sigma, to either side: the scatter is that of the covariance."""
+    """One contact at a time is moved by a thousandth of a sigma to either side: the scatter gives the covariance."""
     surfaces, truth, _ = problem(name)
     exact = truth.contacts()
     covariance = fit_at(surfaces, exact, exact.sigmas, truth.pose).sensitivity.covariance(truth.pose[:3, 3])
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))
     effects = []
     for step in 1e-3 * truth.sigma * np.eye(len(exact.points))[:, :, None] * truth.normals:
-        there = (truth.contacts(points=exact.points + off) for off in (step, -step))
-        fits = [refine(surfaces, contacts, exact.sigmas, truth.pose).base_from_fixture for contacts in there]
+        disturbed = (truth.contacts(points=exact.points + off) for off in (step, -step))
+        fits = [refine(surfaces, contacts, exact.sigmas, truth.pose).base_from_fixture for contacts in disturbed]
         effects.append(whiten @ (pose_error(fits[0], truth.pose) - pose_error(fits[1], truth.pose)) / 2e-3)
     np.testing.assert_allclose(np.transpose(effects) @ effects, np.eye(6), atol=1e-3)
 

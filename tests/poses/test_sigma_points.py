@@ -1,4 +1,4 @@
-"""Covariance by sigma points against independent samples, and against the linear covariance if that is valid."""
+"""Covariance by sigma points against independent samples, and against the linear covariance where that is valid."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ CASES = {
 
 
 def nearest(patches, contacts, pose):
-    """The solution nearest to a pose."""
+    """The solution that is nearest to a pose."""
     found = solve(placed(patches), contacts, contacts.sigmas).found
     return min(found, key=lambda s: np.linalg.norm(pose_error(s.base_from_fixture, pose)))
 
@@ -47,8 +47,8 @@ def samples(patches, contacts, best, count, rng):
         return pose_of(turn @ best[:3, :3], centre + x[3:] + turn @ (best[:3, 3] - centre))
 
     def residuals(x):
-        there = moved(x)
-        local = (contacts.points - there[:3, 3]) @ there[:3, :3]
+        pose = moved(x)
+        local = (contacts.points - pose[:3, 3]) @ pose[:3, :3]
         return out_of_material(local) / contacts.sigmas
 
     rest = residuals(np.zeros(6))
@@ -62,7 +62,7 @@ def samples(patches, contacts, best, count, rng):
 def depths(patches, names):
     """The distances of points from their features, all outer, as a function of the points."""
     touched = [patches[name] for name in names]
-    at, along = (np.array([getattr(patch, what) for patch in touched], float) for what in ("at", "along"))
+    at, along = (np.array([getattr(patch, attribute) for patch in touched], float) for attribute in ("at", "along"))
     radii, kinds = np.array([patch.radius for patch in touched]), np.array([patch.kind for patch in touched])
     is_plane, of_bars = kinds == "plane", along * (kinds == "cylinder")[:, None]
 
@@ -104,7 +104,7 @@ def test_it_is_the_linear_one_where_contacts_are_spread():
 
 
 def test_features_bound_by_exact_relations_are_as_sure_as_a_rigid_body():
-    """Two ways to the same answer: displacements of three balls with relations, and the motion of one body."""
+    """Displacements of three balls with relations, and the motion of one rigid body, give the same covariance."""
     rng = np.random.default_rng(6)
     truth = touch_all(BALLS, dict.fromkeys(BALLS, 3), rng, sigma=0.4, cone=0.0)
     contacts = truth.contacts(rng)
@@ -119,7 +119,7 @@ def test_features_bound_by_exact_relations_are_as_sure_as_a_rigid_body():
 
 
 def test_a_pose_next_to_a_fold_is_underdetermined():
-    """Three contacts on a great circle of a ball: its centre may leave their plane to either side, or touch it."""
+    """Three contacts on a great circle of a ball: its centre may lie on either side of their plane, or in it."""
     balls = {**BALLS, "a": Patch("sphere", (0, 0, 0), radius=12.7)}
     circle = np.array([(12.7, 0, 0), (-6.35, 10.998, 0), (-6.35, -10.998, 0)])
     rest = np.array([(192.7, 0, 0), (180, 0, 12.7), (50, 152.7, 0)])
@@ -129,11 +129,11 @@ def test_a_pose_next_to_a_fold_is_underdetermined():
 
 
 def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
-    """One sigma is a thousandth along each axis; a shift along z drags the fixture along x with its square."""
-    asked, sigma = [], 1e-3
+    """One sigma is a thousandth along each axis; a shift along z moves the fixture along x by its square."""
+    searched, sigma = [], 1e-3
 
     def search_angle(steps):
-        asked.append(steps)
+        searched.append(steps)
         shifts = sigma * steps[3:]
         shifts[0] += sigma * second_order * steps[5] ** 2
         poses = [
@@ -144,38 +144,38 @@ def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
 
     linear = sigma * np.eye(6)
     linear[3:, :3] = -sigma * np.cross(np.eye(3), centre).T
-    return asked, lambda bend: curved_spread(
+    return searched, lambda bend: curved_spread(
         np.eye(4), np.asarray(centre), linear, np.eye(6), lambda steps: np.full(steps.shape[1], bend), search_angle
     )
 
 
 def test_flat_residuals_are_not_looked_at_again():
-    asked, spread = toy(0.5)
+    searched, spread = toy(0.5)
     assert np.array_equal(spread(0.1).factor, 1e-3 * np.eye(6))
-    assert not asked
+    assert not searched
     spread(1.0)
-    assert asked
+    assert searched
 
 
 def test_the_second_moment_holds_the_square_of_a_quadratic_drift():
     _, spread = toy(0.2)
     found = spread(1.0)
     covariance = found.factor @ found.factor.T
-    # Two of twelve points at sqrt 6 sigma, each off by 0.2 * 6.
+    # Two of twelve points lie at sqrt 6 sigma, and each drifts by 0.2 * 6.
     assert covariance[3, 3] == pytest.approx(1e-6 * (1.0 + 2 * (0.2 * 6) ** 2 / 12))
     assert covariance[5, 5] == pytest.approx(1e-6)
     assert found.trusted
 
 
 def test_an_origin_far_from_the_contacts_runs_along_an_arc():
-    """Residuals are linear at the contacts; the origin is 1000 away, and its covariance is not; there is no fold."""
+    """Residuals are linear near the contacts, but the origin, 1000 away, moves on an arc; there is no fold."""
     centre = (1000.0, 0.0, 0.0)
-    asked, spread = toy(0.0, centre=centre)
+    searched, spread = toy(0.0, centre=centre)
     found = spread(0.0)
-    assert asked
+    assert searched
     assert found.trusted
     covariance = found.factor @ found.factor.T
-    # A turn by t about y or z moves the origin by 1000 (1 - cos t) along x.
+    # A rotation by t about y or z moves the origin by 1000 (1 - cos t) along x.
     arc = 1000 * (1 - np.cos(1e-3 * 6**0.5))
     assert covariance[3, 3] == pytest.approx(1e-6 + 4 * arc**2 / 12, rel=1e-6)
     assert covariance[0, 0] == pytest.approx(1e-6)

@@ -1,4 +1,4 @@
-"""The order of solutions; sigmas of places and normals against the scatter of many poses; effects of free motions."""
+"""The order of solutions; sigmas of points and normals against the scatter of many poses; effects of free motions."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from tests.support.project import ROOT
 
 @pytest.fixture(scope="module")
 def mirrored() -> tuple[Solution, Solution]:
-    """Two of the poses of three planes touched three, two and one times, without noise."""
+    """Two of the poses of three planes with three, two and one contacts, without noise."""
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
     surfaces = {name: feature.surface for name, feature in fixture.features.items() if feature.surface is not None}
     points = [[-10, -20, 0], [-70, -20, 0], [-30, -60, 0], [0, -20, -5], [0, -60, -9], [-40, 0, -7]]
@@ -60,7 +60,7 @@ def setting(seed=0):
 
 
 def normal_below(surface, point):
-    """The outward normal by its definition: away from plane, centre or axis."""
+    """The outward normal by its definition: away from the plane, centre or axis."""
     if isinstance(surface, Plane):
         return surface.normal
     arm = point - (surface.center if isinstance(surface, Sphere) else surface.point)
@@ -79,10 +79,10 @@ def test_scatter_of_many_poses():
     for twist in rng.standard_normal((count, 6)) @ factor.T:
         turn = Rotation.from_rotvec(twist[:3]).as_matrix()
         motion = pose_of(turn, origin - turn @ origin + twist[3:])
-        there = {n: moved(motion, s) for n, s in surfaces.items()}
+        moved_surfaces = {n: moved(motion, s) for n, s in surfaces.items()}
         shifted = contacts.points @ turn.T + motion[:3, 3] - contacts.points
         places += (shifted**2).sum(axis=1) / count
-        off = [normal_below(there[n], p) for n, p in zip(contacts.features, contacts.points, strict=True)]
+        off = [normal_below(moved_surfaces[n], p) for n, p in zip(contacts.features, contacts.points, strict=True)]
         turns += ((np.array(off) - truth.normals) ** 2).sum(axis=1) / count
     np.testing.assert_allclose(place, np.sqrt(places), rtol=0.1)
     np.testing.assert_allclose(normal, np.sqrt(turns), rtol=0.1)
@@ -97,7 +97,7 @@ def test_scatter_of_many_poses():
     ],
 )
 def test_a_free_motion_makes_unsure_what_it_changes_and_nothing_else(name, unsure_places, unsure_normals):
-    """Turning about the pin lays plate and pin on themselves: their normals stay known."""
+    """A rotation about the pin maps plate and pin onto themselves, so their normals stay known."""
     truth, contacts, surfaces, _ = setting(1)
     up, origin = truth.pose[:3, 2], truth.pose[:3, 3]
     centre = surfaces["ball"].center
@@ -111,5 +111,5 @@ def test_a_free_motion_makes_unsure_what_it_changes_and_nothing_else(name, unsur
     place, normal = place_and_normal_sigmas(surfaces, contacts, truth.normals, origin, factor, free[:, None])
     names = np.array(contacts.features)
     assert set(names[np.isinf(normal)]) == unsure_normals
-    # The ball's contacts move with it though its centre does not.
+    # The ball's contacts move although its centre does not.
     assert set(names[np.isinf(place)]) >= unsure_places

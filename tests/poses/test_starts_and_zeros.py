@@ -1,4 +1,4 @@
-"""Starts of descents; sets of zeros: continua, and the balance of signs over all zeros of six equations."""
+"""Starts of descents; sets of zeros: continua, and the sum of signs over all zeros of six equations."""
 
 import numpy as np
 import pytest
@@ -24,20 +24,20 @@ def equations():
 
 @pytest.mark.parametrize("number", [0, 3])
 def test_a_covering_is_even_and_off_the_best_translations(number):
-    there = equations()
-    rotations, offsets = covering(there, 400, number)
-    away = offsets - centred_offsets(there, rotations)
+    system = equations()
+    rotations, offsets = covering(system, 400, number)
+    away = offsets - centred_offsets(system, rotations)
     np.testing.assert_allclose(np.linalg.norm(away, axis=0), START_OFFSET)
     assert np.linalg.norm(away.mean(axis=1)) < 0.1
     rotations = Rotation.from_matrix(np.moveaxis(rotations, -1, 0))
-    # 400 caps of 23 degrees would fill all rotations without a gap or an overlap.
+    # 400 caps of 23 degrees would fill the group of rotations without gap or overlap.
     nearest = [(rotations * one.inv()).magnitude().min() for one in Rotation.random(50, random_state=1)]
     assert np.degrees(max(nearest)) < 45
 
 
 def test_coverings_differ():
-    there = equations()
-    one, other = (covering(there, 50, number)[0] for number in (1, 2))
+    system = equations()
+    one, other = (covering(system, 50, number)[0] for number in (1, 2))
     assert np.abs(one - other).max() > 0.1
 
 
@@ -45,7 +45,7 @@ def test_neighbours_are_at_every_scale():
     centre = Zeros(np.eye(3)[:, :, None], np.array([[1.0], [2.0], [3.0]]), np.zeros(1), np.ones(1, dtype=np.intp))
     rotations, offsets = around(ALL_POSES, centre, 1)
     assert offsets.shape == (3, NEIGHBOURS)
-    # Cayley's map turns by twice the arc tangent of half the vector.
+    # Cayley's map rotates by twice the arc tangent of half the vector's length.
     angles = Rotation.from_matrix(np.moveaxis(rotations, -1, 0)).magnitude()
     steps = np.hypot(2 * np.tan(angles / 2), np.linalg.norm(offsets - centre.offsets, axis=0))
     assert 0.05 <= steps.min() < 0.1
@@ -58,17 +58,17 @@ def test_sides_are_none_and_all_six():
 
 
 def test_more_zeros_than_any_problem_has_are_samples_of_a_motion():
-    """Of a thousand distinct zeros MOST_ZEROS + 1 are kept, which are enough to recognize a continuum."""
-    there = equations()
-    rotations, offsets = covering(there, 1000, 0)
+    """Of a thousand distinct zeros MOST_ZEROS + 1 are kept, enough to recognize a continuum."""
+    system = equations()
+    rotations, offsets = covering(system, 1000, 0)
     found = Zeros(rotations, offsets, np.zeros(1000), np.ones(1000, dtype=np.intp))
     kept = Zeros.none().joined(found)
     assert len(kept) == MOST_ZEROS + 1
-    assert kept.merged(there).continuum
+    assert kept.merged(system).continuum
     part = found.subset(np.arange(300))
     kept = Zeros.none().joined(together([part, part]))
     assert (kept.counts == 2).all()
-    assert not kept.merged(there).continuum
+    assert not kept.merged(system).continuum
     assert (kept.joined(part).counts == 3).all()
 
 
@@ -80,9 +80,9 @@ MAKE = {
 
 
 def solved(kind, layout, number=0):
-    """Equations and poses as the search has them, rotations (3, 3, k) and offsets (3, k), by path tracking.
+    """Equations in the form of the search, and their poses by path tracking: rotations (3, 3, k), offsets (3, k).
 
-    Contacts about their mean, all lengths in units of their spread.
+    Contacts are relative to their mean, in units of their spread.
     """
     problem = problem_number(kind, layout, 1, number)
     answer = all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)
@@ -98,7 +98,7 @@ def solved(kind, layout, number=0):
 
 
 def exact(rotations, offsets):
-    """These poses (3, 3, k), (3, k), each met once."""
+    """These poses (3, 3, k), (3, k) as zeros, each found once."""
     count = offsets.shape[1]
     return Zeros(rotations, offsets, np.zeros(count), np.ones(count, dtype=np.intp))
 
@@ -125,7 +125,7 @@ def test_all_poses_balance_and_all_but_one_do_not(kind, layout):
 
 
 def test_what_may_have_either_sign_may_stand_for_what_is_missing():
-    """A minimum that is no zero, like that of two nearly equal poses with noise."""
+    """A minimum that is not a zero, as that of two nearly equal poses with noise."""
     equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
     zeros = exact(rotations, offsets)
     zeros.costs[1] = 1e-8

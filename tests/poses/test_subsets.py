@@ -1,4 +1,4 @@
-"""Subsets without regard to place, and the poses of more contacts than are fitted at once."""
+"""Random subsets of contacts, and poses of more contacts than are fitted at once."""
 
 from dataclasses import replace
 
@@ -30,12 +30,12 @@ def test_parts_are_others_each_time_also_where_there_are_more_features_than_cont
         len({tuple(blind_part(contacts, PART_CONTACTS, number)) for number in range(PARTS_SEARCHED)}) == PARTS_SEARCHED
     )
     single = replace(contacts, features=tuple(f"f{i}" for i in range(len(contacts))))
-    seen = {int(i) for number in range(PARTS_SEARCHED) for i in blind_part(single, PART_CONTACTS, number)}
-    assert len(seen) == PART_CONTACTS * PARTS_SEARCHED
+    drawn = {int(i) for number in range(PARTS_SEARCHED) for i in blind_part(single, PART_CONTACTS, number)}
+    assert len(drawn) == PART_CONTACTS * PARTS_SEARCHED
 
 
 def test_some_part_is_free_of_a_few_wrong_contacts():
-    """Of two wrong contacts among forty some subset is free in 99 of 100 cases, wherever they are."""
+    """In 99 of 100 cases some subset contains neither of two wrong contacts among forty, wherever they are."""
     _, contacts = contacts_of(14)
     rng = np.random.default_rng(9)
     free = 0
@@ -44,11 +44,11 @@ def test_some_part_is_free_of_a_few_wrong_contacts():
         free += any(
             not wrong & set(blind_part(contacts, PART_CONTACTS, number).tolist()) for number in range(PARTS_SEARCHED)
         )
-    assert free >= 195  # 198 wanted, one standard deviation 1.4
+    assert free >= 195  # 198 expected, standard deviation 1.4
 
 
 def test_the_nearest_miss_is_where_most_contacts_are():
-    """Three contacts of sixty are off by a centimetre, and are among those that the search uses without subsets."""
+    """Three of sixty contacts are off by a centimetre, and are among those that the search uses without subsets."""
     truth, contacts = contacts_of(20)
     points = contacts.points.copy()
     points[[0, 21, 45]] += 10.0 * truth.normals[[0, 21, 45]]
@@ -65,7 +65,7 @@ def touched(patches, each, seed=3):
 
 
 def squares_of_planes(contacts, pose):
-    """Chi-square of the nearest least squares for the three planes of CORNER, which meet in the origin."""
+    """Chi-square of the nearest local minimum for the three planes of CORNER, which meet in the origin."""
 
     def residuals(step):
         turn = Rotation.from_rotvec(step[:3]).as_matrix() @ pose[:3, :3]
@@ -88,7 +88,7 @@ def test_all_mirror_images_of_many_contacts_are_found_and_each_is_the_optimum():
 
 
 def test_one_bad_contact_among_thousands_is_seen_wherever_it_is():
-    """Also if it is not among the thousand that are fitted first."""
+    """Also if it is not among the thousand contacts that are fitted first."""
     truth, contacts = touched(PLATE, THINNED)
     assert locate(placed(PLATE), contacts).status == "located"
     for row in (17, 1500, 2999):

@@ -1,4 +1,4 @@
-"""Probes qualified: certified data of NIST, and simulated probes that drift, slip, miss, and have lobes."""
+"""Qualification of probes: certified data of NIST, and simulated probes with drift, steps, outliers and lobes."""
 
 import json
 import re
@@ -17,7 +17,7 @@ from tests.support.nist import SETS
 
 
 def readings(values: object, features: object = "place", direction: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Contacts:
-    """Touches with these readings along the outward normal, which is opposite to direction."""
+    """Touches with these readings along the outward normal, the opposite of direction."""
     values = np.asarray(values, float)
     points = -np.asarray(direction) * values[:, None]
     return contacts_from_arrays(features, points, np.tile(direction, (len(values), 1)), sigma=1.0, tip_radius=0.0)
@@ -54,12 +54,12 @@ def test_places_are_pooled_and_targets_tell_them_apart() -> None:
 
 
 def test_noise_alone_is_told_of_seldom_and_the_interval_covers() -> None:
-    told, inside = 0, 0
+    flagged, inside = 0, 0
     for seed in range(400):
         found = qualify(readings(noise(seed)))
-        told += bool(found.outliers or found.steps or found.warnings)
+        flagged += bool(found.outliers or found.steps or found.warnings)
         inside += found.sigma_interval[0] < 0.05 < found.sigma_interval[1]
-    assert told <= 6
+    assert flagged <= 6
     assert 0.92 <= inside / 400 <= 0.98
 
 
@@ -72,9 +72,9 @@ def test_outliers_are_told_by_row_also_where_two_hide_each_other() -> None:
 
 
 def sigma_without_outliers(warnings: tuple[str, ...]) -> float:
-    """The number in the warning, of three digits, and its unit."""
-    (told,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: check", text))]
-    return told
+    """The sigma in the warning, which has three digits and the unit mm."""
+    (sigma,) = [float(found[1]) for text in warnings if (found := re.search(r"sigma is about (\S+) mm: check", text))]
+    return sigma
 
 
 @pytest.mark.parametrize("count", [10, 20, 40])
@@ -188,7 +188,7 @@ def test_touches_from_directions_too_different_are_no_repeats() -> None:
     for widest, warned in ((0.8, True), (0.1, False)):
         angles = np.linspace(-widest, widest, 8)
         out = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-        # Deviations along the approach as large as those across it: only the directions tell.
+        # The deviations along and across the approach are equally large: only the directions show it.
         points = np.random.default_rng(4).normal(0, 0.01, (8, 3))
         touched = contacts_from_arrays("pin", points, -out, sigma=1.0, tip_radius=0.0)
         assert any("reference ball" in warning for warning in qualify(touched).warnings) == warned
@@ -202,7 +202,7 @@ def test_what_says_nothing_of_a_probe_is_refused() -> None:
 
 
 def ball(seed: int, count: int, sigma: float, side: str = "outer", lobe: float = 0.0) -> Contacts:
-    """Touches of a ball of radius 12.7 at a far place by a tip of 3.02, that triggers later in three directions."""
+    """Touches of a distant ball of radius 12.7 by a tip of 3.02 that triggers later in three directions."""
     rng = np.random.default_rng(seed)
     out = rng.normal(size=(count, 3))
     out /= np.linalg.norm(out, axis=1)[:, None]
@@ -264,7 +264,7 @@ def test_the_usual_five_touches_of_a_ball_spread_over_it() -> None:
 def test_the_sigma_of_the_tip_radius_is_that_of_many_draws() -> None:
     draws = [qualify(ball(seed, 12, 0.002), radius=12.7) for seed in range(300)]
     off = np.array([(found.tip_radius - 3.02) / found.tip_radius_sigma for found in draws])
-    assert 0.92 < np.mean(np.abs(off) < 2.306) < 0.98  # Student's t of 8 degrees of freedom: 95 per cent
+    assert 0.92 < np.mean(np.abs(off) < 2.306) < 0.98  # Student's t with 8 degrees of freedom, 95 per cent
 
 
 def test_lobes_show_by_direction() -> None:
@@ -272,7 +272,7 @@ def test_lobes_show_by_direction() -> None:
     means = {tuple(np.round(mean.direction, 3)): mean.mean for mean in found.directions}
     assert len(means) == 14
     assert sum(mean.touches for mean in found.directions) == 2000
-    # cos 3a is 1 along x and -1 along -x: the map has these signs, averaged over its cells.
+    # cos 3a is 1 along x and -1 along -x: the map has these signs, averaged over cells.
     assert means[(1.0, 0.0, 0.0)] > 0.004
     assert means[(-1.0, 0.0, 0.0)] < -0.004
     assert abs(means[(0.0, 0.0, 1.0)]) < 0.001
@@ -296,11 +296,11 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
     file = tmp_path / "touches.csv"
     file.write_text(f"# units: mm\nfeature,target,x,y,z,ax,ay,az\n{rows}\n")
     assert main(["qualify", str(file), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tactfix/qualify/1"
-    assert told["touches"] == 6
-    assert told["sigma"] == pytest.approx(0.01)
-    assert told["tip_radius"] is None
+    report = json.loads(capsys.readouterr().out)
+    assert report["schema"] == "tactfix/qualify/1"
+    assert report["touches"] == 6
+    assert report["sigma"] == pytest.approx(0.01)
+    assert report["tip_radius"] is None
     assert main(["qualify", str(file)]) == 0
     assert capsys.readouterr().out.startswith("sigma 0.01 mm, 95 % between")
     file.write_text("# units: mm\nfeature,x,y,z\na,0,0,0\n")
@@ -309,7 +309,7 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_a_ball_of_a_fixture_is_a_reference_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """In the fixture's units, whatever else is touched; its side counts."""
+    """In the fixture's units, with other features touched as well; the side of the ball matters."""
     fixture = tmp_path / "f.yaml"
     fixture.write_text(
         "tactfix: 1\nname: f\nunits: mm\nfeatures:\n"
@@ -323,10 +323,10 @@ def test_a_ball_of_a_fixture_is_a_reference_too(tmp_path: Path, capsys: pytest.C
         (tmp_path / f"{name}.csv").write_text(f"# units: m\nfeature,x,y,z\nface,0,0,0\n{rows}")
         side = "outer" if name == "ball" else "inner"
         assert main(["qualify", str(tmp_path / f"{name}.csv"), "--fixture", str(fixture), "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert told["units"] == "mm"
-        assert told["touches"] == 30
-        assert told["tip_radius"] == pytest.approx(qualify(contacts, radius=12.7, side=side).tip_radius, abs=1e-6)
+        report = json.loads(capsys.readouterr().out)
+        assert report["units"] == "mm"
+        assert report["touches"] == 30
+        assert report["tip_radius"] == pytest.approx(qualify(contacts, radius=12.7, side=side).tip_radius, abs=1e-6)
     both = (tmp_path / "ball.csv").read_text() + "".join((tmp_path / "socket.csv").read_text().splitlines(True)[3:])
     (tmp_path / "both.csv").write_text(both)
     words = ["qualify", str(tmp_path / "both.csv"), "--fixture", str(fixture), "--json"]
