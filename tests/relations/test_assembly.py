@@ -1,4 +1,4 @@
-"""Fixtures by relations: every noisy set of contacts finds the truth, exact relations hold, all shapes are found."""
+"""Fixtures by relations: noisy contacts give the true pose, exact relations hold, all shapes are found."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ NEXT_TO_A_DOUBLE_ROOT = [(48, 1e-4), (95, 1e-4), (71, 1e-3), (12, 5e-3), (22, 5e
 
 @pytest.mark.parametrize(("seed", "sigma"), NEXT_TO_A_DOUBLE_ROOT)
 def test_ball_whose_two_places_all_but_coincide_is_not_lost(seed, sigma):
-    """Two contacts and the distance leave two places for the ball; noise pushes them together and beyond."""
+    """Two contacts and the distance leave two places for the ball, which noise makes coincide or complex."""
     rng = np.random.default_rng([7, seed])
     fixture = related(CYLINDER_SPHERE, [distance("bar", "ball", 3.0)], CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH)
     truth = touch_all(CYLINDER_SPHERE, {"bar": 5, "ball": 2}, rng, sigma=sigma)
@@ -79,7 +79,7 @@ frame: {origin: {foot_of: ball, on: bar}, y: {along: bar}, x: {from: bar, to: ba
 
 
 def bar_and_ball(tmp_path, by_relations):
-    """The same bar and ball, once as one rigid body."""
+    """The same bar and ball by relations and as one rigid body."""
     at_bar, at_ball = ", point: [0.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0]", ", center: [40.0, 0.0, 0.0]"
     places = ("", "") if by_relations else (at_bar, at_ball)
     file = tmp_path / f"{by_relations}.yaml"
@@ -90,7 +90,7 @@ def bar_and_ball(tmp_path, by_relations):
 
 @pytest.mark.parametrize("seed", [5, 32, 57, *(pytest.param(k, marks=pytest.mark.slow) for k in (7, 8, 42, 53, 59))])
 def test_a_ball_next_to_a_double_root_has_all_the_places_of_a_rigid_fixture(tmp_path, seed):
-    """Its two contacts lie nearly along the way to the bar, and noise has made one place of two, or none."""
+    """Its two contacts lie nearly in the direction of the bar, and noise has merged its two places, or left none."""
     rng = np.random.default_rng(seed)
     around, height = rng.uniform(0, 2 * np.pi, 5), rng.uniform(-30, 30, 5)
     on_bar = np.column_stack([np.cos(around), np.zeros(5), np.sin(around)])
@@ -110,7 +110,7 @@ def test_a_ball_next_to_a_double_root_has_all_the_places_of_a_rigid_fixture(tmp_
 
 @pytest.mark.parametrize("apart", [0.0, 1e-4, 0.02])
 def test_a_ball_touched_twice_at_one_place_leaves_a_motion_free(apart):
-    """Of its two contacts one says nothing: no ground to call the others inconsistent, or to raise."""
+    """One of its two contacts adds nothing, which must not make the others inconsistent or raise an error."""
     fixture = related(BALLS, ball_distances(), BALLS_RECIPE)
     rng = np.random.default_rng(3)
     truth = touch_all(BALLS, {"a": 3, "b": 2, "c": 1}, rng, sigma=0.002)
@@ -164,7 +164,7 @@ UPRIGHT = {
 @pytest.mark.parametrize("said_twice", [False, True])
 @pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 6), marks=pytest.mark.slow)])
 def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twice, seeds):
-    """Three features parallel pair by pair: two of the angles give the third, but only where they hold exactly."""
+    """Three features are pairwise parallel: two of the angles imply the third, but only if they hold exactly."""
     spaced = [
         ("pin", "post", np.hypot(110, 40)),
         ("ball", "pin", np.hypot(70, 70)),
@@ -181,7 +181,7 @@ def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twi
         contacts = truth.contacts(rng)
         solutions = assembled_solutions(fixture, contacts, contacts.sigmas)
         assert solutions.dof == 14
-        # Seen from the side of the ball the plate's normal may point either way: that is the other solution there is.
+        # The other solution has the plate's normal reversed relative to the ball.
         assert min(s.chi2 for s in solutions.found) < 50
         at_ball = min(
             np.linalg.norm(s.surfaces["ball"].center - truth.pose[:3] @ [10, -70, 30, 1]) for s in solutions.found
@@ -190,7 +190,7 @@ def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twi
 
 
 def test_a_relation_that_is_less_sure_than_the_contacts_loses_no_pose():
-    """The bar needs the ball, so the fixture is searched as one body, though the distance is off by a tenth."""
+    """The bar is not located without the ball: the fixture is searched as one body, with a distance off by a tenth."""
     fixture = related(
         CYLINDER_SPHERE, [distance("bar", "ball", 3.0, 0.05)], CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH
     )

@@ -1,4 +1,4 @@
-"""Relations next to 0, 90 and 180 degrees: every branch is found, and none that is right is refused."""
+"""Relations near 0, 90 and 180 degrees: every branch is found, and no correct one is rejected."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def located(name, fixture="fixture.yaml"):
 
 
 def test_both_senses_of_an_axis_are_listed():
-    """Chi-squares of both minima from descents started at either (given with the problem)."""
+    """The chi-squares of both minima are those of descents started at either (given with the problem)."""
     result = located("angle_two_branches")
     assert result.status == "ambiguous"
     np.testing.assert_allclose([c.chi2 for c in result.candidates], [6.98, 15.3], rtol=0.01)
@@ -63,7 +63,7 @@ def leaning(degrees, azimuth=0.0):
 
 
 def plate_bar_ball(degrees):
-    """A bar that leans off the normal of a plate, and a ball beside it."""
+    """A bar that is inclined to the normal of a plate, and a ball next to it."""
     return {
         "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=40.0),
         "bar": Patch("cylinder", (0, 0, 60), leaning(degrees), 8.0, length=30.0),
@@ -79,7 +79,7 @@ TURNS = [np.eye(3), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()]
 @pytest.mark.parametrize("sigma", [0.0, 0.02])
 @pytest.mark.parametrize("degrees", [0.0, 0.02, 0.3, 45.0, 89.9, 89.99, 90.0])
 def test_a_measured_angle_frees_no_motion(degrees, sigma, turn):
-    """Nominal contacts and noisy ones: the truth is among the poses, which are two at most where the angle is 89.9."""
+    """With nominal and noisy contacts the true pose is among the poses, which are at most two if the angle is 89.9."""
     patches = plate_bar_ball(degrees)
     fixture = related(patches, [angle("plate", "bar", degrees, sigma)], RECIPE)
     pose = np.eye(4)
@@ -98,7 +98,7 @@ def test_a_measured_angle_frees_no_motion(degrees, sigma, turn):
 
 
 def frame_of(patches):
-    """The frame of RECIPE, built here anew: where the patches are known, in their own frame."""
+    """The frame of RECIPE, computed here, in the frame in which the patches are given."""
     axis, point = np.asarray(patches["bar"].along), np.asarray(patches["bar"].at, float)
     ball = np.asarray(patches["ball"].at, float)
     origin = point + ((ball - point) @ axis) * axis
@@ -139,7 +139,7 @@ ALONG = Rotation.from_euler("z", np.linspace(0, 160, LEANING_BARS)[:, None], deg
 
 
 def leaning_bars():
-    """Short bars along a plate, each at 89.9 or 90.1 deg as far as their contacts tell: 256 branches."""
+    """Short bars along a plate, whose contacts do not distinguish 89.9 from 90.1 deg: 256 branches."""
     bars = {
         f"bar_{n}": Patch("cylinder", (60 * n, 90, 30), turn.apply(leaning(89.9)), 8.0) for n, turn in enumerate(ALONG)
     }
@@ -151,9 +151,9 @@ def leaning_bars():
 
 
 def test_of_many_open_branches_the_cheapest_are_followed(monkeypatch):
-    """Against all of them."""
+    """Against a search of all branches."""
     patches, fixture, contacts = leaning_bars()
-    # Either side costs the first bars the same, which are next to 90 degrees, and the last ones more.
+    # The two senses cost the same for the first bars, which are nearly at 90 degrees, and differ for the last ones.
     found_at = [89.99, 89.99, 89.99, 89.99, 89.8, 89.8, 89.8, 89.8]
     axes = [turn.apply(leaning(degrees)) for turn, degrees in zip(ALONG, found_at, strict=True)]
     surfaces = {f"bar_{n}": Cylinder(patches[f"bar_{n}"].at, axis, 8.0) for n, axis in enumerate(axes)}
@@ -179,7 +179,7 @@ def test_branches_that_are_not_followed_are_told():
 
 
 def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
-    """Of 256 branches the 96 kept have the first bar at 89.9 deg, as its contacts nearly say; a post then says 90.1."""
+    """The 96 of 256 branches kept have the first bar at 89.9 deg, as its contacts favour; a post then requires 90.1."""
     bars = {f"bar_{n}": Cylinder([60 * n, 90, 30], turn.apply(leaning(90.0)), 8.0) for n, turn in enumerate(ALONG)}
     bars["bar_0"] = Cylinder([0, 90, 30], leaning(89.99), 8.0)
     surfaces = {
@@ -200,7 +200,7 @@ def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
 
 
 def test_what_sure_contacts_leave_free_is_known_to_one_fixture_size():
-    """Contacts a hundred billion times as sure as what they leave free: a normal matrix would be singular."""
+    """The contacts are 1e11 times as accurate as the free directions: normal equations would be singular."""
     surfaces = {"face": Plane(np.zeros(3), np.array([0.6, 0.0, 0.8])), "ball": Sphere(np.array([5.0, 0.0, 3.0]), 1.0)}
     u = np.array([0.8, 0.0, -0.6])
     points = [np.zeros(3), 3 * u, surfaces["ball"].center + u]
@@ -221,7 +221,7 @@ def test_what_sure_contacts_leave_free_is_known_to_one_fixture_size():
 def test_a_distance_known_far_better_than_the_contacts_gives_the_covariance_of_geometry(
     known, counts, sigma, seed, most
 ):
-    """Contacts of several per cent of the bar's radius: sigma points lie where the linear model misses a distance."""
+    """With sigma several per cent of the bar's radius, the linear model violates a distance at the sigma points."""
     rng = np.random.default_rng(seed)
     truth = touch_all(CYLINDER_SPHERE, dict(zip(CYLINDER_SPHERE, counts, strict=True)), rng, sigma=sigma)
     contacts = truth.contacts(rng)

@@ -1,4 +1,4 @@
-"""Untouched features that nothing determines, or that may be on either side of others: neither frees a motion."""
+"""Untouched features that are undetermined, or may be on either side of others: neither leaves a motion free."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ KNOWN = "- {between: [bar, ball], value: 3.0}\n"
 
 
 def with_extra(*relations: str) -> tactfix.Fixture:
-    """The paper's fixture with one more ball, and these relations of it."""
+    """The paper's fixture with one more ball and these relations for it."""
     text = BAR_AND_BALL.replace(RADIUS, f"{RADIUS}  extra: {{type: sphere, radius: 1.0}}\n")
     return tactfix.Fixture.from_text(text.replace(KNOWN, KNOWN + "".join(f"  - {line}\n" for line in relations)))
 
@@ -68,7 +68,7 @@ def test_touches_of_a_free_feature_alone_leave_the_fixture_free():
 
 
 def test_an_untouched_ball_on_either_side_of_others_is_no_second_pose():
-    """Its distances to three touched balls put it above or below their plane."""
+    """Its distances to three touched balls allow places above and below their plane."""
     balls = {**BALLS, "fourth": Patch("sphere", (60, 40, 90), radius=10.0)}
     away = {name: float(np.linalg.norm(np.subtract(balls["fourth"].at, balls[name].at))) for name in BALLS}
     relations = [*ball_distances(), *(distance(name, "fourth", value) for name, value in away.items())]
@@ -90,7 +90,7 @@ def test_an_untouched_ball_on_either_side_of_others_is_no_second_pose():
         ([angle("one", "extra", 30), angle("two", "extra", 60), distance("one", "extra", 20)], False),
         # Parallel to both, it makes them parallel.
         ([angle("one", "extra", 0), angle("two", "extra", 0)], True),
-        # Three angles of one direction relate the other three.
+        # Angles of one direction to three others relate the three.
         ([angle("one", "extra", 30), angle("two", "extra", 60), angle("three", "extra", 70)], True),
         ([angle("one", "extra", 0), distance("one", "extra", 20), distance("two", "extra", 30)], True),
     ],

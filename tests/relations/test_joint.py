@@ -1,4 +1,4 @@
-"""Joint least squares of contacts and relations: a fit that cannot keep its constraints ends early."""
+"""Joint least squares of contacts and relations: a fit with contradictory constraints ends early."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tests.validation.relation_geometry import Part, bar, leaning, plane
 
 
 def leaning_bar(degrees, rng):
-    """A bar that leans towards x, a little off, and six contacts all around it."""
+    """A bar inclined towards x, slightly displaced, and six contacts around it."""
     lean = np.radians(degrees)
     direction = np.array([np.sin(lean), 0.0, np.cos(lean)]) + 1e-4 * rng.normal(size=3)
     direction /= np.linalg.norm(direction)
@@ -26,8 +26,8 @@ def leaning_bar(degrees, rng):
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_constraints_that_contradict_each_other_end_the_fit(seed, monkeypatch):
-    """Two angles of 10 deg allow none above 20 deg between the outer two: a violation stays, at which steps gain next
-    to nothing.
+    """Two angles of 10 deg allow at most 20 deg between the outer two: a violation remains at which steps gain almost
+    nothing.
     """
     steps, linearized = [], joint.linearized
     monkeypatch.setattr(joint, "linearized", lambda *given: steps.append(1) or linearized(*given))
@@ -44,7 +44,7 @@ def test_constraints_that_contradict_each_other_end_the_fit(seed, monkeypatch):
 
 
 def crossing_bars():
-    """Two bars 0.1 deg apart and a third one that crosses both: all distances are next to 0."""
+    """Two bars at 0.1 deg to each other and a third that crosses both: all distances are nearly 0."""
     one, other = leaning(0.0), leaning(57.8)
     turned = leaning(0.1, 167.0)
     at, normal = np.zeros(3), np.cross(turned, other)
@@ -59,10 +59,10 @@ def crossing_bars():
 
 
 def test_the_size_of_a_fixture_is_not_that_of_axes_that_nearly_cross(tmp_path):
-    """In units of 0.02 mm its constraints differ by so much that dependent ones were not recognized as such."""
+    """Lengths in units of 0.02 mm made the constraints differ so much that dependent ones were not recognized."""
     part, rng = crossing_bars(), np.random.default_rng(4)
     touched = few_touches(part, rng, most=5)
     result = tactfix.locate(*as_read(part, touched, rng, tmp_path))
     off = [np.abs(c.base_from_fixture - touched.base_from_fixture).max() for c in result.candidates if c.accepted]
-    assert result.status in ("located", "ambiguous")  # bars have no sense, and both signs may be left
+    assert result.status in ("located", "ambiguous")  # bars have no sense, so both signs may remain
     assert min(off) < 0.1

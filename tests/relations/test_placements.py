@@ -1,4 +1,4 @@
-"""Placements followed side by side: they end where contacts and relations have the features, whatever holds them."""
+"""Placements optimized in parallel: they end where contacts and relations place the features, for every kind."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ ANGLE = {"slab with hole": 20.0, "pins of equal lean": 20.0}
 
 
 def touched_part(kind, folder, seed, noise=0.0, most=99):
-    """Fixture files, the touches, and what is read of them; most: contacts a feature."""
+    """Fixture files, the touches, and the objects read from them; most: contacts on each feature."""
     rng = np.random.default_rng([seed, *kind.encode()])
     degrees = ANGLE.get(kind, 60.0)
     part, touched = turned_part(kind, rng, Angle(degrees, 0.0, degrees, 0.0), most)
@@ -39,7 +39,7 @@ def in_base(thing, base):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_placement_near_the_truth_ends_there(kind, tmp_path):
-    """Each residual vanishes there, and nowhere next to it: the parts are built without the package."""
+    """All residuals vanish there and nowhere nearby; the parts are built without the package."""
     part, touched, fixture, contacts = touched_part(kind, tmp_path, seed=1)
     problem = JointProblem(contacts, residual_sigmas(fixture, contacts), fixture.relations, fixture_scale(fixture))
     truth = {name: in_base(thing, touched.base_from_part) for name, thing in part.things.items()}
@@ -66,7 +66,7 @@ def test_a_placement_near_the_truth_ends_there(kind, tmp_path):
 @pytest.mark.parametrize("kind", ["slab with hole", "bar beside ball on plate", "pins of equal lean"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_with_few_contacts_a_feature_the_pose_is_still_found(kind, seed, tmp_path):
-    """Three contacts locate no bar alone; of the places that relations leave it the one that they explain is found."""
+    """Three contacts do not locate a bar alone; the place that agrees with contacts and relations is found."""
     _, touched, fixture, contacts = touched_part(
         kind, tmp_path, seed, noise=1.0, most=4 if kind != "slab with hole" else 3
     )
@@ -78,7 +78,7 @@ def test_with_few_contacts_a_feature_the_pose_is_still_found(kind, seed, tmp_pat
 
 
 def test_a_scan_of_one_feature_is_placed_by_a_part_of_its_contacts_and_fitted_by_all(tmp_path, monkeypatch):
-    """Placements fill a row of numbers for each contact, 128 times."""
+    """128 placements need a row of numbers for each contact, so only a part of the contacts is used."""
     _, touched, fixture, contacts = touched_part("bar beside ball on plate", tmp_path, seed=1, noise=1.0, most=3)
     first = contacts.by_feature["plate"]
     rng, count = np.random.default_rng(5), 3000
@@ -90,10 +90,10 @@ def test_a_scan_of_one_feature_is_placed_by_a_part_of_its_contacts_and_fitted_by
     points = np.vstack([scan, contacts.points[others]])
     approaches = np.vstack([np.repeat(contacts.approaches[first[:1]], count, axis=0), contacts.approaches[others]])
     many = tactfix.contacts_from_arrays(names, points, approaches=approaches, sigma=0.01, tip_radius=0.0)
-    seen, settle = [], samples.settled
-    monkeypatch.setattr(samples, "settled", lambda *given: seen.append(len(given[1].contacts)) or settle(*given))
+    counts, settle = [], samples.settled
+    monkeypatch.setattr(samples, "settled", lambda *given: counts.append(len(given[1].contacts)) or settle(*given))
     result = tactfix.locate(fixture, many)
-    assert seen == [samples.PLACED_CONTACTS + len(others)]
+    assert counts == [samples.PLACED_CONTACTS + len(others)]
     left = [c.base_from_fixture for c in result.candidates if c.accepted]
     assert min(np.abs(pose[:3, :3] - touched.base_from_fixture[:3, :3]).max() for pose in left) < 0.02
     assert len(result.contacts) == len(many)

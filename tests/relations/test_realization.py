@@ -1,4 +1,4 @@
-"""The rigid shapes that distances and angles allow: all of them, and none where something is free."""
+"""All rigid shapes that distances and angles allow, and none if a motion is free."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_four_balls_have_a_mirror_image():
 
 
 def test_a_corner_known_by_its_angles_has_a_mirror_image():
-    """x and y are given, so z out of the top is right-handed or left-handed: a corner and its mirror image."""
+    """With x and y given, z out of the top is right-handed or left-handed: a corner and its mirror image."""
     shapes = realize(related(CORNER, SQUARE, CORNER_RECIPE))
     normals = sorted(tuple(np.round(shape["top"].normal, 6)) for shape in shapes)
     assert normals == [(0, 0, -1), (0, 0, 1)]
@@ -98,7 +98,7 @@ SLAB = {
 
 
 def test_a_slab_may_also_be_a_slot():
-    """A distance between planes has no sign: bottom 25 below or above the top, end 50 before or behind the hole."""
+    """A distance of planes has no sign: bottom 25 below or above the top, end 50 before or behind the hole."""
     relations = [angle("top", "bottom", 180), distance("bottom", "top", 25.0), angle("top", "end", 90)]
     relations += [angle("hole", "top", 0), distance("hole", "end", 50.0)]
     fixture = related(
@@ -116,7 +116,7 @@ def test_a_fixture_by_geometry_is_its_own_shape():
 
 
 def test_an_axis_has_the_same_sign_in_every_shape():
-    """Whichever way random starts had it: the one that points up."""
+    """The axis points up, whichever sense the random starts had."""
     two_bars = {
         "pin": Patch("cylinder", (0, 0, 0), (0, 0, 1), 9.0),
         "bar": Patch("cylinder", (0, 40, 5), (1, 0, 0), 5.0),

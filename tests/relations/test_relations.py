@@ -1,4 +1,4 @@
-"""Known distances and angles between every pair of types: what holds, what does not, and derivatives by differences."""
+"""Distances and angles for every pair of types: residuals that vanish or not, and derivatives by differences."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ def test_residuals_vanish_where_the_relation_holds_in_any_pose(name):
 
 
 def shaken(surface, rng, size):
-    """The surface moved and tilted a little."""
+    """The surface slightly moved and tilted."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_rotvec(size * rng.normal(size=3)).as_matrix()
     pose[:3, 3] = size * rng.normal(size=3)
@@ -91,7 +91,7 @@ def shaken(surface, rng, size):
 @pytest.mark.parametrize("name", HOLDING)
 @pytest.mark.parametrize("size", [1e-4, 0.2])
 def test_gradients_against_differences(name, size):
-    """At the relation and well away from it; a residual of several numbers included."""
+    """Where the relation holds and far from it, including residuals with several components."""
     relation, one, other = HOLDING[name]
     rng = np.random.default_rng(7)
     for _ in range(4):
@@ -118,7 +118,7 @@ def test_normals_that_should_agree_miss_by_their_angle(degrees):
 
 @pytest.mark.parametrize("degrees", [1e-6, 1e-4, 1e-2, 0.3])
 def test_spacing_of_pins_that_noise_has_made_not_quite_parallel(degrees):
-    """The common perpendicular of such axes is anywhere, and as short as chance will have it."""
+    """The common perpendicular of such axes may be anywhere, and of any length below the spacing."""
     rng = np.random.default_rng(3)
     for _ in range(20):
         tilt = Rotation.from_rotvec(np.radians(degrees) * np.cross(UP, rotation(rng)[0])).apply(UP)
@@ -153,7 +153,7 @@ ALONG_THE_AXES = [UP, EAST, np.array([0.0, 1.0, 0.0]), -UP]
 @pytest.mark.parametrize("axis", ALONG_THE_AXES)
 @pytest.mark.parametrize("relation", [angle("a", "b", 0), distance("a", "b", 0.0)], ids=["parallel", "coaxial"])
 def test_what_two_numbers_hold_is_smooth_across_a_tie_of_components(axis, relation):
-    """The vectors across a direction along a coordinate axis may be chosen in either of two ways."""
+    """The basis perpendicular to a direction along a coordinate axis may be chosen in two ways."""
     one, other = bar([1, 2, 3], axis), bar([1.01, 2.01, 3], axis + 1e-3 * np.roll(axis, 1))
     branch = nearest_branch((relation,), {"a": one, "b": other})[0]
     values = []
@@ -166,7 +166,7 @@ def test_what_two_numbers_hold_is_smooth_across_a_tie_of_components(axis, relati
 
 @pytest.mark.parametrize("degrees", [89.9, 89.99, 90.0, 90.01])
 def test_an_angle_near_90_runs_on_beyond_it(degrees):
-    """Of the two senses of an axis one is meant: its residual has no fold where the other one begins."""
+    """The residual belongs to one of the two senses of an axis: it has no fold where the other sense begins."""
     relation = angle("a", "b", 89.95)
     pair = {"a": bar([0, 0, 0]), "b": bar([5, 5, 5], leaning(89.94))}
     branch = nearest_branch((relation,), pair)[0]

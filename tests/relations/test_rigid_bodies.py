@@ -1,4 +1,4 @@
-"""Fixtures of many rigid shapes: the shape touched is found, or the search says that it may have been overlooked."""
+"""Fixtures with many rigid shapes: the true shape is found, or the search reports that it is incomplete."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -33,7 +33,7 @@ def test_of_many_shapes_the_one_touched_is_found_and_the_search_complete(seed, t
 
 
 def test_a_shape_that_the_coverings_overlook_leaves_the_search_incomplete(tmp_path, monkeypatch):
-    """Coverings of two starts overlook most poses: whenever the true one is lost, the result says so."""
+    """Coverings of two starts miss most poses: whenever the true one is missed, the search is marked incomplete."""
     monkeypatch.setattr(rigid_bodies, "FEW_BODY_STARTS", 2)
     monkeypatch.setattr("tactfix.poses.all_poses.BEYOND_SHARE", 0.001)
     lost = 0
@@ -49,7 +49,7 @@ def test_a_shape_that_the_coverings_overlook_leaves_the_search_incomplete(tmp_pa
 
 
 def test_a_miss_of_a_measured_shape_has_the_chi_square_of_the_contacts_own_sigma(tmp_path):
-    """The shape is searched with looser contacts, which is no reason to report how well these fit."""
+    """The shape is searched with a larger sigma of the contacts, but chi-square is reported for their own sigma."""
     fixture, contacts, _ = few_contacts_on("three bars", 1, tmp_path, angle=(60.0, 0.1))
     points = contacts.points.copy()
     points[4] += [9.0, 9.0, 9.0]
@@ -61,7 +61,7 @@ def test_a_miss_of_a_measured_shape_has_the_chi_square_of_the_contacts_own_sigma
 
 
 def four_bars():
-    """Every distance and angle of four bars: a dozen shapes, which one random start in twenty leads to."""
+    """All distances and angles of four bars: a dozen shapes, each found by one random start in twenty."""
     turns = Rotation.from_euler("xyz", [[0, 0, 0], [50, 0, 0], [60, 40, 0], [-30, 60, 20]], degrees=True)
     places = [[0, 0, 0], [80, 20, 10], [10, 90, 30], [-60, -50, 20]]
     bars = {name: bar(at, turn.apply([0, 0, 1])) for name, at, turn in zip("abcd", places, turns, strict=True)}
@@ -76,7 +76,7 @@ def four_bars():
 
 
 def test_shapes_that_few_starts_lead_to_are_not_looked_for_at_length(tmp_path, monkeypatch):
-    """240 starts took three seconds and found a part of the shapes; features located alone are enough."""
+    """240 starts took three seconds and found only part of the shapes; features located alone are sufficient."""
     starts, relaxed = [], realization._relaxed
     monkeypatch.setattr(realization, "_relaxed", lambda *given: starts.append(1) or relaxed(*given))
     part, rng = four_bars(), np.random.default_rng(1)

@@ -1,4 +1,4 @@
-"""Many solutions of few contacts: those that were not met are not denied."""
+"""Many solutions of few contacts, of which only a sample is computed: solutions not sampled are not excluded."""
 
 from dataclasses import replace
 from itertools import count
@@ -20,7 +20,7 @@ from tests.validation.relation_geometry import Part, ball, bar
 
 @pytest.mark.parametrize("seed", range(3))
 def test_right_contacts_are_not_inconsistent_where_the_search_did_not_settle(seed, tmp_path, monkeypatch):
-    """Three contacts on each of three bars have many solutions; approaches reject the few that are fitted here."""
+    """Three contacts on each of three bars have many solutions; the few fitted here are rejected by approaches."""
     comes_out = samples._comes_out
     monkeypatch.setattr(samples, "_comes_out", lambda *given: not comes_out(*given))
     monkeypatch.setattr(samples, "SAMPLE_ROUNDS", 1)
@@ -34,7 +34,7 @@ def test_right_contacts_are_not_inconsistent_where_the_search_did_not_settle(see
 
 
 def test_the_only_fit_left_of_a_partial_sample_is_not_located(tmp_path):
-    """One of the solutions that were fitted passes all tests; the right one was not among them."""
+    """One of the fitted solutions passes all tests, but the true one is not among them."""
     fixture, contacts, truth = few_contacts_on("three bars by angles", 0, tmp_path, (30.0, 0.02), 3)
     result = tactfix.locate(fixture, contacts)
     left = [candidate.base_from_fixture for candidate in result.candidates if candidate.accepted]
@@ -46,7 +46,7 @@ def test_the_only_fit_left_of_a_partial_sample_is_not_located(tmp_path):
 
 @pytest.mark.parametrize(("fitted", "statuses"), [(12, {"underdetermined"}), (128, {"located", "ambiguous"})])
 def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_path, monkeypatch):
-    """The worst ends come first, so that more than eight fits miss before one explains the contacts."""
+    """The worst ends come first, so that more than eight fits fail before one explains the contacts."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
     monkeypatch.setattr(samples, "END_LIMIT", 1e12)
     monkeypatch.setattr(samples, "SAMPLE_ROUNDS", 1)
@@ -58,7 +58,7 @@ def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_pat
 
 @pytest.mark.parametrize("seed", [2013, 2243, 2253])
 def test_solutions_a_few_sigma_apart_are_both_found(seed, tmp_path):
-    """Next to a double root: as one, the pose was located at the other solution, up to 15 sigma off."""
+    """Near a double root: when the two were merged, the pose located was the other one, up to 15 sigma off."""
     fixture, contacts, truth = few_contacts_on("bar on plate ball at height", seed, tmp_path, (25.0, 0.02), 3)
     result = tactfix.locate(fixture, contacts)
     off = [np.abs(c.base_from_fixture - truth.base_from_fixture).max() for c in result.candidates if c.accepted]
@@ -68,7 +68,7 @@ def test_solutions_a_few_sigma_apart_are_both_found(seed, tmp_path):
 
 @pytest.mark.parametrize("thinned", [False, True])
 def test_candidates_that_were_left_out_are_told(thinned, tmp_path, monkeypatch):
-    """Of a feature touched within noise of a plane only a few candidates are kept."""
+    """Only a few candidates are kept for a feature whose contacts are coplanar within noise."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
     located_alone = combined.located_alone
     monkeypatch.setattr(combined, "located_alone", lambda *given: replace(located_alone(*given), thinned=thinned))
@@ -100,7 +100,7 @@ def five_features():
 
 
 def apart(one, other):
-    """The distance of an axis from a crossing axis, or from a ball."""
+    """The distance of an axis from a skew axis, or from a ball."""
     gap = other.at - one.at
     if one.kind == "sphere":
         return float(np.linalg.norm(np.cross(gap, other.along)))
@@ -110,17 +110,17 @@ def apart(one, other):
 
 @pytest.mark.parametrize("seed", [8, 16])
 def test_a_pose_that_one_placement_in_fifty_leads_to_is_found(seed, tmp_path):
-    """Three contacts on each of five features: in some bases none of 128 placements meets the pose."""
+    """Three contacts on each of five features: in some bases none of 128 placements finds the pose."""
     part, rng = five_features(), np.random.default_rng(seed)
     touched = few_touches(part, rng, most=3)
     result = tactfix.locate(*as_read(part, touched, rng, tmp_path))
     off = [np.abs(c.base_from_fixture - touched.base_from_fixture).max() for c in result.candidates if c.accepted]
-    assert result.status == "ambiguous"  # half a turn lays the bars on themselves
+    assert result.status == "ambiguous"  # a half-turn maps the bars onto themselves
     assert min(off) < 0.2
 
 
 def test_a_fit_that_does_not_keep_the_relations_is_no_miss(tmp_path):
-    """It has not converged, and tells nothing of what explains the contacts."""
+    """Such a fit has not converged, and does not show whether the contacts can be explained."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=5)
     problem = JointProblem(contacts, residual_sigmas(fixture, contacts), fixture.relations, fixture_scale(fixture))
     rng = Random(1)

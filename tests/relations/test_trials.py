@@ -1,4 +1,4 @@
-"""Mistakes in contacts on fixtures whose shape the relations leave open: named, after few fits."""
+"""Mistakes in contacts on fixtures whose shape is not fixed by the relations: named after few fits."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.validation.relation_touches import Touched, by_geometry, by_relations
 
 
 def touched_part(kind, seed=3, angle=60.0):
-    """A fixture by relations and contacts on it, noisy, in a turned base."""
+    """A fixture by relations, with noisy contacts in a rotated base."""
     rng = np.random.default_rng([seed, *kind.encode()])
     part = KINDS[kind].make(Angle(angle, 0.0, angle, 0.0))
     base = np.eye(4)
@@ -33,7 +33,7 @@ def read(part, touched: Touched, noise, folder):
 
 @pytest.fixture
 def fits(monkeypatch):
-    """How many joint fits have been begun."""
+    """A counter of the joint fits started."""
     count, fit = [], branch_fits.joint_fit
     monkeypatch.setattr(branch_fits, "joint_fit", lambda *given: count.append(1) or fit(*given))
     return count
@@ -48,14 +48,14 @@ def test_a_wrong_unit_is_named_after_few_fits(kind, factor, tmp_path, fits):
     assert result.status == "inconsistent"
     assert {cause.code for cause in result.diagnosis} == {"unit"}
     assert result.diagnosis[0].value == pytest.approx(1 / factor)
-    # The noise is that of the file's unit: sigma is wrong as the coordinates are, and that alone is told.
+    # The noise is in the file's unit, so sigma is wrong by the same factor; only the unit is reported.
     assert ["all lengths" in cause.message for cause in result.diagnosis] == [True]
     assert len(fits) <= 2 * MOST_TRIAL_FITS
 
 
 @pytest.mark.parametrize(("kind", "row"), [("crossed bars", 2), ("crossed bars", 18), ("three bars", 11)])
 def test_one_bad_contact_is_named_wherever_it_stands_in_the_file(kind, row, tmp_path):
-    """Of an open shape, and of one of fourteen: neither is known where no pose explains the contacts."""
+    """For an undetermined shape and for one of fourteen: neither is known if no pose explains the contacts."""
     part, touched, noise = touched_part(kind)
     points = touched.points.copy()
     points[row] += 1.5 * touched.normals[row]
@@ -77,7 +77,7 @@ def test_two_labels_exchanged_are_named(tmp_path):
 
 
 def test_of_many_shapes_with_few_contacts_the_pose_is_that_by_geometry(tmp_path):
-    """Three contacts on each of three bars locate none of them alone: fourteen shapes are searched."""
+    """Three contacts on each of three bars do not locate them alone: fourteen shapes are searched."""
     part, touched, noise = touched_part("three bars")
     few = [i for i, name in enumerate(touched.names) if touched.names[:i].count(name) < 3]
     parts = {n: getattr(touched, n)[few] for n in ("points", "normals", "approaches")}
@@ -92,7 +92,7 @@ def test_of_many_shapes_with_few_contacts_the_pose_is_that_by_geometry(tmp_path)
 
 
 def test_units_are_not_doubted_where_the_fixture_has_no_length(tmp_path):
-    """Faces at angles fit contacts in any unit, and in a larger one worse only for their noise."""
+    """Faces with known angles fit contacts in any unit; in a larger unit only the noise grows."""
     part, touched, noise = touched_part("square block", angle=180.0)
     points = touched.points.copy()
     points[2] += 1.5 * touched.normals[2]
@@ -124,7 +124,7 @@ def test_thickness_is_the_rms_distance_from_the_best_plane():
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_one_bad_contact_is_named_where_a_feature_cannot_be_located_alone(seed, tmp_path):
-    """Three contacts on each feature: only all together tell which one is off."""
+    """With three contacts on each feature, only all together show which contact is off."""
     fixture, contacts, touched = few_contacts_on("bar beside ball on plate", seed, tmp_path, angle=(60.0, 0.02))
     points = contacts.points.copy()
     points[2] += 1.5 * touched.normals[2]
@@ -134,7 +134,7 @@ def test_one_bad_contact_is_named_where_a_feature_cannot_be_located_alone(seed, 
 
 
 def test_a_correction_that_loses_a_feature_leaves_the_others_their_fits(tmp_path):
-    """Fits from the nearest miss are limited by themselves."""
+    """Fits from the nearest miss have a limit of their own."""
     part, touched, noise = touched_part("bar on plate")
     fixture, contacts = read(part, touched, noise, tmp_path)
     trials = CorrectionTrials(fixture, contacts)

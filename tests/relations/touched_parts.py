@@ -1,4 +1,4 @@
-"""Parts of the validation study with few contacts on each feature, and what the package reads of their files."""
+"""Parts of the validation study with few contacts on each feature, and the objects read from their files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,13 +12,13 @@ from tests.validation.relation_touches import Touched, by_relations, touches
 
 
 def turned_part(kind: str, rng: np.random.Generator, angle: Angle, most: int) -> tuple[Part, Touched]:
-    """A part of a kind, and touches of it in a turned base, at most so many on each feature."""
+    """A part of a kind and its touches in a rotated base, with at most this number on each feature."""
     part = KINDS[kind].make(angle)
     return part, few_touches(part, rng, most)
 
 
 def few_touches(part: Part, rng: np.random.Generator, most: int) -> Touched:
-    """Touches of a part in a turned base, at most so many on each feature."""
+    """Touches of a part in a rotated base, at most this number on each feature."""
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-300, 300, 3)
     touched = touches(part, base, rng, nominal=False)
@@ -30,7 +30,7 @@ def few_touches(part: Part, rng: np.random.Generator, most: int) -> Touched:
 def few_contacts_on(
     kind: str, seed: int, folder: Path, angle: tuple[float, float] = (60.0, 0.0), most: int = 3
 ) -> tuple[tactfix.Fixture, tactfix.Contacts, Touched]:
-    """A part in a turned base, noisy contacts, at most so many on each feature; angle: value and sigma in the file."""
+    """A part in a rotated base with noisy contacts, at most so many a feature; angle: value and sigma in the file."""
     rng = np.random.default_rng([seed, *kind.encode()])
     part, touched = turned_part(kind, rng, Angle(*angle, angle[0], 0.0), most)
     return (*as_read(part, touched, rng, folder), touched)
@@ -39,7 +39,7 @@ def few_contacts_on(
 def as_read(
     part: Part, touched: Touched, rng: np.random.Generator, folder: Path
 ) -> tuple[tactfix.Fixture, tactfix.Contacts]:
-    """What the package reads of the files of a part and of noisy contacts."""
+    """The fixture and the contacts that the package reads from the files of a part and of noisy contacts."""
     (folder / "fixture.yaml").write_text(by_relations(part))
     (folder / "contacts.csv").write_text(touched.csv(0.01, rng.standard_normal(len(touched.names))))
     fixture = tactfix.load_fixture(folder / "fixture.yaml")

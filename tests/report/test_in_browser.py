@@ -1,4 +1,4 @@
-"""The page in a real browser: it draws, it turns under the mouse, and no request leaves it."""
+"""The report page in a browser: it draws, the mouse rotates the scene, and the page makes no network request."""
 
 import os
 
@@ -8,7 +8,7 @@ from tactfix.cli.app import run
 from tests.support.browser import CHROMIUM, chromium
 from tests.support.project import PLATE_FILE
 
-# .ci/run sets this: there a missing browser is a failure, not a reason to look away.
+# Set by .ci/run, where a missing browser is a failure and not a reason to skip.
 NEEDED = os.environ.get("TACTFIX_NEEDS_CHROMIUM") == "1"
 pytestmark = pytest.mark.skipif(CHROMIUM is None and not NEEDED, reason="no Chromium here")
 
@@ -77,7 +77,7 @@ def test_no_button_leads_away(page):
 
 
 def test_what_would_call_home_is_stopped_by_the_page_itself(page):
-    # The check above would see a request: this one is made, and refused before it leaves.
+    # The check above does detect requests: this one is made, and blocked by the page's policy.
     blocked = page.run("fetch('http://127.0.0.1:9/').then(() => 'left', () => 'refused')")
     assert blocked == "refused"
     assert any("Content Security Policy" in error for error in page.errors)
@@ -92,7 +92,7 @@ def test_a_report_is_printed(ending, magic, contacts_file, tmp_path):
     assert out.read_bytes().startswith(magic)
     assert out.stat().st_size > 20_000
     if ending == ".png":
-        # Width and height in the header: the inputs at the end of the page are on it.
+        # Width and height are in the header; the inputs at the end of the page are included.
         assert int.from_bytes(out.read_bytes()[20:24], "big") > 2500
 
 
@@ -112,7 +112,7 @@ def test_a_narrow_page_does_not_scroll_sideways(page):
 
 
 def test_paper_shows_the_scene(page):
-    """What WebGL draws does not reach a printer: a picture stands in its place, in the colours of day."""
+    """WebGL content is not printed: a picture in light colours replaces it."""
     page.wait_for("document.getElementById('printed').naturalWidth", seconds=180)
     page.call("Emulation.setEmulatedMedia", media="print")
     try:

@@ -1,4 +1,4 @@
-"""Results in a notebook: the summary, and the scene of the HTML report in a frame of its own."""
+"""Results in a notebook: the summary, and the scene of the HTML report in its own frame."""
 
 import html
 import json
@@ -21,7 +21,7 @@ CONTACTS = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contac
 
 
 def frame(output: str) -> str:
-    """The page in the frame of an output."""
+    """The page in the frame of an HTML output."""
     return html.unescape(re.search(r'srcdoc="([^"]*)"', output)[1])
 
 
@@ -73,18 +73,18 @@ def test_without_the_extra_the_summary_is_left(monkeypatch):
 
 
 def test_the_scene_has_the_tip_that_was_found():
-    """With an unknown radius of the tip the contacts are drawn on the surfaces: moved by the radius that was found."""
+    """With an unknown tip radius the contacts are drawn on the surfaces, by the radius that was found."""
     result = tactfix.locate(PLATE, CONTACTS, unknown=["tip-radius"])
     drawn = figure(result._repr_html_())
     points = next(trace for trace in drawn["data"] if trace["name"] == "contacts on ball")
     off = np.array([points[axis] for axis in "xyz"]).T - result.surfaces["ball"].center
     residuals = [contact.residual for contact in result.contacts if contact.feature == "ball"]
-    # From the centre: the ball's radius, and the residual.
+    # Distance from the centre: the ball's radius plus the residual.
     assert np.linalg.norm(off, axis=1) == pytest.approx(19.05 + np.array(residuals), abs=1e-6)
 
 
 def test_names_cannot_leave_the_frame():
-    """A name is what others wrote: nowhere may it become part of the page."""
+    """Names come from files: they must be escaped everywhere in the page."""
     evil = '"></iframe><script>alert(1)</script>'
     result = replace(tactfix.locate(PLATE, CONTACTS), fixture=evil, warnings=(evil,))
     assert "<script>alert" not in result._repr_html_()

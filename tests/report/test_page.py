@@ -1,4 +1,4 @@
-"""The page of a record: what it says, and what it must not let happen."""
+"""The HTML report: its content, and that names from files cannot inject markup."""
 
 import hashlib
 import json
@@ -105,7 +105,9 @@ def test_contacts_and_surfaces_are_where_they_should_be(located):
     assert plate[..., 0].min() == pytest.approx(-40)
     assert plate[..., 0].max() == pytest.approx(340)
     touched = at_home(traces["contacts on ball"])
-    assert np.abs(np.linalg.norm(touched - [300, 180, 60], axis=-1) - 19.05).max() < 0.4  # five sigma of a robot
+    assert (
+        np.abs(np.linalg.norm(touched - [300, 180, 60], axis=-1) - 19.05).max() < 0.4
+    )  # five sigma of a robot's contacts
     assert set(traces) >= {"plate", "pin", "ball", "contacts on plate", "fixture frame"}
 
 
@@ -151,8 +153,8 @@ def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
     ],
 )
 def test_a_design_has_a_record_too(name, layouts, options, tmp_path, monkeypatch):
-    # The study of many random layouts is the same for all, and tested elsewhere.
-    import_module("tactfix.design.design_check")  # before Wishes is no class, which its annotations need
+    # The study of random layouts is tested elsewhere.
+    import_module("tactfix.design.design_check")  # before Wishes is replaced, because annotations need the class
     monkeypatch.setattr(sys.modules["tactfix.design.design_report"], "Wishes", partial(Wishes, layouts=layouts))
     path, out = ROOT / "fixtures" / f"{name}.yaml", tmp_path / "design.html"
     status = run(["report", str(path), "--output", str(out), *options])

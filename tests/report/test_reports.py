@@ -1,4 +1,4 @@
-"""JSON, text and summary of results: the contract's fields, the same doubles, nothing that is no number."""
+"""JSON, text and summary of results: the documented fields, exact doubles, and null for values that are no numbers."""
 
 import io
 import json
@@ -21,7 +21,7 @@ STATUSES: list[Status] = ["located", "underdetermined", "ambiguous", "inconsiste
 
 
 def back(report: dict[str, Any]) -> dict[str, Any]:
-    """What a strict reader of JSON makes of a report."""
+    """A report read by a strict JSON parser."""
 
     def refuse(constant: str) -> None:
         raise AssertionError(constant)
@@ -167,7 +167,7 @@ def test_a_narrow_terminal_cuts_no_number_off(status: Status, width: int) -> Non
 
 def test_the_summary_shows_the_pose_to_the_digits_that_are_known() -> None:
     text = printed("located")
-    assert "0.33333" in text  # sigma 4e-4: the digit of sigma, and one more
+    assert "0.33333" in text  # sigma 4e-4: the first digit of sigma, and one more
     assert "12345.67890" in text
     assert "4e-04" in text or "0.0004" in text
     assert "53.1301" in text  # atan2(0.8, 0.6) about z

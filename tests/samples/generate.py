@@ -1,8 +1,8 @@
-"""Makes the contact files of samples/ and what must come out of them. Run as a script to write them anew.
+"""Generate the contact files of samples/ and their expected results. Run as a script to rewrite them.
 
-Nothing here comes from tactfix: the fixtures' places are written down once more, a touch is a point and its outward
-normal in closed form, and the uncertainty is that of the contacts' own Jacobian. So the files are a truth from outside.
-Noise comes from Python's own generator, whose numbers do not change with the version of a library.
+Nothing here uses tactfix, so the files are independent reference data: the fixtures are written out again, a touch is a
+point and its outward normal in closed form, and the uncertainty follows from the contacts' Jacobian. Noise comes from
+Python's generator, whose numbers do not depend on library versions.
 """
 
 import json
@@ -20,12 +20,12 @@ Vector = NDArray[np.float64]
 
 SAMPLES = ROOT / "samples"
 SIGMAS_ALLOWED = 5.0
-"""A located pose may be wrong by this many of its own sigmas in the worst direction."""
+"""The accepted error of a located pose, in its sigmas in the worst direction."""
 
 
 @dataclass(frozen=True)
 class Touch:
-    """One touch in the fixture frame: the feature, a point of its surface, the outward normal there."""
+    """One touch in the fixture frame: the feature, a point of its surface, and the outward normal at the point."""
 
     feature: str
     point: Vector
@@ -33,13 +33,13 @@ class Touch:
 
 
 def on_plane(feature: str, normal: Sequence[float], *points: Sequence[float]) -> Iterator[Touch]:
-    """Touches of a plane at points of it."""
+    """Touches of a plane at the given points."""
     for point in points:
         yield Touch(feature, np.array(point, float), np.array(normal, float))
 
 
 def on_ball(feature: str, center: Sequence[float], radius: float, *directions: Sequence[float]) -> Iterator[Touch]:
-    """Touches of an outer sphere at its points in these directions from its centre."""
+    """Touches of an outer sphere in the given directions from its centre."""
     for direction in directions:
         outward = np.array(direction, float) / np.linalg.norm(direction)
         yield Touch(feature, np.array(center, float) + radius * outward, outward)
@@ -54,7 +54,7 @@ def along_z(feature: str, radius: float, side: int, *places: tuple[float, float]
 
 @dataclass(frozen=True)
 class Scene:
-    """A fixture with its touches, its truth, and how the machine writes what it measured. Lengths in mm."""
+    """A fixture with its touches, its true pose, and the form of the contact file. Lengths in mm."""
 
     name: str
     comment: str
@@ -70,7 +70,7 @@ class Scene:
 
 
 def pose(turns: Sequence[tuple[str, float]], translation: Sequence[float]) -> Vector:
-    """base_from_fixture (4, 4) from turns about the axes of base, in degrees, the first one first."""
+    """base_from_fixture (4, 4) from rotations about the axes of base in degrees, applied in the given order."""
     matrix = np.eye(4)
     for axis, degrees in turns:
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
@@ -90,16 +90,16 @@ def around(first: float) -> list[tuple[float, float, float]]:
 
 
 def three_balls() -> tuple[Vector, Vector, Vector]:
-    """The centres of the three balls from their distances: x from the first to the second, the third above it."""
+    """The centres of the three balls from their distances: x from the first to the second, y towards the third."""
     a, b, c = 180.013, 140.006, 210.021
     x = (a * a + b * b - c * c) / (2 * a)
     return np.zeros(3), np.array([a, 0.0, 0.0]), np.array([x, np.sqrt(b * b - x * x), 0.0])
 
 
 def scenes() -> tuple[Scene, ...]:
-    """One scene for each fixture but the paper's, whose contacts are printed."""
+    """One scene for each fixture except the paper's, whose contacts are printed in the paper."""
     ball_1, ball_2, ball_3 = three_balls()
-    # No approach may run through another ball.
+    # No approach may pass through another ball.
     turns = (("ball_1", ball_1, 40), ("ball_2", ball_2, 95), ("ball_3", ball_3, 50))
     return (
         Scene(
@@ -197,7 +197,7 @@ def touch_files(scene: Scene) -> dict[str, str]:
 
 
 def _approach(touch: Touch, numbers: random.Random) -> Vector:
-    """Into the material, up to some degrees off the normal as programmed moves are, never from below."""
+    """An approach into the material, some degrees off the normal like programmed moves, never from below."""
     off = np.array([numbers.uniform(-0.08, 0.08) for _ in range(3)])
     direction = -touch.normal + off
     direction[2] = min(direction[2], 0.0)
@@ -205,10 +205,10 @@ def _approach(touch: Touch, numbers: random.Random) -> Vector:
 
 
 def sigmas(scene: Scene) -> tuple[float, float]:
-    """The worst sigma of rotation (rad) and of the origin (mm), the features taken as one rigid body.
+    """The largest sigma of rotation (rad) and of the origin (mm), with the features as one rigid body.
 
     A contact at x with outward normal n moves off its surface by -(n . v) - (x cross n) . w under the twist (w, v).
-    A distance with a sigma of its own adds to that of the contacts, as if it were theirs.
+    The sigma of a distance is added to that of the contacts in quadrature.
     """
     rows = np.array([[*np.cross(t.point, t.normal), *t.normal] for t in scene.touches])
     sigma = float(np.sqrt(scene.sigma**2 + scene.feature_sigma**2 + scene.relation_sigma**2))
@@ -219,8 +219,8 @@ def sigmas(scene: Scene) -> tuple[float, float]:
     )
 
 
-# Section 6 of the paper as printed. The axis of the bar runs through (2, 2, 2); the touched part of the bar is on the
-# positive side of Y. The second centre is the one that approaches along the normals do not eliminate.
+# Section 6 of the paper as printed. The axis of the bar passes through (2, 2, 2); the touched part of the bar is on the
+# positive side of Y. Approaches along the normals do not eliminate the second centre.
 PAPER_POINTS = (
     ("bar", (2.927025, 2.0, 1.625)),
     ("bar", (1.775, 2.8, 1.443785)),
@@ -234,11 +234,11 @@ PAPER_Y = np.array([-0.3, -0.6, -0.74162])
 PAPER_POINT = np.array([2.0, 2.0, 2.0])
 PAPER_CENTERS = (np.array([5.681074, 3.8, 3.09986]), np.array([5.600545, 5.180286, 3.345141]))
 PAPER_TOLERANCE = {"rotation": 5e-6, "translation": 5e-6}
-"""The digits that are printed, and what becomes of them over three radii."""
+"""Rounding of the printed digits, and its effect over three radii."""
 
 
 def paper_pose(center: Vector) -> Vector:
-    """The frame of fig. 6 for a centre of the ball: Y along the bar, X to the ball, origin at the foot on the axis."""
+    """The frame of fig. 6 for a centre of the ball: Y along the bar, X to the ball, origin at its foot on the axis."""
     y = PAPER_Y / np.linalg.norm(PAPER_Y)
     origin = PAPER_POINT + ((center - PAPER_POINT) @ y) * y
     x = (center - origin) / np.linalg.norm(center - origin)
@@ -259,7 +259,7 @@ def paper_approaches(kind: str) -> list[Vector]:
 
 
 def paper_files() -> dict[str, str]:
-    """The seven contacts of section 6 with three kinds of approach, which make them three different cases."""
+    """The seven contacts of section 6 with three kinds of approaches, which give three different results."""
     kinds = (
         ("", "telling", "approached along -y at the first contact on the ball, which tells the two centres apart"),
         ("-normal", "normal", "approached along the normals, which leaves two centres of the ball"),
@@ -288,7 +288,7 @@ def paper_files() -> dict[str, str]:
 
 
 def as_json(value: dict[str, object]) -> str:
-    """JSON with each row of a matrix on a line of its own."""
+    """JSON with each row of a matrix on its own line."""
     text = json.dumps(value, indent=1)
     lines: list[str] = []
     depth = 0
@@ -304,11 +304,11 @@ def as_json(value: dict[str, object]) -> str:
 
 
 def all_files() -> dict[Path, str]:
-    """Every file of samples/ that is made here, by its path below it."""
-    made = {Path("cylinder-sphere") / name: text for name, text in paper_files().items()}
+    """Every generated file of samples/, by its path below samples/."""
+    files = {Path("cylinder-sphere") / name: text for name, text in paper_files().items()}
     for scene in scenes():
-        made |= {Path(scene.name) / name: text for name, text in touch_files(scene).items()}
-    return made
+        files |= {Path(scene.name) / name: text for name, text in touch_files(scene).items()}
+    return files
 
 
 if __name__ == "__main__":

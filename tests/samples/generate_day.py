@@ -1,6 +1,6 @@
-"""Makes samples/calibration-day/: a day of logs in which a plate creeps and one touch goes wrong.
+"""Generate samples/calibration-day/: the logs of a day on which a plate drifts and one touch is wrong.
 
-Run as a script to write the files anew. As in generate.py nothing comes from tactfix.
+Run as a script to rewrite the files. As in generate.py nothing uses tactfix.
 """
 
 import random
@@ -13,20 +13,20 @@ from tests.samples.generate import SAMPLES, Scene, Vector, scenes
 
 HOURS = (6, 8, 10, 12, 14, 16)
 CREEP = np.array([0.02, 0.0, 0.0])
-"""By how many mm an hour the plate moves, in base, from the first log on."""
+"""The drift of the plate in base, mm an hour, from the first log on."""
 SIGMA = 0.08
 CHIP_HOUR, CHIP_ROW, CHIP = 12, 9, 0.9
-"""In the log of this hour the touch in this row (from 1) meets a chip so many mm thick."""
+"""Hour, row (from 1) and thickness (mm) of a touch on a chip."""
 TOUCHES_OF_ONE_PLACE = 30
 
 
 def plate() -> Scene:
-    """The robot cell's plate as it stands in the other samples."""
+    """The plate of the robot cell at its pose in the other samples."""
     return next(scene for scene in scenes() if scene.name == "robot-cell-plate")
 
 
 def log_of(hour: int) -> str:
-    """The tip's centres at this hour as a robot of Universal Robots prints poses: metres, then a rotation vector."""
+    """The tip centres at this hour as poses of a Universal Robots controller: metres and rotation vector."""
     scene, numbers = plate(), random.Random(hour)
     rotation, start = scene.base_from_fixture[:3, :3], scene.base_from_fixture[:3, 3]
     centers: list[Vector] = []
@@ -43,7 +43,7 @@ def _pose(center: Sequence[float] | Vector) -> str:
 
 
 def probe_file() -> str:
-    """Touches of one place of the plate, one after the other."""
+    """Repeated touches of one place of the plate."""
     numbers = random.Random(1)
     x, y, z = (float(value) for value in plate().base_from_fixture[:3, 3] + [60.0, 40.0, 3.0])
     head = ("# one place of the plate, touched over and over before the shift", "# units: mm", "# tip_radius: 3")

@@ -1,4 +1,4 @@
-"""Every contact file of samples/ through the command line, held against what its generator knows."""
+"""Every contact file of samples/ by the command line, compared with the results that its generator expects."""
 
 import json
 import re
@@ -44,15 +44,15 @@ def test_the_day_is_what_its_generator_makes(path: Path) -> None:
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 ROUNDING = 1e-6
-"""In sigmas of the pose: far above what processors and libraries round differently, far below what anybody sees."""
+"""In sigmas of the pose: far above the rounding differences of processors and libraries, far below any effect."""
 
 
 @pytest.mark.parametrize("path", [path for path in FILES if path.suffix == ".json"], ids=str)
 def test_the_expected_results_are_what_the_generator_makes(path: Path) -> None:
-    """The same text, and the same numbers but for rounding: the last digits of a sine depend on the machine."""
-    stored, made = (SAMPLES / path).read_text(encoding="utf-8"), FILES[path]
-    assert NUMBER.sub("#", stored) == NUMBER.sub("#", made)
-    ours, theirs = json.loads(made), json.loads(stored)
+    """The same text, and the same numbers except for rounding: the last digits of a sine depend on the machine."""
+    stored, generated = (SAMPLES / path).read_text(encoding="utf-8"), FILES[path]
+    assert NUMBER.sub("#", stored) == NUMBER.sub("#", generated)
+    ours, theirs = json.loads(generated), json.loads(stored)
     for name, tolerance in ours["tolerance"].items():
         assert theirs["tolerance"][name] == pytest.approx(tolerance, rel=ROUNDING)
     for one, other in zip(poses_of(ours), poses_of(theirs), strict=True):
@@ -87,18 +87,18 @@ def test_exit_status_and_matrix(path: Path) -> None:
 @pytest.mark.parametrize("path", CASES, ids=str)
 def test_json(path: Path) -> None:
     done, expected = located(path, "--json")
-    said = json.loads(done.stdout)
-    assert (said["status"], said["units"]) == (expected["status"], expected["units"])
-    left = [np.array(c["transform"]) for c in said["candidates"] if c["accepted"]]
+    document = json.loads(done.stdout)
+    assert (document["status"], document["units"]) == (expected["status"], expected["units"])
+    left = [np.array(c["transform"]) for c in document["candidates"] if c["accepted"]]
     wanted = poses_of(expected)
     assert len(left) == len(wanted)
     assert all(any(is_near(found, true, expected["tolerance"]) for found in left) for true in wanted)
-    assert (said["transform"] is None) == (expected["transform"] is None)
+    assert (document["transform"] is None) == (expected["transform"] is None)
 
 
 @pytest.mark.parametrize("path", [p for p in CASES if p.parent.name != "cylinder-sphere"], ids=str)
 def test_sigma_is_that_of_the_generators_own_jacobian(path: Path) -> None:
-    """Within the few per cent by which features of unequal sigma differ from the generator's one sigma for all."""
+    """Within a few per cent, because the generator uses one sigma for all features."""
     done, expected = located(path, "--json")
     covariance = np.array(json.loads(done.stdout)["covariance"])
     for part, name in ((covariance[:3, :3], "rotation"), (covariance[3:, 3:], "translation")):
@@ -107,7 +107,7 @@ def test_sigma_is_that_of_the_generators_own_jacobian(path: Path) -> None:
 
 
 def test_the_samples_differ_by_more_than_their_tolerance() -> None:
-    """Else any pose would do: the second pose of the paper's ambiguous case is far outside the tolerance."""
+    """A wrong pose must fail: the second pose of the paper's ambiguous case is far outside the tolerance."""
     expected = json.loads(FILES[Path("cylinder-sphere/expected-normal.json")])
     one, other = (np.array(p) for p in expected["poses"])
     assert not is_near(one, other, {name: 1000 * value for name, value in expected["tolerance"].items()})

@@ -1,4 +1,4 @@
-"""Each fault does what it says, and nothing else."""
+"""Each simulated fault has its stated effect and no other."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SEED = 5
 
 def pair(fault, fixture=None, **options):
     fixture = fixture or ball_and_bar()
-    if fault.kind == "wrong-tip":  # shows only where the tool is turned
+    if fault.kind == "wrong-tip":  # effective only with several tool orientations
         options["orientations"] = 4
     return simulate(fixture, seed=SEED, **options), simulate(fixture, seed=SEED, fault=fault, **options)
 
@@ -88,7 +88,7 @@ def test_growth_keeps_the_origin_and_moves_what_is_far_from_it():
     right, wrong = pair(Fault("thermal-growth", 1e-3), three_balls())
     rotation, shift = right.base_from_fixture[:3, :3], right.base_from_fixture[:3, 3]
     before, after = ((s.contacts.points - shift) @ rotation for s in (right, wrong))
-    # The tip does not grow: what moves is the surface point, a thousandth of its distance from the origin.
+    # The tip does not expand: the surface point moves by a thousandth of its distance from the origin.
     assert np.linalg.norm(after - before, axis=1) == pytest.approx(1e-3 * np.linalg.norm(before, axis=1), rel=0.2)
 
 
@@ -100,7 +100,7 @@ def test_faults_are_read(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "pattern"),
     [
         ("outlyer", "outlier"),
         ("outlier:much", "number"),
@@ -110,15 +110,15 @@ def test_faults_are_read(text):
         ("", "use one of"),
     ],
 )
-def test_faults_that_are_none_are_refused(text, said):
-    with pytest.raises(UsageError, match=said):
+def test_faults_that_are_none_are_refused(text, pattern):
+    with pytest.raises(UsageError, match=pattern):
         parse_fault(text)
 
 
 @pytest.mark.parametrize("kind", FAULT_KINDS)
 def test_three_balls_show_every_fault_but_one(kind):
-    """Whether a mistake can be seen is the fixture's merit: here twelve contacts on three balls see each of them, but
-    that three balls are their own mirror image.
+    """Twelve contacts on three balls detect every mistake except a mirrored fixture, because three balls are their own
+    mirror image.
     """
     _, wrong = pair(Fault(kind), three_balls())
     if kind == "mirrored":

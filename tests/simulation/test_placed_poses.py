@@ -1,4 +1,4 @@
-"""Poses drawn where a placement allows them: within limits, as a measurement scatters, in the free directions alone."""
+"""Random poses drawn from a placement: within limits, with a measurement's covariance, in the free directions only."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_limits_are_filled_evenly(degrees):
     angles, lengths = np.linalg.norm(turns, axis=1), np.linalg.norm(shifts, axis=1)
     assert angles.max() <= most + 1e-9
     assert lengths.max() <= 20.0
-    # Of rotations spread evenly, the share up to an angle is as (a - sin a); of a ball, as the cube.
+    # For uniform rotations the share up to an angle a is proportional to a - sin a; for a ball, to the radius cubed.
     assert follows(angles, lambda a: (a - np.sin(a)) / (most - np.sin(most)))
     assert follows(lengths, lambda r: (r / 20.0) ** 3)
     assert np.linalg.norm((turns / angles[:, None]).mean(axis=0)) < 0.1
@@ -50,7 +50,7 @@ def test_what_is_held_stays_where_it_is(free, within):
     is_free = np.array([name in free for name in order])
     assert set(order) == set(DIRECTIONS)
     assert np.abs(off[:, ~is_free]).max() < 1e-9
-    # Every free one is off by a good part of what it may be, to both sides.
+    # Every free direction varies to both sides, over a large part of its limits.
     limits = np.array([np.pi] * 3 + [1000.0] * 3) if within is None else np.array([0.3] * 3 + [20.0] * 3)
     assert (off[:, is_free].max(axis=0) > 0.7 * limits[is_free]).all()
     assert (off[:, is_free].min(axis=0) < -0.7 * limits[is_free]).all()

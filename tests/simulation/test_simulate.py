@@ -1,4 +1,4 @@
-"""Simulated contacts: on the surface but for their noise, in the box, reachable, the same for the same seed."""
+"""Simulated contacts: on the surface except for noise, in the box, reachable, reproducible by their seed."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def in_fixture(simulation):
 
 
 def distance_off(surface, point):
-    """Signed distance from the surface, positive out of the material, written anew."""
+    """Signed distance from the surface, positive outside the material, written out."""
     if isinstance(surface, Plane):
         return (point - surface.point) @ surface.normal
     if isinstance(surface, Sphere):

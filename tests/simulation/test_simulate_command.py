@@ -1,4 +1,4 @@
-"""tactfix simulate from the command line: pipes, files, truth in comments, refusals."""
+"""The command simulate: pipes, files, the true pose in comments, rejected input."""
 
 import json
 import re
@@ -17,19 +17,19 @@ SHIPPED = sorted(FIXTURES.glob("*.yaml"))
 CELL = str(FIXTURES / "robot-cell-plate.yaml")
 
 
-def told(text):
-    """The true pose that a simulated file tells in its comments."""
+def true_pose(text):
+    """The true pose stated in the comments of a simulated file."""
     rows = [line.removeprefix("# truth: ").split() for line in text.splitlines() if line.startswith("# truth: ")]
     return np.array([[float(cell) for cell in row] for row in rows if len(row) == 4 and row[0][0] in "-0123456789"])
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_simulate_pipes_into_locate_and_gives_the_pose_back(path):
-    made = tactfix("simulate", path, "--seed", "7")
-    found = tactfix("locate", path, "-", "--json", stdin=made.stdout)
+    simulated = tactfix("simulate", path, "--seed", "7")
+    found = tactfix("locate", path, "-", "--json", stdin=simulated.stdout)
     assert found.returncode == 0, found.stderr
     result = json.loads(found.stdout)
-    off = np.array(result["transform"]) - told(made.stdout)
+    off = np.array(result["transform"]) - true_pose(simulated.stdout)
     sigmas = np.sqrt(np.diag(result["covariance"]))
     assert (np.abs(off[:3, 3]) < 6 * sigmas[3:]).all()
     assert np.abs(off[:3, :3]).max() < 6 * np.linalg.norm(sigmas[:3])
@@ -43,7 +43,7 @@ def test_one_seed_gives_one_file_to_the_byte(capsys):
     assert texts[0] == texts[1] != texts[2]
 
 
-# Written once; a change of this text is a change of every simulated file.
+# Recorded output: if it changes, every simulated file changes.
 ONE_FILE = """\
 # simulated contacts on ball-and-bar
 # truth: base_from_fixture, x_base = R x_fixture + t, row by row:
@@ -80,7 +80,7 @@ def test_a_given_pose_is_the_truth(tmp_path, capsys):
     matrix = np.array([[0, -1, 0, 10], [1, 0, 0, 20], [0, 0, 1, 30], [0, 0, 0, 1.0]])
     np.savetxt(pose, matrix)
     assert main(["simulate", CELL, "--pose", str(pose)]) == 0
-    assert np.allclose(told(capsys.readouterr().out), matrix)
+    assert np.allclose(true_pose(capsys.readouterr().out), matrix)
 
 
 def test_the_pose_of_another_fixture_is_noted(capsys):
@@ -101,7 +101,7 @@ def test_output_is_a_file_and_json_has_the_truth_too(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "status", "said"),
+    ("arguments", "status", "message"),
     [
         (["--fault", "outlyer"], 2, "outlier"),
         (["--contacts", "0"], 2, "one or more"),
@@ -111,19 +111,19 @@ def test_output_is_a_file_and_json_has_the_truth_too(tmp_path, capsys):
         (["nowhere.csv"], 3, "nowhere.csv"),
     ],
 )
-def test_refusals(arguments, status, said, capsys):
+def test_refusals(arguments, status, message, capsys):
     assert main(["simulate", CELL, *arguments]) == status
     out, err = capsys.readouterr()
     assert not out
-    assert said in err
+    assert message in err
 
 
 def test_contacts_that_were_made_are_no_plan(tmp_path):
-    made = tmp_path / "made.csv"
-    assert tactfix("simulate", CELL, "--seed", 7, "--output", made).returncode == 0
-    done = tactfix("simulate", CELL, made)
+    contacts_file = tmp_path / "made.csv"
+    assert tactfix("simulate", CELL, "--seed", 7, "--output", contacts_file).returncode == 0
+    done = tactfix("simulate", CELL, contacts_file)
     assert (done.returncode, done.stdout) == (3, "")
     assert re.match(
-        rf"tactfix: {re.escape(str(made))}: row \d+: this touch is \d+ mm off \w+ in the fixture", done.stderr
+        rf"tactfix: {re.escape(str(contacts_file))}: row \d+: this touch is \d+ mm off \w+ in the fixture", done.stderr
     )
     assert "tactfix plan makes one" in done.stderr

@@ -1,4 +1,4 @@
-"""Simulated flange poses: orientations of the tool, a wrong tip, and what design-check says of it."""
+"""Simulated flange poses: tool orientations, a wrong tip offset, and the prediction of design-check."""
 
 import numpy as np
 import pytest
@@ -69,19 +69,19 @@ def spot(fixture, contacts):
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_one_orientation_never_shows_a_wrong_tip_and_two_not_along_an_axis(count):
-    made = simulate(plate_with_all(), seed=2, orientations=count).contacts
-    one, report = spot(plate_with_all(), made)
+    contacts = simulate(plate_with_all(), seed=2, orientations=count).contacts
+    one, report = spot(plate_with_all(), contacts)
     assert not one.detectable
     assert one.power < 0.01
-    # The fixture is found as far off as the tip.
+    # The pose is off by the error of the tip.
     assert one.pose_shift == pytest.approx(10 * plate_with_all().probe.sigma, rel=1e-3)
     assert any(finding.code == "blind_tip_offset" and finding.status == "warning" for finding in report.findings)
 
 
 def test_four_orientations_show_what_many_simulations_show():
-    """The power told, against how often locate doubts contacts with the tip so far off."""
-    made = simulate(plate_with_all(), seed=2, orientations=4).contacts
-    one, _ = spot(plate_with_all(), made)
+    """The predicted power against the share of simulations with this tip error that locate doubts."""
+    contacts = simulate(plate_with_all(), seed=2, orientations=4).contacts
+    one, _ = spot(plate_with_all(), contacts)
     assert one.power > 0.5
     none = design_check(plate_with_all(), simulate(plate_with_all(), seed=2).contacts, QUICK)
     assert not any(spot.error == "tip_offset" for spot in none.blind_spots)
@@ -103,8 +103,8 @@ def test_the_command_writes_what_locate_reads(tmp_path, capsys):
     from tactfix.files.fixture_file import load_fixture
 
     read = load_contacts(str(file), load_fixture(fixture))
-    made = simulate(load_fixture(fixture), seed=5, orientations=4, fault=Fault("wrong-tip", 1.5)).contacts
-    between = Rotation.from_matrix(read.flange_rotations).inv() * Rotation.from_matrix(made.flange_rotations)
+    expected = simulate(load_fixture(fixture), seed=5, orientations=4, fault=Fault("wrong-tip", 1.5)).contacts
+    between = Rotation.from_matrix(read.flange_rotations).inv() * Rotation.from_matrix(expected.flange_rotations)
     assert between.magnitude().max() < 1e-8
     assert np.array_equal(read.tip_offset, np.zeros(3))
     assert run(["locate", fixture, str(file), "--unknown", "tip", "--json"]) == 0

@@ -1,4 +1,4 @@
-"""Stacks of five-contact cylinders, and the root finder below them."""
+"""Stacks of cylinders through five contacts, and their root finder."""
 
 import tracemalloc
 
@@ -76,7 +76,7 @@ def test_degenerate_problems_do_not_stop_a_stack():
     assert _error(stack, 1, np.array([0, 0, 1.0])) < 1e-9
 
 
-# Found among 100,000: zeros of the cubic lie so close on the conic that one more Newton step is not enough.
+# Two of 100,000 random problems: the zeros of the cubic on the conic nearly coincide, and one Newton step is too few.
 HARD = {
     "well conditioned": (
         [2.79904, 1.96714, 4.8431, 4.62268, 0.95138],
@@ -98,7 +98,7 @@ def test_crowded_zeros_are_followed_to_their_end(name):
 
 def test_thin_tetrahedra_are_exact_too():
     rng = np.random.default_rng(5)
-    # Of 4,000 two per cent above would be seen all but certainly: 80 with a spread of 9, where 40 may be.
+    # Of 4,000 at most one per cent: two per cent would give 80 with a standard deviation of 9, and be detected.
     points = on_cylinder(rng, 20_000).reshape(4_000, 5, 3) * [1.0, 1.0, 0.02]
     stack = cylinders_through_five(points)
     arms = np.cross(points[:, None] - stack.points[:, :, None], stack.directions[:, :, None])
@@ -123,7 +123,7 @@ def test_memory_beyond_the_answer_does_not_grow():
         return peak - sum(a.nbytes for a in (stack.points, stack.directions, stack.radii))
 
     few = most(10_000)
-    # A flag and a volume for each problem, and what is left of a chunk.
+    # A flag and a volume for each problem, and the memory of one chunk.
     assert most(100_000) < few + 90_000 * 64
 
 
@@ -139,7 +139,7 @@ def test_trigonometric_zeros_against_companion_roots():
         a0, a1, b1, a2, b2, a3, b3 = harmonics[:, k]
         powers = [a3 - 1j * b3, a2 - 1j * b2, a1 - 1j * b1, 2 * a0, a1 + 1j * b1, a2 + 1j * b2, a3 + 1j * b3]
         roots = np.roots(powers)
-        # Of a pair next to the circle rounding makes either kind; such polynomials are not certain.
+        # Rounding decides whether a pair of roots near the unit circle is on it; such polynomials are not certain.
         real = roots[np.abs(np.abs(roots) - 1) < 1e-9]
         found = places[0, :, k] + 1j * places[1, :, k]
         found = found[np.isfinite(found)]
