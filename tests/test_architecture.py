@@ -1,4 +1,4 @@
-"""What machines can tell of the house: style, types, layers, cycles, and what may not be imported."""
+"""Architecture: style, types, layers, import cycles, and imports that are forbidden or must be late."""
 
 import ast
 import re
@@ -32,7 +32,7 @@ def test_the_tool_finds_nothing(command: tuple[str, ...]) -> None:
 
 
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
-    """Each module imported anywhere in a file, and whether that happens as soon as the file is."""
+    """Each module imported anywhere in a file, and whether it is imported together with the file."""
     nodes = syntax_nodes(path)
     at_once = {id(node) for node in ast.iter_child_nodes(nodes[0])}
     for node in nodes:
@@ -45,7 +45,7 @@ def imports(path: Path) -> Iterator[tuple[str, bool]]:
 
 
 def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
-    """One cycle for each module that reaches itself, as the way round."""
+    """One import cycle, as a path, for each module that reaches itself."""
     found = []
     for start in sorted(graph):
         ways = [[start, following] for following in sorted(graph[start])]
@@ -62,7 +62,7 @@ def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
 
 
 def test_no_module_imports_itself_by_a_detour() -> None:
-    # The package itself is left out: what it offers, it imports only when asked for it.
+    # The package itself is left out, because it imports its public names lazily.
     inner = {name: path for name, path in MODULES.items() if name != "tactfix"}
     offered = {tuple(arrow.removesuffix(".*").split(" -> ")) for arrow in LAYERS["ignore_imports"]}
     graph = {
@@ -76,8 +76,8 @@ LAYERS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["t
 
 
 def is_offered(name: str, module: str, offered: set[tuple[str, ...]]) -> bool:
-    """Whether the import contract of the layers excepts this import: a value that offers what rooms above it do."""
-    return any(name == value and (module == room or module.startswith(f"{room}.")) for value, room in offered)
+    """Whether the layers contract ignores this import: methods of values that use modules of higher layers."""
+    return any(name == value and (module == folder or module.startswith(f"{folder}.")) for value, folder in offered)
 
 
 def test_a_cycle_is_seen() -> None:
@@ -89,9 +89,9 @@ def test_a_cycle_is_seen() -> None:
 
 
 SLOW = ("scipy.optimize", "scipy.stats")
-"""Importing either takes several times as long as numpy."""
+"""Modules whose import takes several times as long as numpy's."""
 LATE = ("scipy", "pydantic", "rich", "plotly", "jinja2", "pyarrow", "dask", "distributed", "pandas")
-"""Imported where they are used, not with the module: a command pays for what it does."""
+"""Imported where they are used, not with the module, so that a command imports only what it needs."""
 MAY_BE_EARLY = {"pydantic": ("tactfix.fixture_format",), "rich": ("tactfix.report",)}
 
 
@@ -112,7 +112,7 @@ _BACKTICKS = re.compile(r"`([A-Za-z_][\w.]*)`")
 
 
 def names_below() -> dict[str, set[str]]:
-    """The names that each module and folder of the package defines or uses; of a folder, tests too, its modules."""
+    """The names that each module of the package defines or uses, and the modules of each folder, also of tests."""
     found: dict[str, set[str]] = {}
     for path in (*MODULES.values(), *(ROOT / "tests").rglob("*.py")):
         parts = path.relative_to(ROOT).with_suffix("").parts
@@ -125,7 +125,7 @@ def names_below() -> dict[str, set[str]]:
 
 
 def test_names_in_docstrings_and_comments_exist() -> None:
-    """Each part of `module.NAME` within the part before, so that what is renamed or moved is told of no more."""
+    """Each part of `module.NAME` must exist in the part before it, so no text refers to a renamed or moved name."""
     below = names_below()
     known = set().union(*below.values())
     stale = [

@@ -1,4 +1,4 @@
-"""What is known of where a fixture stands: what it may say, and what is refused."""
+"""Placement, the prior knowledge of a fixture's pose: accepted and rejected values."""
 
 import pickle
 from dataclasses import replace
@@ -28,9 +28,9 @@ def test_free_names_the_axes_of_turns_and_shifts():
 
 def test_it_travels_with_the_fixture_to_other_processes():
     fixture = replace(placed(PLATE), placement=Placement(NEAR, within=(20.0, 0.3), free=frozenset({"x"})))
-    there = pickle.loads(pickle.dumps(fixture)).placement
-    np.testing.assert_array_equal(there.near, NEAR)
-    assert (there.within, there.free) == ((20.0, 0.3), frozenset({"x"}))
+    copy = pickle.loads(pickle.dumps(fixture)).placement
+    np.testing.assert_array_equal(copy.near, NEAR)
+    assert (copy.within, copy.free) == ((20.0, 0.3), frozenset({"x"}))
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
@@ -47,7 +47,7 @@ def test_a_covariance_is_singular_in_every_unit_or_in_none(unit):
 
 
 @pytest.mark.parametrize(
-    ("said", "word"),
+    ("settings", "word"),
     [
         ({"within": (1.0, 0.1), "sigma": (1.0, 0.1)}, "not both"),
         ({"within": (-1.0, 0.1)}, "negative"),
@@ -58,6 +58,6 @@ def test_a_covariance_is_singular_in_every_unit_or_in_none(unit):
         ({"sigma": np.eye(3)}, "above zero"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(said, word):
+def test_what_cannot_be_meant_is_refused(settings, word):
     with pytest.raises(UsageError, match=word):
-        Placement(NEAR, **said)
+        Placement(NEAR, **settings)

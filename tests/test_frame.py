@@ -1,4 +1,4 @@
-"""The frame recipe: every rule by hand, right-handed and orthonormal to rounding, refusals."""
+"""The frame recipe: every rule against values computed by hand; right-handed orthonormal frames; rejected recipes."""
 
 from itertools import permutations
 

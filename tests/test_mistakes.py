@@ -1,4 +1,4 @@
-"""The one list of mistakes: each is made by simulate, named by locate, judged by design_check, or it says why not."""
+"""The list of mistakes: each is simulated, diagnosed by locate and predicted by design_check, or states why not."""
 
 from typing import get_args
 
@@ -64,7 +64,7 @@ def test_design_check_judges_the_same_mistakes():
 
 
 def test_all_names_are_in_the_list_and_all_in_the_list_are_known():
-    """Types that JSON and type checkers see, the list, and what the three rooms know to do."""
+    """The literal types, the list of mistakes, and the mistakes known to simulation, diagnosis and design agree."""
     assert set(get_args(FaultKind)) == set(FAULT_KINDS) == {*CONTACT_FAULTS, *FIXTURE_FAULTS}
     assert set(get_args(BlindSpotCode)) == set(BLIND_SPOTS) == set(EVALUATIONS)
     assert {*FROM_KNOWN_POSES, *FROM_ALL_ROTATIONS, *AT_POSES} == set(CAUSES)

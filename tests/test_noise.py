@@ -1,4 +1,4 @@
-"""The limits of chi-square against scipy's, which the package does not import."""
+"""The limits of chi-square against scipy, which the package does not import."""
 
 import numpy as np
 import pytest

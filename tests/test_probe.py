@@ -1,4 +1,4 @@
-"""The standard deviation of every residual."""
+"""The standard deviation of each residual."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Messages name settings as their reader does: options on the command line, keyword arguments in Python."""
+"""Messages name settings as options on the command line and as keyword arguments in Python."""
 
 import ast
 import inspect
@@ -23,7 +23,7 @@ WORDINGS = {name for name, value in vars(settings).items() if isinstance(value, 
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]+")
 KEYWORD = re.compile(rf"\b({'|'.join(sorted({keyword for _, keyword in SETTINGS.values()}))})=")
 OF_OTHER_PROGRAMS = {"report/browser_print.py", "pose_formats/ros_text.py", "pose_formats/controllers.py"}
-"""Modules that hold the options of a browser and of ROS."""
+"""Modules with options of other programs, a browser and ROS."""
 
 
 def options() -> set[str]:
@@ -37,7 +37,7 @@ def options() -> set[str]:
 
 
 def keywords() -> set[str]:
-    """Every argument of what is public."""
+    """Every argument of the public functions and classes."""
     public = [getattr(tactfix, name) for name in tactfix.__all__ if not name.endswith(("__", "Error"))]
     return {argument for each in public for argument in inspect.signature(each).parameters}
 
@@ -50,7 +50,7 @@ def test_a_setting_is_an_option_of_a_command_and_an_argument_of_python(name: str
 
 
 def texts(module: Path) -> Iterator[str]:
-    """Every text of a module that is not a docstring."""
+    """Every string of a module except docstrings."""
     nodes = syntax_nodes(module)
     alone = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     for node in nodes:
@@ -86,7 +86,7 @@ def test_no_text_of_the_command_line_spells_a_keyword_argument() -> None:
 
 
 def test_no_setting_is_set_into_an_f_string() -> None:
-    """There only one of its wordings would be left."""
+    """An f-string would keep only one of the two wordings."""
     found = []
     for module in sorted(SOURCE.rglob("*.py")):
         if module.name == "settings.py":
@@ -125,13 +125,13 @@ def plate() -> tactfix.Fixture:
 
 
 def bare() -> tactfix.Fixture:
-    """The plate, and nothing said of its probe."""
+    """The plate without its probe block."""
     return tactfix.Fixture.from_features("bare", "mm", dict(plate().features), touch={})
 
 
-def log(**said: object) -> tactfix.Contacts:
-    """Three points that a machine has logged."""
-    return tactfix.load_contacts(b"10 0 1.5\n0 10 1.5\n10 10 1.5\n", plate(), format="xyz", **said)  # type: ignore[arg-type]
+def log(**options: object) -> tactfix.Contacts:
+    """Three points of a machine log."""
+    return tactfix.load_contacts(b"10 0 1.5\n0 10 1.5\n10 10 1.5\n", plate(), format="xyz", **options)  # type: ignore[arg-type]
 
 
 TILTED = tactfix.Pose(np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]]), "mm")

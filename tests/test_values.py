@@ -1,4 +1,4 @@
-"""Frozen values: nothing in them can be written to, copies and pickles included."""
+"""Frozen values: neither they nor their copies and pickles can be modified."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Results made by hand, for reports and the command line: no solver takes part."""
+"""Results built by hand, for tests of reports and the command line, without a solver."""
 
 from importlib import import_module
 
@@ -9,7 +9,7 @@ from tactfix.locate_result import LocateResult
 from tactfix.results import Candidate, ContactResidual, Diagnosis, FreeMotion, NextContact, Reason, Status
 
 LOCATING = import_module("tactfix.localization.locate")
-"""Where locate is at home; tactfix.locate itself is the function."""
+"""The module that defines locate; the attribute tactfix.locate is the function."""
 
 BASE_FROM_FIXTURE = np.array(
     [[0.6, -0.8, 0.0, 1 / 3], [0.8, 0.6, 0.0, -2.0e-7], [0.0, -0.0, 1.0, 12345.678901234567], [0.0, 0.0, 0.0, 1.0]]
@@ -25,7 +25,7 @@ FELL = Reason("touch", "bar", 1, "y is -2.3, outside [0.2, 6.0]")
 
 
 def answer(status: Status = "located", contacts: int = 3) -> LocateResult:
-    """A result of this status, with everything in it that such a result has."""
+    """A result of this status, with all its parts."""
     located, ambiguous = status == "located", status == "ambiguous"
     reasons = (FELL, Reason("approach", "ball", 2, "it comes out of the material"))
     first = Candidate(BASE_FROM_FIXTURE, SURFACES, 0.3, 1e-4, () if located or ambiguous else reasons)

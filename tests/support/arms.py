@@ -1,4 +1,4 @@
-"""Robots with known errors that touch fixtures: a forward kinematics of its own, and the inverse by Newton's method."""
+"""Simulated robots with known errors: forward kinematics written here, inverse kinematics by Newton's method."""
 
 from dataclasses import dataclass
 
@@ -23,13 +23,13 @@ DH = np.array(
         [0.0, 80.0, 0.0, 0.0],
     ]
 )
-"""a, d (mm), alpha, theta (deg) of a six-axis robot of middle size."""
+"""a, d (mm), alpha, theta (deg) of a medium-sized six-axis robot."""
 TIP = np.array([30.0, 0.0, 150.0])
 PRIOR = Prior(np.deg2rad(0.3), 0.5, np.deg2rad(0.2), 2.0)
 
 
 def tips(errors: dict[str, float], q: Floats) -> Floats:
-    """The tip (n, 3) of the arm with errors (rad, mm, by name) at joints (n, 6) in rad, by the textbooks' matrices."""
+    """The tip (n, 3) at joints (n, 6) in rad, with errors (rad, mm, by name), by the matrices of textbooks."""
     frames = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     for k, (a, d, alpha, theta) in enumerate(DH):
         off = [errors.get(f"joint_{k + 1}.{name}", 0.0) for name in ("a", "d", "alpha", "offset", "beta")]
@@ -43,7 +43,7 @@ def tips(errors: dict[str, float], q: Floats) -> Floats:
 
 
 def _rows(a: float, d: float, alpha: float, theta: Floats) -> Floats:
-    """The textbooks' matrices (n, 4, 4) of one row at angles theta (n,)."""
+    """The textbook matrices (n, 4, 4) of one Denavit-Hartenberg row at angles theta (n,)."""
     ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     frames = np.zeros((len(theta), 4, 4))
     frames[:, 0] = np.stack([ct, -st * ca, st * sa, a * ct], axis=1)
@@ -90,11 +90,11 @@ PLACES = {
     "left": ((150.0, 480.0, 250.0), (0.3, 0.0, 1.2)),
     "high": ((420.0, -300.0, 600.0), (0.0, 0.6, -0.5)),
 }
-"""Where fixtures stand: origin (mm), and rotations about fixed x, y, z (rad)."""
+"""Poses of the fixtures: origin (mm), and rotations about fixed x, y, z (rad)."""
 
 
 def touched_seats(cell: Cell, errors: dict[str, float], count: int, sigma: float, rng: np.random.Generator) -> Touches:
-    """count touches on each seat of each place, the wrist turned at random, with noise sigma in every direction."""
+    """count touches on each seat of each place with random tool orientations, and noise sigma in every direction."""
     joints, places, features = [], [], []
     for place, (origin, turns) in {name: PLACES[name] for name in cell.places}.items():
         for name, seat in SEATS.items():
@@ -110,16 +110,16 @@ def touched_seats(cell: Cell, errors: dict[str, float], count: int, sigma: float
 
 
 def _reached(errors: dict[str, float], target: Floats, rng: np.random.Generator) -> Floats:
-    """Joints (6,) that put the tip of the true robot on target (3,), the wrist turned at random."""
+    """Joints (6,) that put the tip of the true robot on target (3,), with a random tool orientation."""
     step = 1e-6 * np.eye(6)[:3]
     while True:
         q = rng.uniform([-1.5, -0.8, -0.8, -2.5, -1.8, -3.0], [1.5, 1.2, 1.2, 2.5, 1.8, 3.0])
         q[0] = np.arctan2(target[1], target[0]) + rng.normal() * 0.3
         for _ in range(30):
-            here, *beside = tips(errors, np.vstack([q, q + step]))
+            here, *displaced = tips(errors, np.vstack([q, q + step]))
             if np.abs(here - target).max() < 1e-9:
                 return q
-            moves = (np.array(beside).T - here[:, None]) / 1e-6
-            # No step is longer than half a radian: Newton's method leaves the arm's reach otherwise.
+            moves = (np.array(displaced).T - here[:, None]) / 1e-6
+            # Steps are limited to half a radian, because Newton's method would otherwise leave the arm's workspace.
             change = np.linalg.lstsq(moves, target - here, rcond=None)[0]
             q[:3] += change * min(1.0, 0.5 / (np.abs(change).max() + 1e-300))

@@ -1,4 +1,4 @@
-"""A headless Chromium, driven over its DevTools protocol: pages, scripts, mouse, and every request that is made."""
+"""A headless Chromium controlled by the DevTools protocol: pages, scripts, mouse, and a record of all requests."""
 
 import base64
 import itertools
@@ -15,14 +15,14 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 FLAGS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
-    # 3D without a graphics card
+    # 3D rendering without a graphics card
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--window-size=1200,1600", "--remote-debugging-port=0", "--remote-allow-origins=*",
 ]  # fmt: skip
 
 
 class Page:
-    """One tab. requests: every URL that it asked for; errors: what its console complained of."""
+    """One tab. requests: every URL requested; errors: the error messages of its console."""
 
     def __init__(self, socket):
         self.socket, self.numbers, self.requests, self.errors = socket, itertools.count(1), [], []
@@ -50,7 +50,7 @@ class Page:
                 self.errors.append(parameters["exceptionDetails"]["exception"].get("description", "exception"))
 
     def run(self, script):
-        """The value of a script; a promise is awaited."""
+        """The value of a script, after awaiting a promise."""
         done = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in done, done["exceptionDetails"]
         return done["result"].get("value")
@@ -81,7 +81,7 @@ class Page:
 
 @contextmanager
 def chromium(profile):
-    """A new Chromium with an empty profile, as a Page; it is gone afterwards."""
+    """A new Chromium with an empty profile, as a Page; it ends with the context."""
     process = subprocess.Popen(
         [CHROMIUM, *FLAGS, f"--user-data-dir={profile}", "about:blank"],
         stdout=subprocess.DEVNULL,

@@ -1,6 +1,6 @@
-"""The command line run in this process: what it prints and how it leaves, without the second that a process costs.
+"""Run the command line in this process and capture its output and exit status, which saves a second for each process.
 
-What a process of its own shows (signals, pipes that close, standard streams of the system) needs one.
+Signals, closed pipes and the standard streams of the system need a subprocess instead.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ from tactfix.cli import main
 
 @dataclass(frozen=True)
 class Ran:
-    """What became of one call."""
+    """Exit status and output of one call."""
 
     returncode: int
     stdout: str
@@ -23,7 +23,7 @@ class Ran:
 
 
 class Terminal(io.TextIOWrapper):
-    """A stream that somebody looks at."""
+    """A stream that claims to be a terminal."""
 
     def isatty(self) -> bool:
         """Yes."""
@@ -31,9 +31,9 @@ class Terminal(io.TextIOWrapper):
 
 
 def tactfix(*words: object, stdin: str | bytes = "", together: bool = False, columns: int | None = None) -> Ran:
-    """tactfix with these words, standard input as given; standard error may go to the output.
+    """Run tactfix with these arguments and standard input; standard error may be merged into the output.
 
-    No terminal anywhere, or where columns are given one so wide for both.
+    Without columns no stream is a terminal; with columns both outputs are terminals of that width.
     """
     given = stdin.encode() if isinstance(stdin, str) else stdin
     kind = io.TextIOWrapper if columns is None else Terminal

@@ -1,4 +1,4 @@
-"""All lines that touch four spheres."""
+"""All lines tangent to four spheres."""
 
 import numpy as np
 
@@ -14,10 +14,10 @@ def tangent_lines(centers: Floats, radii: Floats, tolerance: float = 0.0) -> tup
 
     Solves |(c_i - a) x s| = radii_i, i = 1..4, |s| = 1, for the point a and the direction s of a line.
 
-    centers (4, 3), radii (4,) >= 0, tolerance: by so much a line may miss the distances where two roots have merged;
-    one unit. Returns points (k, 3), the nearest ones to the mean of the centres, and unit directions (k, 3), k <= 12;
-    a multiple root counts once; no line is an empty result.
-    Raises DegenerateContactsError for centres on one line: a line that keeps its distances can turn about that.
+    centers (4, 3), radii (4,) >= 0, tolerance: largest error of the distances for a double root; all in one unit.
+    Returns the points (k, 3) of the lines nearest to the mean of the centres, and unit directions (k, 3), k <= 12; a
+    multiple root counts once; without a line the result is empty.
+    Raises DegenerateContactsError for collinear centres: the lines then form a continuum.
     Source: Macdonald, Pach and Theobald 2001 for equal radii; see `tangent_zeros` for the equations.
     """
     contacts = unit_contacts(centers, tolerance)

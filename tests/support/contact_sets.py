@@ -1,4 +1,4 @@
-"""Contact sets on three balls, made from a pose and points on spheres alone; and readers of sets that misbehave."""
+"""Contact sets on three balls, computed from poses and points on spheres; and readers of sets that fail on purpose."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ PLAIN = SetReader("csv", ContactOptions())
 
 
 def pose(seed: int) -> np.ndarray:
-    """base_from_fixture (4, 4), some rotation and some place."""
+    """base_from_fixture (4, 4), a pose that depends on the number of the set."""
     rng = np.random.default_rng(seed)
     q, r = np.linalg.qr(rng.standard_normal((3, 3)))
     q = q * np.sign(np.diag(r))
@@ -36,7 +36,7 @@ def pose(seed: int) -> np.ndarray:
 
 
 def rows(seed: int, noise: float = 0.0) -> list[str]:
-    """Rows of a contact file: five touches on each ball, square to it."""
+    """Rows of a contact file: five touches along the normal on each ball."""
     rng = np.random.default_rng(seed + 10_000)
     matrix = pose(seed)
     lines = []
@@ -58,7 +58,7 @@ def contact_file(seed: int, noise: float = 0.0) -> str:
 
 
 def write_cell(directory: Path, count: int) -> tuple[Path, Path]:
-    """A fixture file and a directory with count contact files, 000.csv and so on."""
+    """Write a fixture file and a directory with count contact files, 000.csv and so on."""
     fixture, sets = directory / "balls.yaml", directory / "sets"
     fixture.write_text(FIXTURE)
     sets.mkdir()
@@ -81,7 +81,7 @@ def _slow(seconds: float, fixture: Fixture, contact_set: ContactSet) -> tuple[Co
 
 
 def deadly(fixture: Fixture, contact_set: ContactSet) -> tuple[Contacts, tuple[str, ...]]:
-    """Kills its own process at the set named "set 3"."""
+    """A reader that kills its own process at the set named "set 3"."""
     if contact_set.name == "set 3":
         os.kill(os.getpid(), signal.SIGKILL)
     return PLAIN(fixture, contact_set)

@@ -1,4 +1,4 @@
-"""Texts of fixture and contact files to start from, and the way to read them."""
+"""Texts of fixture and contact files, and functions that write and read them."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ def contact_text(
     newline: str = "\n",
     names: str = "feature,x,y,z,ax,ay,az",
 ) -> str:
-    """The contacts of ROWS in one of the ways in which contact files are written."""
+    """The contacts of ROWS in one of the accepted forms of contact files."""
     lines = [names.replace(",", separator)]
     lines += [separator.join([row[0], *(repr(v).replace(".", decimal) for v in row[1:])]) for row in ROWS]
     return (head + "\n".join(lines) + "\n").replace("\n", newline)

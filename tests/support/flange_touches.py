@@ -1,4 +1,4 @@
-"""Touches by a robot whose tip is not where it is thought to be. scipy's Rotation, places written here."""
+"""Touches by a robot with a wrong tip offset, computed with scipy's Rotation from places written here."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ def fixture_of(surfaces: dict, within: float | None = None, units: str = "mm") -
 
 @dataclass(frozen=True)
 class Cell:
-    """What stands in the fixture frame: feature, place of the tip's centre, direction of travel, of each touch."""
+    """Touches in the fixture frame: feature, place of the tip's centre and direction of travel of each."""
 
     names: list[str]
     tips: np.ndarray
@@ -38,7 +38,7 @@ class Cell:
 
 
 def plate_touches(rng: np.random.Generator, each: int = 6) -> Cell:
-    """each touches of plate, pin and ball."""
+    """Touches of plate, pin and ball, the given number on each."""
     flat = rng.uniform([-40, -40, RADIUS], [340, 240, RADIUS], (each, 3))
     angle = 2 * np.pi * (np.arange(each) + rng.uniform()) / each
     round_ = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -51,7 +51,7 @@ def plate_touches(rng: np.random.Generator, each: int = 6) -> Cell:
 
 
 def orientations(count: int, tilt_deg: float) -> Rotation:
-    """So many tool orientations, tilted about axes evenly spread around; one alone is not tilted."""
+    """count tool orientations, tilted about evenly distributed axes; a single one is not tilted."""
     if count == 1:
         return Rotation.identity(1)
     around = 2 * np.pi * np.arange(count) / count
@@ -61,7 +61,7 @@ def orientations(count: int, tilt_deg: float) -> Rotation:
 
 @dataclass(frozen=True)
 class Touched:
-    """Contacts as reported with the nominal tip, and the truth: rotation, translation, the tip's true offset."""
+    """Contacts as reported with the nominal tip; the true rotation, translation and tip offset."""
 
     contacts: Contacts
     turn: Rotation
@@ -86,7 +86,7 @@ def touched(
     scale: float = 1.0,
     directions: np.ndarray | None = None,
 ) -> Touched:
-    """The touches, in base, with the tip off by error (3,) in the flange frame; noise along the normal, or all ways."""
+    """The touches in base, with a tip error (3,) in the flange frame; noise along the normal or in all directions."""
     turn, shift = Rotation.random(random_state=rng), rng.uniform(-1500, 1500, 3)
     which = rng.permutation(np.arange(len(cell.names)) % len(tools))
     wrist = Rotation.from_rotvec([np.pi * 0.9, 0.2, 0.1])

@@ -1,6 +1,6 @@
 """A Dask cluster of two worker processes on this machine. Prints its address; each line "kill" kills one worker.
 
-Started by the tests as a process of its own, so that what a cluster does to signals, warnings and threads stays there.
+The tests start it as a separate process, so that the cluster does not affect their signals, warnings and threads.
 """
 
 import os

@@ -1,5 +1,5 @@
 # ruff: noqa: E501 - the lines of machines are as long as they are
-"""Two touches in the forms that controllers, senders and measuring software write."""
+"""Logs of two touches in the forms that controllers, senders and measuring software write."""
 
 P, Q = (1025.5, -20.25, 300.0), (1030.25, -18.5, 301.0)
 KUKA = "X {0},Y {1},Z {2},A 10.0,B 90.0,C 0.0"

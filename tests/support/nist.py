@@ -1,5 +1,5 @@
 """Certified means and standard deviations: NIST Statistical Reference Datasets, univariate summary statistics,
-https://www.itl.nist.gov/div898/strd/univ/homepage.html. A digit typed wrong here would miss the certified values.
+https://www.itl.nist.gov/div898/strd/univ/homepage.html. A mistyped digit would not reproduce the certified values.
 """
 
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Certified:
-    """One data set: readings in order, certified mean and standard deviation, and the digits that a double can keep."""
+    """One data set: readings in order, certified mean and standard deviation, and the digits that a double can hold."""
 
     readings: Sequence[float]
     mean: float

@@ -1,6 +1,6 @@
-"""Draw the pictures of the pages (needs Chromium).
+"""Draw the pictures in the pages (needs Chromium).
 
-python -m tests.support.picture scene PICTURE.png        the plate of README.md, where its sample says that it stands
+python -m tests.support.picture scene PICTURE.png        the plate of README.md at the pose of its sample
 python -m tests.support.picture chart PICTURE.png        the last chart of samples/calibration-day.md
 """
 
@@ -18,7 +18,7 @@ from tests.support.browser import chromium
 NAME = "robot-cell-plate"
 SCENE_SIZE = "{format: 'png', width: 1000, height: 560, scale: 1.5}"
 CHART_SIZE = "{format: 'png', width: 800, height: 380, scale: 1.5}"
-# Arrows are spoken of on the picture itself: nobody guesses that a line at a contact is the way that the probe came.
+# The picture explains its arrows, because a line at a contact is not obviously the approach.
 SAID = "showarrow: true, arrowhead: 2, arrowcolor: '#444', font: {size: 15, color: '#222'}, bgcolor: '#ffffffcc'"
 LABELS = """
 (() => {
@@ -40,7 +40,7 @@ LABELS = """
 
 
 def draw_scene(picture: Path) -> None:
-    """The sample of the robot's plate as its report draws it, with words at an approach and at the frame."""
+    """The scene of the report on the robot cell's sample, with labels at an approach and at the frame."""
     fixture, contacts = f"fixtures/{NAME}.yaml", f"samples/{NAME}/contacts.csv"
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page = Path(folder) / "page.html"
@@ -49,7 +49,7 @@ def draw_scene(picture: Path) -> None:
 
 
 def draw_chart(picture: Path) -> None:
-    """What the Python blocks of the page leave in `chart`."""
+    """The variable `chart` after the Python blocks of the page have run."""
     page = ROOT / "samples" / "calibration-day.md"
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, contextlib.chdir(folder):
         folder_for_examples(page, Path(folder))
@@ -62,7 +62,7 @@ def draw_chart(picture: Path) -> None:
 
 
 def save(page: Path, prepare: str, element: str, size: str, picture: Path) -> None:
-    """What plotly has drawn into this element of a page as a picture, once this script has run there."""
+    """Save the plotly figure in this element of a page as a picture, after running this script in the page."""
     with chromium(page.parent / "profile") as tab:
         tab.call("Page.navigate", url=page.as_uri())
         tab.wait_for("document.documentElement?.dataset.drawn === 'yes'")
@@ -72,5 +72,5 @@ def save(page: Path, prepare: str, element: str, size: str, picture: Path) -> No
 
 
 if __name__ == "__main__":
-    what, where = sys.argv[1:]
-    {"scene": draw_scene, "chart": draw_chart}[what](Path(where).resolve())
+    name, target = sys.argv[1:]
+    {"scene": draw_scene, "chart": draw_chart}[name](Path(target).resolve())

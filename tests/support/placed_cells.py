@@ -1,4 +1,4 @@
-"""Placed fixtures to touch in tests, built by hand: no file is read."""
+"""Placed fixtures for tests, built in code without files."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Poses to write and read, their rotations written out."""
+"""Poses for tests of reading and writing, with rotations written out."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from tactfix.pose_formats.pose import Pose
 
 
 def turn(axis, degrees):
-    """Rotation about x, y or z, written out: no code shared with the dialects."""
+    """Rotation about x, y or z, written out, without code of the package."""
     c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     matrix = np.eye(3)

@@ -17,7 +17,7 @@ KINDS = [("plane", "outer"), ("sphere", "outer"), ("sphere", "inner"), ("cylinde
 
 
 def depth(surface, point):
-    """How far a point is out of the material, from plain distances."""
+    """The distance of a point out of the material, from plain distances."""
     if isinstance(surface, Plane):
         return float((point - surface.point) @ surface.normal)
     if isinstance(surface, Sphere):

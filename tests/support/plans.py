@@ -1,4 +1,4 @@
-"""Contacts made by hand."""
+"""Contacts and plans built by hand."""
 
 from functools import cache
 
@@ -9,13 +9,13 @@ from tactfix.design.design_check import design_check
 from tactfix.design.design_report import Wishes
 from tactfix.files.fixture_file import load_fixture
 
-# Without the study of random layouts.
+# Skips the study of random layouts.
 QUICK = Wishes(layouts=0)
 
 
 @cache
 def quick_report(path):
-    """The report on a fixture as it is shipped, without the study of random layouts."""
+    """The report of design-check on a shipped fixture, without the study of random layouts."""
     return design_check(load_fixture(path), wishes=QUICK)
 
 
@@ -25,7 +25,7 @@ def contacts_of(features, points, approaches, sigma, tip):
 
 
 def plan_at(heights):
-    """Six square touches on the bar at these y and six on the ball, by hand."""
+    """Six touches along the normal on the bar at these y, and six on the ball."""
     angles = np.radians([0, 100, 200, 40, 150, 270])
     out = np.stack([np.cos(angles), np.zeros(6), np.sin(angles)], axis=1)
     bar = 9 * out + np.outer(np.repeat(heights, 3), [0, 1, 0])

@@ -1,8 +1,8 @@
-"""Fixtures, poses and touches with a known answer, for the tests of the core.
+"""Fixtures, poses and touches with a known true pose.
 
-Nothing here is shared with the package but the plain values that it takes (Fixture, Contacts, surfaces): rotations come
-from scipy's Rotation, places of touches from angles and heights written out here, noise from one normal number along
-the surface normal of each touch.
+Of the package only its input types are used (Fixture, Contacts, surfaces): rotations come from scipy's Rotation,
+places of touches from angles and heights computed here, and noise is one normal number along the surface normal of
+each touch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ INF = float("inf")
 
 @dataclass(frozen=True)
 class Patch:
-    """One surface as the generator sees it, in the fixture frame.
+    """One surface in the fixture frame, as the generator describes it.
 
     kind: plane, sphere or cylinder; at: point or centre; along: outward normal or axis; length: half length of the
     touched part of a cylinder, half width of that of a plane; up: touches of a sphere have height above up * radius
@@ -46,7 +46,7 @@ class Patch:
         return Cylinder(at, self.along, self.radius * scale, self.side)
 
     def clears(self, point: np.ndarray, approach: np.ndarray) -> bool:
-        """Whether the line on which a probe comes to a point keeps out of this ball, or bar without end."""
+        """Whether the approach line to a point does not intersect this ball or unbounded bar."""
         if self.kind == "plane" or self.side == "inner":
             return True
         arm, step = point - np.asarray(self.at, float), -approach
@@ -77,7 +77,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class Truth:
-    """Where the fixture really stands, and touches (points on the surfaces and outward normals, in base)."""
+    """The true pose, and touches (points on the surfaces and outward normals, in base)."""
 
     pose: np.ndarray
     names: tuple[str, ...]
@@ -89,17 +89,17 @@ class Truth:
     feature_sigmas: Mapping[str, float] = field(default_factory=dict)
 
     def repeated(self, times: int) -> "Truth":
-        """The same touches, so many times each."""
+        """The same touches, each repeated this number of times."""
         many = {n: np.repeat(getattr(self, n), times, axis=0) for n in ("points", "normals", "approaches")}
         return replace(self, names=tuple(np.repeat(self.names, times)), **many)
 
     def contacts(self, rng: np.random.Generator | None = None, **changes) -> Contacts:
-        """What the probe reports: tip centres, off along the normal by noise where rng is given."""
+        """Contacts as the probe reports them: tip centres, with noise along the normal if rng is given."""
         off = np.full(len(self.names), self.tip)
         if rng is not None:
             own = np.array([self.feature_sigmas.get(n, 0.0) for n in self.names])
             off = off + np.sqrt(self.sigma**2 + own**2) * rng.standard_normal(len(self.names))
-        said = {
+        fields = {
             "features": self.names,
             "points": self.points + off[:, None] * self.normals,
             "approaches": self.approaches,
@@ -108,7 +108,7 @@ class Truth:
             "rows": tuple(range(1, len(self.names) + 1)),
             "ids": (None,) * len(self.names),
         }
-        return Contacts(**{**said, **changes})
+        return Contacts(**{**fields, **changes})
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
@@ -126,7 +126,7 @@ def random_pose(rng: np.random.Generator, reach: float = 500.0) -> np.ndarray:
 
 
 def tilted(normals: np.ndarray, rng: np.random.Generator, degrees: float) -> np.ndarray:
-    """Approaches into the material, turned off the normals by up to so many degrees."""
+    """Approaches into the material, tilted from the normals by up to this number of degrees."""
     turns = Rotation.from_rotvec(np.radians(rng.uniform(0, degrees, (len(normals), 1))) * _across(normals, rng))
     return -turns.apply(normals)
 
@@ -148,7 +148,7 @@ def touch_all(
     scale: float = 1.0,
     feature_sigmas: Mapping[str, float] | None = None,
 ) -> Truth:
-    """Random touches, counts[name] on each feature, that a probe can make on a straight line from far away.
+    """Random touches, counts[name] on each feature, that a probe can reach on a straight line from far away.
 
     All lengths of patches, sigma and tip are multiplied by scale.
     """
@@ -172,7 +172,7 @@ def touch_all(
 
 
 def _reachable_touch(patches, name, rng, cone, tip):
-    """A point, outward normal and approach on one feature, past all others."""
+    """A point, outward normal and approach on one feature that does not intersect the others."""
     for _ in range(1000):
         point, normal = patches[name].touch(rng)
         approach = tilted(normal[None], rng, cone)[0] if cone else -normal
@@ -198,7 +198,7 @@ def placed(patches: Mapping[str, Patch], touch=None, *, scale=1.0, units="mm", s
 
 
 def related(patches, relations, recipe, touch=None, *, scale=1.0, units="mm", sigmas=None) -> Fixture:
-    """The same features with their places left out, and relations and a recipe instead."""
+    """A fixture by relations: the same features without places, with relations and a frame recipe."""
     features = {n: feature(n, p, scale, (sigmas or {}).get(n, 0.0), place=False) for n, p in patches.items()}
     return Fixture("related", units, Probe(), features, tuple(relations), recipe, touch or {})
 
@@ -230,7 +230,7 @@ def angle_off(found: np.ndarray, true: np.ndarray) -> float:
     return float(np.linalg.norm(pose_error(found, true)[:3]))
 
 
-# Fixtures that are used more than once. ---------------------------------------------------------------------------
+# Fixtures that several tests use. ---------------------------------------------------------------------------
 
 CYLINDER_SPHERE = {
     "bar": Patch("cylinder", (0, 0, 0), (0, 1, 0), 1.0, length=1.75, middle=2.25),

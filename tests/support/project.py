@@ -1,4 +1,4 @@
-"""Where the project's own files are, and what its modules are made of."""
+"""The paths of the project's files, and the syntax trees of its modules."""
 
 import ast
 from functools import cache
@@ -12,5 +12,5 @@ BAD_DESIGNS = ROOT / "tests" / "design" / "bad"
 
 @cache
 def syntax_nodes(module: Path) -> tuple[ast.AST, ...]:
-    """All nodes of a module's syntax tree, the tree itself first: several tests read every module."""
+    """All nodes of a module's syntax tree, the root first; cached, because several tests read every module."""
     return tuple(ast.walk(ast.parse(module.read_text(encoding="utf-8"))))

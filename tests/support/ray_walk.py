@@ -1,7 +1,7 @@
-"""What stands in the way of a straight approach, found by walking along it in small steps: the slow, plain way.
+"""Obstacles of a straight approach, found by small steps along it.
 
-Shares nothing with tactfix.accessibility.approach_path but what a solid is: a ball, and a bar between two levels of
-its axis.
+Independent of tactfix.accessibility.approach_path except for the solids: a ball, and a bar between two levels of its
+axis.
 """
 
 import numpy as np
@@ -23,6 +23,6 @@ def depth_in_bar(bar: Cylinder, low, high, points):
 
 
 def deepest(depth, point, approach, length):
-    """The deepest that the way from point - length approach to point comes into a solid; negative: stays outside."""
+    """The largest depth in a solid on the segment from point - length approach to point; negative if outside."""
     ways = np.asarray(point) - np.linspace(0.0, length, STEPS)[:, None] * np.asarray(approach)
     return float(depth(ways).max())

@@ -1,6 +1,6 @@
-"""Every pose within ten sigma of explaining contacts, by damped Gauss-Newton from thousands of random poses.
+"""All poses that explain contacts within ten sigma, by damped Gauss-Newton from thousands of random poses.
 
-Slow and plain; shares no code with the package but what a surface is.
+Slow and simple; shares no code with the package except the surface types.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def rotations(vectors):
 
 
 def residuals(surfaces, features, points, tip_radius):
-    """Distances (k, n) of tip centres (k, n, 3), in the fixture frame, from touching, and outward normals."""
+    """Distances (k, n) of tip centres (k, n, 3) in the fixture frame from contact, and outward normals."""
     off, normals = np.empty(points.shape[:2]), np.empty(points.shape)
     for i, name in enumerate(features):
         surface = surfaces[name]
@@ -39,7 +39,7 @@ def residuals(surfaces, features, points, tip_radius):
 
 
 class Poses:
-    """k poses fixture_from_base: x = size * rotation @ p + shift, for points p about their middle in units of size."""
+    """k poses fixture_from_base: x = size * rotation @ p + shift, for centred points p in units of size."""
 
     def __init__(self, surfaces, contacts, sigmas, rotation, shift):
         self.setting = surfaces, contacts, sigmas
@@ -70,7 +70,7 @@ class Poses:
 
 
 def poses_within(surfaces, contacts, sigmas, behind=10.0, starts=2000, seed=0):
-    """All (rotation, points, normals, chi2), in the fixture frame, whose chi2 is below behind squared."""
+    """All (rotation, points, normals, chi2), in the fixture frame, whose chi2 is less than behind squared."""
     rng = np.random.default_rng(seed)
     around = rng.standard_normal((starts, 3))
     turn = rng.uniform(0, np.pi, (starts, 1)) * around / np.linalg.norm(around, axis=1, keepdims=True)
@@ -93,7 +93,7 @@ def poses_within(surfaces, contacts, sigmas, behind=10.0, starts=2000, seed=0):
 
 
 def survives(fixture, contacts, rotation, points, normals):
-    """Whether a pose passes eq. 11 and the touch boxes, plainly."""
+    """Whether a pose satisfies eq. 11 and the touch boxes."""
     if (np.einsum("ni,ni->n", contacts.approaches @ rotation.T, normals) > 0).any():
         return False
     feet = points - contacts.tip_radius * normals

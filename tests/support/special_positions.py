@@ -1,15 +1,16 @@
-"""Combinations of features in general and special positions, each verdict derived by hand from group reasoning.
+"""Combinations of features in general and special positions, with results derived by hand from symmetry groups.
 
 How the columns are derived:
 
-- free: what is common to the groups of all features (sphere: rotations about its centre; plane: slides along it and
-  turns about its normal; cylinder: turns about and slides along its axis), as rotations R and translations T.
-- unsided, sided: how many proper motions lay every feature on ITSELF, the identity counted. A motion that fixes a point
-  off a plane keeps the plane's normal; one that fixes a point in it may turn it over; an axis may always be reversed.
-  sided leaves out the motions that turn a plane's outward side. None where a motion is free.
-- everything: how many lay the surfaces on each other when features may change places; given where that is told by a
-  regular figure. None: not stated.
-- ranks: 6 less the dimension of the common motions, for each subset of two or more features (letters of the names);
+- free: the motions common to the groups of all features (sphere: rotations about its centre; plane: translations along
+  it and rotations about its normal; cylinder: rotations about and translations along its axis), as rotations R and
+  translations T.
+- unsided, sided: the number of proper motions that map every feature onto ITSELF, including the identity. A motion that
+  fixes a point off a plane keeps the plane's normal; one that fixes a point in it may reverse it; an axis may always be
+  reversed. sided excludes motions that reverse a plane's outward side. None if a motion is free.
+- everything: the number of motions that map the set of surfaces onto itself if features may be exchanged; given if it
+  follows from a regular figure. None: not stated.
+- ranks: 6 minus the dimension of the common motions, for each subset of two or more features (letters of the names);
   a single plane or sphere has 3, a cylinder 4.
 """
 
@@ -52,7 +53,7 @@ X, Y, Z = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
 O = [0.0, 0.0, 0.0]  # noqa: E741 - the origin
 OBLIQUE = [0.48, 0.6, 0.64]
 
-# The positions of data/combinations.json, by its words: that file holds the verdicts.
+# The positions of data/combinations.json under the same names; the results are in that file.
 REFERENCE: dict[tuple[str, str], tuple[Surface, ...]] = {
     ("plane", "-"): (plane([1, 2, 3], OBLIQUE),),
     ("sphere", "-"): (sphere([1, 2, 3], 4),),

@@ -1,4 +1,4 @@
-"""Contacts on known surfaces: made here from scipy and numpy alone, nothing of the solver is used."""
+"""Contacts on known surfaces, computed with scipy and numpy, without the package."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,7 +11,7 @@ def random_rotation(rng):
 
 
 def turned_to(direction, rng=None):
-    """A rotation matrix whose third column is direction; the turn about it is random with rng."""
+    """A rotation matrix whose third column is direction; with rng the rotation about it is random."""
     direction = np.asarray(direction, float) / np.linalg.norm(direction)
     rotation, _ = Rotation.align_vectors(direction[None], [[0, 0, 1.0]])
     turn = 0.0 if rng is None else rng.uniform(0, 2 * np.pi)
@@ -39,7 +39,7 @@ AXES = np.array(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, -2, 0], [3, 0, 1], [0, 1, -2], [1, 1, 1]],
     dtype=float,
 )
-"""Axes along x, y, z, in each coordinate plane, and one in none."""
+"""Axes along x, y, z, one in each coordinate plane, and one in general direction."""
 
 TIDY_FIVES = {
     "three and two, staggered": np.vstack([ring([0, 120, 240], -0.7), ring([60, 180], 0.7)]),
@@ -53,7 +53,7 @@ TIDY_FIVES = {
     "short and fat": np.vstack([ring([0, 120, 240], -0.05), ring([60, 180], 0.05)]),
     "five in one plane": np.array([[np.cos(a), np.sin(a), 0.7 * np.cos(a)] for a in (0, 1, 2.2, 3, 5)]),
 }
-"""Layouts that hands and robots make, on a cylinder of radius 1 along z, with simple roots."""
+"""Regular layouts as people and robots make them, on a cylinder of radius 1 along z, with simple roots."""
 
 TIDY_FIVES_WITH_MULTIPLE_ROOTS = {
     "four on a circle and one": np.vstack([ring([0, 70, 180, 250]), ring([33], 1)]),
@@ -63,11 +63,11 @@ TIDY_FIVES_WITH_MULTIPLE_ROOTS = {
     "three and one above and below": np.vstack([ring([0, 120, 240]), ring([0], 1.3), ring([0], -1.3)]),
     "five on a circle": ring([0, 60, 150, 200, 300]),
 }
-"""Layouts whose true cylinder is a multiple root: known to a root of the rounding only."""
+"""Layouts whose true cylinder is a multiple root, accurate only to a root of the rounding."""
 
 
 def axis_error(cylinder, point, direction, radius):
-    """How far a cylinder is from the one through point along direction: the worst of angle, offset and radius."""
+    """The largest difference in angle, offset and radius from the cylinder through point along direction."""
     direction = np.asarray(direction, float) / np.linalg.norm(direction)
     tilt = np.linalg.norm(np.cross(cylinder.direction, direction))
     shift = np.linalg.norm(np.cross(cylinder.point - point, direction))

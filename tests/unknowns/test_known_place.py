@@ -1,4 +1,4 @@
-"""An unknown tip where it is roughly known how the fixture stands: limits, a measured pose, what is held."""
+"""An unknown tip with a roughly known pose: limits, a measured pose, constrained directions."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from tests.unknowns.test_unknown_tip import plate_problem, residuals_of
 
 
 def near_of(problem, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)):
-    """A pose that is off the true one by a rotation vector and a shift, base axes."""
+    """A pose that differs from the true one by a rotation vector and a shift in base axes."""
     near = problem.pose.copy()
     near[:3, :3] = Rotation.from_rotvec(turn).as_matrix() @ near[:3, :3]
     near[:3, 3] += shift

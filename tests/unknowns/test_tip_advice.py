@@ -1,4 +1,4 @@
-"""What to do where pose and tip together are not found: a contact that is wrong, one that tells, one turned."""
+"""Advice if pose and tip are not found together: a wrong contact, a distinguishing contact, a turned tool."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def test_the_contact_that_is_wrong_is_named(row):
     assert first.code == "outlier"
     assert row in first.rows
     assert first.message in result.warnings
-    # Without it the rest is located.
+    # Without it the remaining contacts locate.
     again = locate(fixture_of(PLATE), problem.contacts.subset([i for i in range(18) if i != row - 1]), unknown=["tip"])
     assert again.status == "located"
 
@@ -58,7 +58,7 @@ def test_too_few_orientations_ask_for_a_touch_with_the_tool_turned(count):
     touch = result.next_contact
     assert "with the tool turned about another axis" in touch.message
     assert touch.point is None
-    # Made so, in orientations that differ, the advice helps: the tip is found.
+    # With touches as advised, in different orientations, the tip is found.
     rng = np.random.default_rng(6)
     more = touched(plate_touches(rng, 2), rng, orientations(4, 40.0), problem.tip - [2.0, -5.0, 150.0])
     rotation = problem.turn * more.turn.inv()
@@ -78,7 +78,7 @@ def test_too_few_orientations_ask_for_a_touch_with_the_tool_turned(count):
 
 @pytest.mark.parametrize("seed", [63, 64, 68])
 def test_poses_that_are_left_are_told_apart_by_a_touch(seed):
-    """Nine contacts without approaches, of which pose and tip take nine numbers."""
+    """Nine contacts without approaches for the nine unknowns of pose and tip."""
     problem = plate_problem(seed, 4, 45.0)
     keep = [0, 1, 2, 6, 7, 8, 9, 12, 13]
     bare = replace(problem.contacts.subset(keep), approaches=np.full((len(keep), 3), np.nan))

@@ -1,4 +1,4 @@
-"""Pose and tip together: against scipy's least squares over residuals written here, real robots, and draws."""
+"""Pose and tip together: against scipy's least squares with residuals written here, real robots, and random draws."""
 
 import json
 from time import process_time
@@ -37,7 +37,7 @@ def plate_problem(seed: int, count: int, tilt: float, error: np.ndarray = SIDEWA
 
 
 def residuals_of(problem: Touched, unknowns: np.ndarray) -> np.ndarray:
-    """Residuals over sigma; unknowns: rotation vector, translation, the tip's change, its radius."""
+    """Residuals in sigma; unknowns: rotation vector, translation, change of the tip offset, tip radius."""
     flanges = problem.contacts.flange_rotations
     tips = problem.contacts.points + flanges @ unknowns[6:9]
     local = Rotation.from_rotvec(unknowns[:3]).inv().apply(tips - unknowns[3:6])
@@ -48,7 +48,7 @@ def residuals_of(problem: Touched, unknowns: np.ndarray) -> np.ndarray:
 
 
 def independent(problem: Touched, free: list[int]) -> tuple[np.ndarray, float]:
-    """The least squares of scipy over the unknowns with these numbers, from the truth; and its chi-square."""
+    """The solution of scipy's least squares for the unknowns with these indices, from the truth; and its chi-square."""
     truth = np.concatenate([problem.turn.as_rotvec(), problem.shift, problem.tip - NOMINAL, [RADIUS]])
 
     def residuals(values: np.ndarray) -> np.ndarray:
@@ -63,7 +63,7 @@ def independent(problem: Touched, free: list[int]) -> tuple[np.ndarray, float]:
 
 
 def distance(result: LocateResult, problem: Touched) -> float:
-    """The error of the pose in its own covariance: chi-square of six degrees of freedom."""
+    """The squared error of the pose by its covariance: chi-square with six degrees of freedom."""
     turn = Rotation.from_matrix(result.base_from_fixture[:3, :3]) * problem.turn.inv()
     off = -np.concatenate([turn.as_rotvec(), result.base_from_fixture[:3, 3] - problem.shift])
     return float(off @ np.linalg.solve(result.covariance, off))
@@ -92,7 +92,7 @@ def test_tip_and_radius_together_as_scipy_finds_them() -> None:
     assert result.chi2 == pytest.approx(chi2, rel=1e-6)
     assert result.tip.radius == pytest.approx(expected[9], abs=1e-5)
     np.testing.assert_allclose(result.tip.offset, NOMINAL + expected[6:9], atol=1e-5)
-    # What eighteen contacts in four orientations at 45 deg were computed to give: 0.044 and 0.026 mm.
+    # Predicted for eighteen contacts in four orientations at 45 deg: 0.044 and 0.026 mm.
     assert np.sqrt(result.joint_covariance[9, 9]) == pytest.approx(0.026, rel=0.3)
     assert np.sqrt(np.linalg.eigvalsh(result.tip.covariance[:3, :3])[-1]) < 0.09
 
@@ -200,20 +200,20 @@ def test_a_tip_half_a_millimetre_off_sideways_in_20_random_directions() -> None:
 def test_a_tip_half_a_millimetre_off_is_named_where_it_is_taken_to_be_known(
     count: int, tilt: float, draws: int, named: int
 ) -> None:
-    """Whether a pose is left or not; good contacts and sigma are not blamed for it."""
-    told = []
+    """With or without a remaining pose the tip is named, and neither good contacts nor sigma are blamed."""
+    codes = []
     for seed in range(draws):
         angle = np.random.default_rng(seed).uniform(0, 2 * np.pi)
         off = 0.5 * np.array([np.cos(angle), np.sin(angle), 0.0])
         problem = plate_problem(100 + seed, count, tilt, off)
         result = locate(fixture_of(PLATE), problem.contacts)
-        told += [cause.code for cause in result.diagnosis[:1]]
+        codes += [cause.code for cause in result.diagnosis[:1]]
         for cause in result.diagnosis:
             if cause.code == "tip_offset" and not cause.one_of:
                 assert np.linalg.norm(np.array(cause.value) - problem.tip) < 0.6
                 break
-    assert set(told) == {"tip_offset"}
-    assert len(told) >= named
+    assert set(codes) == {"tip_offset"}
+    assert len(codes) >= named
 
 
 def test_a_tip_that_is_right_is_seldom_doubted() -> None:
@@ -222,7 +222,7 @@ def test_a_tip_that_is_right_is_seldom_doubted() -> None:
         result = locate(fixture_of(PLATE), plate_problem(300 + seed, 4, 45.0, np.zeros(3)).contacts)
         assert result.status == "located"
         doubted += any(cause.code == "tip_offset" for cause in result.diagnosis)
-    # One in a thousand of good contacts.
+    # One in a thousand sets of good contacts.
     assert doubted <= 2
 
 
@@ -252,7 +252,7 @@ def test_a_tip_far_off_is_found_where_nothing_bounds_it_and_nothing_is_claimed()
 
 
 def test_a_bound_as_wide_as_the_features_are_apart_hides_no_pose() -> None:
-    """With 14 mm for the tip a seat and a plate 25 mm from it are one blur."""
+    """With a tip bound of 14 mm, contacts do not separate a seat from a plate that is 25 mm away."""
     rng, tools = np.random.default_rng(3), Rotation.random(3, random_state=3)
     flat = rng.uniform([-25, -25, RADIUS], [25, 25, RADIUS], (4, 3))
     seat = np.tile([12.0, 8.0, 15.0], (4, 1))
@@ -261,19 +261,19 @@ def test_a_bound_as_wide_as_the_features_are_apart_hides_no_pose() -> None:
     problem = touched(cell, rng, tools, 0.2 * SIDEWAYS, sigma=0.0005)
     fixture = fixture_of({"plate": PLATE["plate"], "seat": Point(seat[0])}, within=14.0)
     result = locate(fixture, problem.contacts, unknown=["tip"])
-    assert result.status == "underdetermined"  # the plate turns about its normal
+    assert result.status == "underdetermined"  # the plate may rotate about its normal
     np.testing.assert_allclose(result.tip.offset, NOMINAL + 0.2 * SIDEWAYS, atol=0.01)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0])
 def test_a_radius_that_trades_against_a_turn_is_not_told(scale: float) -> None:
-    """Two contacts on a ball and one in a seat: the ball turns about the seat, and its radius follows, by little."""
+    """Two contacts on a ball and one in a seat: if the ball turns about the seat, the radius changes slightly."""
     fixture = fixture_of(
         {"seat": Point(np.array([0.0, 0.0, 0.0])), "ball": Sphere(np.array([100.0, 0.0, 0.0]) * scale, 20.0 * scale)},
         units="m" if scale < 1 else "mm",
     )
     for lean in (1e-3, 0.01, 0.3):
-        # Nearly in line with the seat the radius hardly changes with the turn.
+        # If nearly collinear with the seat, the radius hardly changes with the rotation.
         up = np.array([np.sin(lean), 0.0, np.cos(lean)])
         across = np.array([0.0, 0.6, 0.0])
         ball = np.array([100.0, 0.0, 0.0]) + 23.0 * np.array([up * 0.8 + across, up * 0.8 - across])
@@ -309,7 +309,7 @@ def seat_touches(count: int, error: np.ndarray, seed: int = 9) -> Touched:
 
 
 def linear_tip(contacts: object) -> np.ndarray:
-    """The tip's change d and the place p of least |x_i + Q_i d - p|^2."""
+    """The change d of the tip and the place p that minimize |x_i + Q_i d - p|^2."""
     rows = np.concatenate([contacts.flange_rotations, np.tile(-np.eye(3), (len(contacts.points), 1, 1))], axis=2)
     return np.linalg.lstsq(rows.reshape(-1, 6), -contacts.points.ravel(), rcond=None)[0][:3]
 
@@ -372,7 +372,7 @@ def test_touches_of_a_table_by_a_real_robot_give_its_tip() -> None:
     result = locate(table, contacts, unknown=["tip"])
     assert len(contacts) == 269
     np.testing.assert_allclose(result.tip.offset, least.x[3:], atol=1e-4)
-    # As seen with the normal of the upright touches alone, which moves z by 0.06.
+    # With the normal from the upright touches alone, which changes z by 0.06.
     np.testing.assert_allclose(result.tip.offset, [-0.623, -0.266, 48.981], atol=0.07)
 
 
@@ -385,8 +385,8 @@ def test_what_cannot_be_asked_is_refused() -> None:
 def test_the_json_comes_back() -> None:
     for count in (1, 4):
         result = locate(fixture_of(PLATE), plate_problem(8, count, 30.0).contacts, unknown=["tip", "tip-radius"])
-        told = json.loads(result.to_json())
-        assert told["unknowns"][6:] == ["tip_x", "tip_y", "tip_z", "tip_radius"]
+        document = json.loads(result.to_json())
+        assert document["unknowns"][6:] == ["tip_x", "tip_y", "tip_z", "tip_radius"]
         again = LocateResult.from_json(result.to_json())
         assert (again.tip is None) == (result.tip is None) == (count == 1)
         if again.tip is not None:
@@ -397,7 +397,7 @@ def test_the_json_comes_back() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("unknown", [["tip"], ["tip-radius"], ["tip", "tip-radius"]])
 def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
-    """2,000 draws: the truth lies within the ellipsoid of 95 per cent in 93.5 to 96.5 of 100."""
+    """Over 2,000 draws the ellipsoid of 95 per cent covers the truth in 93.5 to 96.5 per cent."""
     rng = np.random.default_rng(2026)
     cell, tools = plate_touches(rng), orientations(4, 45.0)
     free = [*range(6), *(range(6, 9) if "tip" in unknown else ()), *([9] if "tip-radius" in unknown else ())]
@@ -416,9 +416,9 @@ def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
 
 
 def test_fewer_equations_than_unknowns_are_told_soon() -> None:
-    """A tip that may be anywhere within a tenth of the fixture's size blurs the poses of six contacts into a continuum.
+    """A tip known only to a tenth of the fixture's size turns the poses of six contacts into a continuum.
 
-    23 s of processor time when each of them was looked around, 0.5 s since one covering is enough.
+    23 s of processor time with a search around each pose, 0.5 s since one covering is enough.
     """
     contacts = plate_problem(1, 4, 45.0).contacts.subset([0, 3, 6, 9, 12, 15])
     fixture = fixture_of(PLATE, within=0.1 * contacts.spread)
@@ -429,7 +429,7 @@ def test_fewer_equations_than_unknowns_are_told_soon() -> None:
 
 
 def test_a_bound_that_is_said_is_not_asked_for() -> None:
-    """With the radius unknown too, no search claims to be complete: what bounds the tip does not bound the radius."""
+    """With the radius unknown as well no search is complete: the bound of the tip offset does not bound the radius."""
     contacts = plate_problem(11, 4, 45.0, said_radius=2.8).contacts
     for within, is_asked in ((None, True), (20.0, False)):
         tip = locate(fixture_of(PLATE, within), contacts, unknown=["tip", "tip-radius"]).tip
@@ -438,11 +438,11 @@ def test_a_bound_that_is_said_is_not_asked_for() -> None:
 
 
 def test_contacts_too_few_for_the_tip_are_told_where_it_is_far_off() -> None:
-    """One covering of the rotations meets no pose that fits a tip 26 mm off its place."""
+    """One covering of the rotations finds no pose that fits if the tip is off by 26 mm."""
     rng = np.random.default_rng(3)
     error = rng.normal(size=3) * rng.choice([0.3, 2.0, 8.0])
-    said = float(rng.choice([3.0, 2.0, 5.0]))
-    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), error, said_radius=said)
+    stated = float(rng.choice([3.0, 2.0, 5.0]))
+    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), error, said_radius=stated)
     kept = sorted(rng.choice(18, int(rng.integers(6, 10)), replace=False).tolist())
     assert len(kept) == 7
     assert np.linalg.norm(error) > 26.0
@@ -469,7 +469,7 @@ frame: {origin: {center_of: a}, x: {from: a, to: b}, y: {from: a, to: c}}
 
 @pytest.mark.parametrize("height", [70.0, -70.0])
 def test_a_wrong_contact_is_named_on_either_mirror_shape(height: float) -> None:
-    """Distances leave the fourth ball on either side: the contacts say which, and one of them is 1.5 mm off."""
+    """Distances allow the fourth ball on either side; the contacts decide, and one of them is 1.5 mm off."""
     rng = np.random.default_rng(1)
     centres = {"a": (0, 0, 0), "b": (100, 0, 0), "c": (0, 80, 0), "d": (0, 0, height)}
     names = [name for name in centres for _ in range(6)]
@@ -487,7 +487,7 @@ def test_a_wrong_contact_is_named_on_either_mirror_shape(height: float) -> None:
 
 @pytest.mark.parametrize("seed", [1, 10])
 def test_a_nearest_miss_of_too_few_contacts_is_not_complete(seed: int) -> None:
-    """One covering of the rotations was searched, though probe.tip_within bounds the tip."""
+    """Only one covering of the rotations is searched, although probe.tip_within bounds the tip."""
     rng = np.random.default_rng(seed)
     problem = touched(plate_touches(rng), rng, orientations(4, 45.0), 3.0 * rng.normal(size=3))
     contacts = problem.contacts.subset(sorted(rng.choice(18, 8, replace=False).tolist()))
