@@ -1,7 +1,7 @@
-"""Long studies in blocks: numbered pieces of work on several processes, kept in a file as they end and not done again.
+"""Long studies in blocks: numbered tasks on several processes, whose results are recorded and not computed again.
 
-A record holds one line of JSON for each block: its task and its result. It belongs to one state of the code; whoever
-changes what is studied starts another.
+A record holds one line of JSON for each block: its task and its result. A record belongs to one version of the code:
+start a new one after a change.
 """
 
 import argparse
@@ -20,7 +20,7 @@ BLOCK = 50
 
 
 def numbered(first: int, count: int) -> list[tuple[int, int]]:
-    """First number and size of each block of problems; the blocks do not depend on where a run begins or ends."""
+    """First number and size of each block of problems; blocks do not depend on the first and last number of a run."""
     last, blocks = first + count, []
     while first < last:
         size = min(BLOCK - first % BLOCK, last - first)
@@ -30,7 +30,7 @@ def numbered(first: int, count: int) -> list[tuple[int, int]]:
 
 
 def options_of_series(description: str, kinds: Sequence[str]) -> argparse.ArgumentParser:
-    """The options of a study of numbered problems, with the kinds that it looks at unless told otherwise."""
+    """The options of a study of numbered problems, with the default kinds."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kind", nargs="+", choices=list(KINDS), default=list(kinds), metavar="KIND")
     parser.add_argument("--layout", nargs="+", choices=LAYOUTS, default=list(LAYOUTS))
@@ -46,9 +46,9 @@ def options_of_series(description: str, kinds: Sequence[str]) -> argparse.Argume
 def by_row(
     rows: dict[Name, Sequence[Task]], work: Callable[..., Any], jobs: int, record: Path | None
 ) -> Iterator[tuple[Name, Any, list[Any] | None]]:
-    """work(*task) of every task of every row: row, result, and when that was its last block all results in order.
+    """work(*task) for every task of every row: row, result, and with the last block of a row all its results in order.
 
-    work must be a function of a module, and its results what JSON can hold.
+    work must be a module-level function, and its results must be representable in JSON.
     """
     kept = _kept(record)
     names = {task: name for name, tasks in rows.items() for task in tasks}
@@ -72,7 +72,7 @@ def _kept(record: Path | None) -> dict[Task, Any]:
 def _results(
     tasks: list[Task], kept: dict[Task, Any], work: Callable[..., Any], jobs: int
 ) -> Iterator[tuple[Task, Any, bool]]:
-    """Each task, its result, and whether it was done now."""
+    """Each task, its result, and whether it was computed in this run."""
     for task in tasks:
         if task in kept:
             yield task, kept[task], False

@@ -1,11 +1,11 @@
-"""How often the true parameters of a simulated six-axis robot lie within the 95 per cent intervals of calibrate.
+"""Coverage of the 95 per cent intervals of calibrate for the parameters of simulated six-axis robots.
 
     python -m tests.validation.calibration_coverage [DRAWS] [--seed N]
 
-Each draw is another robot, its errors drawn from the prior, and other touches: three seats at three places, six touches
-each, noise of sigma in every direction. The robot's kinematics and its inverse are those of `support.arms`. Errors
-are drawn for an independent set of parameters, so that each has one true value; which set that is follows from the
-geometry of the arm (Everett and Hsu) and is written out here.
+Each draw is another robot with errors drawn from the prior, and other touches: three seats at three places, six touches
+each, noise of sigma in every direction. The kinematics and their inverse are those of `support.arms`. Errors are drawn
+for an independent set of parameters, so that each has a unique true value; this set follows from the geometry of the
+arm (Everett and Hsu) and is written out here.
 """
 
 import argparse
@@ -27,7 +27,7 @@ NORMAL_95 = 1.959964
 
 @dataclass
 class Coverage:
-    """What has been counted: calibrated robots, refused robots, and by kind of parameter whether each was within."""
+    """Counts: calibrated robots, rejected robots, and by kind of parameter whether each was within its interval."""
 
     robots: int = 0
     refused: int = 0
@@ -41,12 +41,12 @@ class Coverage:
 
 
 def share(within: list[bool]) -> str:
-    """In per cent."""
+    """The coverage in per cent."""
     return f"{100.0 * np.mean(within):.2f}" if within else "none"
 
 
 def coverage(draws: int, seed: int) -> Coverage:
-    """Count over so many robots."""
+    """Count over this number of robots."""
     found = Coverage()
     cell = arm_cell(("all",), {name: fixture(dict(SEATS)) for name in ("front", "left", "high")})
     kinds = {parameter.name: parameter.kind for parameter in cell.parameters}
@@ -72,9 +72,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("draws", nargs="?", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
-    said = parser.parse_args()
+    arguments = parser.parse_args()
     start = time.process_time()
-    found = coverage(said.draws, said.seed)
+    found = coverage(arguments.draws, arguments.seed)
     print(f"{found}; {time.process_time() - start:.0f} s")
 
 

@@ -1,4 +1,4 @@
-"""The compiler of the slow loops of the studies; nothing but the studies and their own tests needs it."""
+"""The compiler (numba) for the slow loops of the studies; only the studies and their tests need it."""
 
 try:
     from numba import njit
@@ -7,5 +7,5 @@ except ImportError as absent:
 
 __all__ = ["compiled"]
 
-# Sums may be contracted and regrouped; nan and infinity keep their meaning, which no step accepts.
+# Sums may be contracted and reordered; nan and infinity must be kept, because steps are rejected by them.
 compiled = njit(cache=True, fastmath={"contract", "reassoc"}, error_model="numpy")

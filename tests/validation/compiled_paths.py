@@ -1,6 +1,6 @@
-"""path_tracking.track as one compiled loop for each path: the same equations, steps and limits, no arrays in between.
+"""path_tracking.track as a compiled loop for each path: the same equations, steps and limits, without temporary arrays.
 
-The forms of study_forms.py are not stored but worked out by quaternion products. <a, b> is the sum of products of
+The forms of study_forms.py are not stored but evaluated by quaternion products. <a, b> is the sum of products of
 components; for pure quaternions x, s, and any q, w: <s, q* w> = <q s, w> and <a, x w> = -<x a, w>. With b = x q:
 
     P = <q s, b - 2 u> - (s . p) N                     P_q = -2 (b - u) s - 2 (s . p) q      P_u = -2 q s
@@ -17,13 +17,13 @@ from tests.validation.compiled import compiled
 from tests.validation.path_tracking import Steps
 from tests.validation.study_forms import CYLINDER, PLANE, SPHERE, Problem
 
-# First runs are extrapolated, with errors of prediction larger than in path_tracking: what goes wrong is found out, and
-# seldom. Careful runs, and the last piece of every path, go as there.
+# First runs extrapolate, with larger prediction errors than path_tracking: failures are rare and are detected. Careful
+# runs, and the last part of every path, use the steps of path_tracking.
 FIRST_RUNS = 1e-4
 HASTE = 10.0
-# Points of a path from which the next is extrapolated; the first steps are Runge and Kutta's.
+# Number of points of a path from which the next is extrapolated; the first steps are Runge-Kutta steps.
 POINTS = 3
-# Largest growth of a step: the polynomial cannot tell what lies far beyond its points.
+# Largest growth of a step: the polynomial does not extrapolate far beyond its points.
 GROWTH = 2.0
 TYPE_NUMBER = {PLANE: 0, SPHERE: 1, CYLINDER: 2}
 
@@ -31,9 +31,9 @@ TYPE_NUMBER = {PLANE: 0, SPHERE: 1, CYLINDER: 2}
 def track(
     start: Problem, target: Problem, roots: np.ndarray, begin: float, end: float, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As path_tracking.track: roots (k, 8) followed from tau = begin to end: where each came to, and the part gone.
+    """As path_tracking.track: follow roots (k, 8) from tau = begin to end; returns their ends and the part completed.
 
-    A path that gets lost before the target is followed again, more carefully: that costs less than another start.
+    A path that is lost before the target is followed again with smaller steps, which costs less than another start.
     """
     unit = np.array(roots / np.linalg.norm(roots, axis=1, keepdims=True), dtype=complex, order="C")
     line, z, part = _line(start, target), unit.copy(), np.zeros(len(unit))
@@ -60,9 +60,9 @@ def gradients(problem: Problem, roots: np.ndarray) -> np.ndarray:
 
 
 def _line(start: Problem, target: Problem) -> tuple[np.ndarray, ...]:
-    """The straight line of problems as the loops take it.
+    """The straight line of problems in the form that the loops use.
 
-    Type of each contact's feature, the feature; and value at 0 and change of place, direction, w, contacts.
+    Type and index of each contact's feature; and value at 0 and change of place, direction, w, contacts.
     """
     types, feature = np.array([TYPE_NUMBER[t] for t in start.types]), np.array(start.feature_of_contact)
     numbers = []
@@ -74,17 +74,17 @@ def _line(start: Problem, target: Problem) -> tuple[np.ndarray, ...]:
 
 @compiled
 def _all_gradients(line, roots, out):
-    room = _room(line)
-    _problem_at(line, 0.0, room)
+    workspace = _workspace(line)
+    _problem_at(line, 0.0, workspace)
     for k in range(len(roots)):
-        _equations(line, roots[k], room, False)
-        out[k] = room[3]
+        _equations(line, roots[k], workspace, False)
+        out[k] = workspace[3]
 
 
 @compiled
-def _room(line):
-    """Features (f, 7) and contacts (6, 3) at one tau; values (7,), derivatives by z (7, 8), by tau (7,); elimination:
-    real and imaginary parts (8, 10), right-hand sides (2, 7), solutions (2, 8).
+def _workspace(line):
+    """Workspace: features (f, 7) and contacts (6, 3) at one tau; values (7,), derivatives by z (7, 8) and by tau (7,);
+    elimination: real and imaginary parts (8, 10), right-hand sides (2, 7), solutions (2, 8).
     """
     return (
         np.zeros((len(line[2]), 7), np.complex128),
@@ -100,9 +100,9 @@ def _room(line):
 
 
 @compiled
-def _problem_at(line, tau, room):
+def _problem_at(line, tau, workspace):
     _, _, place, d_place, direction, d_direction, w, d_w, x, d_x = line
-    features, contacts = room[0], room[1]
+    features, contacts = workspace[0], workspace[1]
     for i in range(len(place)):
         for k in range(3):
             features[i, k] = place[i, k] + tau * d_place[i, k]
@@ -141,10 +141,10 @@ def _dot(a, b0, b1, b2, b3):
 
 
 @compiled
-def _equations(line, z, room, with_speed):  # noqa: C901 - one straight derivation
-    """Values, derivatives by z, and with_speed by tau, of Study's quadric and the six contacts, into the room."""
+def _equations(line, z, workspace, with_speed):  # noqa: C901 - one straight derivation
+    """Values, derivatives by z (and tau if with_speed) of Study's quadric and the contacts, into the workspace."""
     types, index, _, d_place, _, d_direction, _, d_w, _, d_x = line
-    features, contacts, f, f_z, f_tau = room[0], room[1], room[2], room[3], room[4]
+    features, contacts, f, f_z, f_tau = workspace[0], workspace[1], workspace[2], workspace[3], workspace[4]
     q0, q1, q2, q3, u0, u1, u2, u3 = z[0], z[1], z[2], z[3], z[4], z[5], z[6], z[7]
     n = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
     f[0] = q0 * u0 + q1 * u1 + q2 * u2 + q3 * u3
@@ -214,9 +214,9 @@ def _equations(line, z, room, with_speed):  # noqa: C901 - one straight derivati
 
 
 @compiled
-def _solve(room, patch, columns):
-    """Solutions v (columns, 8) with f_z v = right-hand side and patch . v = 0, into the room; nan where singular."""
-    f_z, re, im, right, out = room[3], room[5], room[6], room[7], room[8]
+def _solve(workspace, patch, columns):
+    """Solutions v (columns, 8) of f_z v = right-hand side, patch . v = 0, into the workspace; nan if singular."""
+    f_z, re, im, right, out = workspace[3], workspace[5], workspace[6], workspace[7], workspace[8]
     for i in range(7):
         for k in range(8):
             re[i, k], im[i, k] = f_z[i, k].real, f_z[i, k].imag
@@ -238,7 +238,7 @@ def _solve(room, patch, columns):
 
 @compiled
 def _eliminate(re, im, width):
-    """Gauss's elimination with row pivots, in place; real and imaginary parts apart, for the sake of vectors."""
+    """Gaussian elimination with row pivots, in place; real and imaginary parts are separate for vectorization."""
     for k in range(8):
         best, pivot = -1.0, k
         for i in range(k, 8):
@@ -270,33 +270,33 @@ def _norm(v):
 
 
 @compiled
-def _velocity(line, z, patch, room):
-    """dz/dtau within the patch, into the room, for the problem there."""
-    _equations(line, z, room, True)
+def _velocity(line, z, patch, workspace):
+    """dz/dtau within the patch, into the workspace, for the problem in the workspace."""
+    _equations(line, z, workspace, True)
     for k in range(7):
-        room[7][0, k] = -room[4][k]
-    _solve(room, patch, 1)
+        workspace[7][0, k] = -workspace[4][k]
+    _solve(workspace, patch, 1)
 
 
 @compiled
-def _newton(line, z, patch, room, with_velocity):
-    """z moved by a Newton step in place, and how far; with_velocity leaves dz/dtau behind in the room's solution 1."""
-    _equations(line, z, room, with_velocity)
+def _newton(line, z, patch, workspace, with_velocity):
+    """Move z by a Newton step in place; returns its size. with_velocity: dz/dtau into solution 1 of the workspace."""
+    _equations(line, z, workspace, with_velocity)
     for k in range(7):
-        room[7][0, k] = -room[2][k]
-        room[7][1, k] = -room[4][k]
-    _solve(room, patch, 2 if with_velocity else 1)
-    size = _norm(room[8][0])
+        workspace[7][0, k] = -workspace[2][k]
+        workspace[7][1, k] = -workspace[4][k]
+    _solve(workspace, patch, 2 if with_velocity else 1)
+    size = _norm(workspace[8][0])
     for k in range(8):
-        z[k] += room[8][0, k]
+        z[k] += workspace[8][0, k]
     return size
 
 
 @compiled
 def _track_all(line, roots, parts, begin, end, limits, extrapolated):
     prediction, contraction, smallest, most, first_step = limits
-    room = _room(line)
-    # Each its own array: views of one would not be known to be contiguous.
+    workspace = _workspace(line)
+    # Separate arrays, because numba does not know that views of one are contiguous.
     z, z1, patch = np.zeros(8, np.complex128), np.zeros(8, np.complex128), np.zeros(8, np.complex128)
     k2, k3 = np.zeros(8, np.complex128), np.zeros(8, np.complex128)
     past = (np.zeros(POINTS), np.zeros((POINTS, 8), np.complex128), np.zeros((POINTS, 8), np.complex128))
@@ -304,10 +304,10 @@ def _track_all(line, roots, parts, begin, end, limits, extrapolated):
     for path in range(len(roots)):
         z[:] = roots[path]
         part, step, known = 0.0, first_step, 1
-        _problem_at(line, begin, room)
+        _problem_at(line, begin, workspace)
         patch[:] = np.conj(z)
-        _velocity(line, z, patch, room)
-        _remember(past, begin, z, room[8][0])
+        _velocity(line, z, patch, workspace)
+        _remember(past, begin, z, workspace[8][0])
         for _ in range(most):
             if not (part < 1.0 and step > smallest):
                 break
@@ -315,14 +315,14 @@ def _track_all(line, roots, parts, begin, end, limits, extrapolated):
             patch[:] = np.conj(z)
             tau0, dh = begin + span * part, span * h
             if known < POINTS or not extrapolated:
-                _runge_kutta(line, z, patch, tau0, dh, past[2][0], k2, k3, z1, room)
+                _runge_kutta(line, z, patch, tau0, dh, past[2][0], k2, k3, z1, workspace)
             else:
                 _extrapolate(past, patch, tau0 + dh, z1)
-                _problem_at(line, tau0 + dh, room)
-            first = _newton(line, z1, patch, room, False)
+                _problem_at(line, tau0 + dh, workspace)
+            first = _newton(line, z1, patch, workspace, False)
             fine = first <= prediction
             if fine:
-                second = _newton(line, z1, patch, room, True)
+                second = _newton(line, z1, patch, workspace, True)
                 fine = second <= max(contraction * first, 3e-7)
             factor = 0.8 * (prediction / max(first, 1e-300)) ** 0.2
             if not fine:
@@ -332,34 +332,34 @@ def _track_all(line, roots, parts, begin, end, limits, extrapolated):
             part = 1.0 if h >= 1.0 - part else part + h
             size = _norm(z1)
             z[:] = z1 / size
-            room[8][1] /= size
-            _remember(past, begin + span * part, z, room[8][1])
+            workspace[8][1] /= size
+            _remember(past, begin + span * part, z, workspace[8][1])
             known += 1
         if part >= 1.0:
-            _settle(line, z, patch, end, room)
+            _settle(line, z, patch, end, workspace)
         roots[path] = z
         parts[path] = part
 
 
 @compiled
-def _runge_kutta(line, z, patch, tau, dh, k1, k2, k3, z1, room):
-    """z1: the fourth order step from z, whose velocity is k1; leaves the problem at its end in the room."""
-    _problem_at(line, tau + 0.5 * dh, room)
+def _runge_kutta(line, z, patch, tau, dh, k1, k2, k3, z1, workspace):
+    """z1: the fourth-order step from z with velocity k1; leaves the problem at its end in the workspace."""
+    _problem_at(line, tau + 0.5 * dh, workspace)
     z1[:] = z + (0.5 * dh) * k1
-    _velocity(line, z1, patch, room)
-    k2[:] = room[8][0]
+    _velocity(line, z1, patch, workspace)
+    k2[:] = workspace[8][0]
     z1[:] = z + (0.5 * dh) * k2
-    _velocity(line, z1, patch, room)
-    k3[:] = room[8][0]
-    _problem_at(line, tau + dh, room)
+    _velocity(line, z1, patch, workspace)
+    k3[:] = workspace[8][0]
+    _problem_at(line, tau + dh, workspace)
     z1[:] = z + dh * k3
-    _velocity(line, z1, patch, room)
-    z1[:] = z + (dh / 6) * (k1 + 2 * (k2 + k3) + room[8][0])
+    _velocity(line, z1, patch, workspace)
+    z1[:] = z + (dh / 6) * (k1 + 2 * (k2 + k3) + workspace[8][0])
 
 
 @compiled
 def _remember(past, tau, z, velocity):
-    """Puts a point of the path and its velocity before the last ones."""
+    """Insert a point of the path and its velocity before the previous ones."""
     taus, points, velocities = past
     for j in range(POINTS - 1, 0, -1):
         taus[j] = taus[j - 1]
@@ -367,7 +367,7 @@ def _remember(past, tau, z, velocity):
         velocities[j] = velocities[j - 1]
     taus[0] = tau
     points[0] = z
-    # In whichever patch it was found: of the velocities that differ by a multiple of z, the one square to z.
+    # The velocity is defined up to a multiple of z, depending on the patch; store the one orthogonal to z.
     overlap = 0j
     for k in range(8):
         overlap += np.conj(z[k]) * velocity[k]
@@ -376,7 +376,7 @@ def _remember(past, tau, z, velocity):
 
 @compiled
 def _extrapolate(past, patch, tau, z1):
-    """z1: Hermite's polynomial of degree 2 POINTS - 1 through the last points and velocities, all brought to the patch.
+    """z1: the Hermite polynomial of degree 2 POINTS - 1 through the last points and velocities, mapped to the patch.
 
     A point w = z / (a . z) of the patch a . w = 1 moves by v / (a . z) - z (a . v) / (a . z)^2.
     """
@@ -401,13 +401,13 @@ def _extrapolate(past, patch, tau, z1):
 
 
 @compiled
-def _settle(line, z, patch, tau, room):
-    """Newton steps in place that bring a root down to rounding; a step that is not small is not taken."""
+def _settle(line, z, patch, tau, workspace):
+    """Newton steps in place until a root is accurate to rounding; a step that is not small is rejected."""
     before = np.zeros(8, np.complex128)
-    _problem_at(line, tau, room)
+    _problem_at(line, tau, workspace)
     for _ in range(3):
         patch[:] = np.conj(z)
         before[:] = z
-        if not _newton(line, z, patch, room, False) < 1e-3:
+        if not _newton(line, z, patch, workspace, False) < 1e-3:
             z[:] = before
         z /= _norm(z)

@@ -1,4 +1,4 @@
-"""real_poses.polished and is_multiple as compiled loops, and with compiled_paths the whole compiled method."""
+"""real_poses.polished and is_multiple as compiled loops; together with compiled_paths the compiled method."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from tests.validation.study_forms import Problem
 
 
 def polished(problem: Problem, pose: np.ndarray) -> tuple[np.ndarray, float]:
-    """The pose after damped Gauss-Newton steps on the six distances, and the largest distance left."""
+    """The pose after damped Gauss-Newton steps on the six distances, and the largest remaining distance."""
     pose = np.array(pose, order="C")
     return pose, _polish(_numbers(problem), pose, 60)
 
 
 def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
-    """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell."""
+    """Whether the Jacobian of the six distances is singular to the accuracy of an end of a path."""
     jacobian = np.zeros((6, 6))
     _distances(_numbers(problem), np.ascontiguousarray(pose), np.zeros(6), jacobian)
     middle = (problem.contacts.mean(axis=0) - pose[:3, 3]) @ pose[:3, :3]
@@ -35,7 +35,7 @@ def _numbers(problem: Problem) -> tuple[np.ndarray, ...]:
 
 @compiled
 def _distances(numbers, pose, off, jacobian):
-    """How far (6,) the contacts are off, and the derivative (6, 6) by R -> R exp([w]), t -> t + R v, in place."""
+    """Distances (6,) of the contacts, and their derivatives (6, 6) by R -> R exp([w]), t -> t + R v, in place."""
     types, place, direction, radius, contacts = numbers
     y, arm, g = np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(6):

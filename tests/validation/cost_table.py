@@ -1,10 +1,10 @@
-"""How cost grows: time and memory of locate and batch against contacts, features and sets, as tables for the README.
+"""Time and memory of locate and batch against the numbers of contacts, features and sets, as tables for the README.
 
     OMP_NUM_THREADS=1 python -m tests.validation.cost_table [contacts|features|sets] [--most COUNT] [--patience SECONDS]
 
-Each row is a process of its own, so that its memory is its own; memory is the largest resident set, of which tactfix
-and numpy take some 40 MB before there is any contact. Times are processor times: they hold on a busy machine too. The
-whole takes a few minutes; what would take longer is extrapolated, and says so, unless there is more patience.
+Each row is measured in a separate process; memory is its largest resident set, of which tactfix and numpy need about
+40 MB without any contact. Times are processor times, which depend little on other processes. The tables take a few
+minutes; rows that would exceed --patience are extrapolated and marked.
 """
 
 import argparse
@@ -29,7 +29,7 @@ PATIENCE = 100.0
 
 
 def fixture_text(balls: int) -> str:
-    """Balls on a square grid, lifted a little so that no mirror image fits."""
+    """Balls on a square grid, at slightly different heights so that no mirror image fits."""
     places = grid(balls)
     lines = [f"  b{k}: {{type: sphere, radius: {RADIUS}, center: {place.tolist()}}}" for k, place in enumerate(places)]
     head = f"tactfix: 1\nname: balls\nunits: mm\nprobe: {{tip_radius: 0.0, sigma: {SIGMA}}}\nfeatures:\n"
@@ -44,7 +44,7 @@ def grid(balls: int) -> np.ndarray:
 
 
 def touches(balls: int, count: int, seed: int = 1) -> list[str]:
-    """count rows of a contact file, ball after ball by turns, at some pose, with noise."""
+    """count rows of a contact file, on the balls in turn, at a fixed pose, with noise."""
     rng = np.random.default_rng(seed)
     q, r = np.linalg.qr(rng.standard_normal((3, 3)))
     q *= np.sign(np.diag(r))
@@ -67,7 +67,7 @@ def megabytes(who: int) -> float:
 
 
 def measure_locate(fixture_path: str, contacts: str) -> None:
-    """In a process of its own: read and locate, and print times (s) and memory (MB)."""
+    """Run in a separate process: read and locate, and print times (s) and memory (MB)."""
     from tactfix import load_contacts, load_fixture, locate
 
     times = [time.process_time()]
@@ -117,7 +117,7 @@ def locate_table(directory: Path, cases: list[tuple[int, int]], patience: float)
 
 
 def by_sets(directory: Path, most: int, patience: float, jobs: int) -> str:
-    """Batches of sets of 12 contacts; what is beyond patience is extrapolated and says so."""
+    """Batches of sets of 12 contacts; rows beyond patience are extrapolated and marked."""
     fixture, source = directory / "fixture.yaml", directory / "table.csv"
     fixture.write_text(fixture_text(3))
     different = [touches(3, 12, seed) for seed in range(100)]
@@ -138,7 +138,7 @@ def by_sets(directory: Path, most: int, patience: float, jobs: int) -> str:
 
 
 def batched(fixture: Path, source: Path, jobs: int) -> tuple[float, float]:
-    """Processor time (s) of a whole `tactfix batch`, its workers included, and memory (MB) of the largest process."""
+    """Processor time (s) of `tactfix batch` with its workers, and memory (MB) of the largest process."""
     command = [sys.executable, "-m", "tactfix", "batch", str(fixture), str(source), "-j", str(jobs), "-q"]
     with subprocess.Popen([*command, "-o", str(source.with_name("out.parquet"))], cwd=ROOT) as process:
         _, status, used = wait4(process)
@@ -147,7 +147,7 @@ def batched(fixture: Path, source: Path, jobs: int) -> tuple[float, float]:
 
 
 def wait4(process: subprocess.Popen) -> tuple[int, int, resource.struct_rusage]:
-    """What this one process used, unlike RUSAGE_CHILDREN, which is the largest of all so far."""
+    """The resources of this process alone, unlike RUSAGE_CHILDREN, which gives the maximum over all children."""
     found = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(found[1])
     return found

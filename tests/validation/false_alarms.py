@@ -1,9 +1,8 @@
-"""How often good contacts do not fit, by chi-square or one contact: python -m tests.validation.false_alarms [draws].
+"""False alarms of good contacts, by chi-square or one contact: python -m tests.validation.false_alarms [draws].
 
-Seldom events are drawn often and weighted by how much more seldom noise is there (importance sampling): half of the
-draws have residuals so large that chi-square is about at its limit, half have one normalised residual beyond its limit.
-What noise does to residuals is written here, to first order; the limits are compared with scipy's. Then the same noise
-is given to locate, which fits a pose and judges it.
+By importance sampling: half of the draws have residuals whose chi-square is near its limit, half have one normalised
+residual beyond its limit, and each draw is weighted by its true density. Residuals are computed here to first order in
+the noise; the limits are compared with scipy's. Then the same noise is given to locate.
 """
 
 from argparse import ArgumentParser
@@ -27,7 +26,7 @@ CASES: Mapping[str, tuple[Mapping[str, Patch], int]] = {
 
 
 class Seldom:
-    """Noise of good contacts near the limits. left (n, d): an orthonormal basis of what a pose leaves of residuals."""
+    """Noise of good contacts near the limits. left (n, d): orthonormal basis of the residuals that no pose removes."""
 
     def __init__(self, truth: Truth) -> None:
         arms = truth.points - truth.points.mean(axis=0)
@@ -42,21 +41,21 @@ class Seldom:
         self.wide = np.sqrt(self.all / self.dof)
 
     def draw(self, draws: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """What is left of residuals over sigma (draws, d), and their weights (draws,)."""
+        """Residuals over sigma in the basis left (draws, d), and their weights (draws,)."""
         wide = self.wide * rng.standard_normal((draws - draws // 2, self.dof))
         which = self.units[rng.integers(self.count, size=draws // 2)]
         ahead = rng.choice([-1.0, 1.0], draws // 2) * (self.one + rng.exponential(1 / self.one, draws // 2))
-        beside = rng.standard_normal((draws // 2, self.dof))
-        one = beside + (ahead - (beside * which).sum(axis=1))[:, None] * which
+        noise = rng.standard_normal((draws // 2, self.dof))
+        one = noise + (ahead - (noise * which).sum(axis=1))[:, None] * which
         drawn = np.vstack([wide, one])
         return drawn, 1 / (0.5 * self._wide_density(drawn) + 0.5 * self._one_density(drawn))
 
     def _wide_density(self, drawn: np.ndarray) -> np.ndarray:
-        """Of the wide normal, over that of noise."""
+        """Density of the widened normal distribution, over that of the noise."""
         return np.exp((drawn**2).sum(axis=1) / 2 * (1 - 1 / self.wide**2)) / self.wide**self.dof
 
     def _one_density(self, drawn: np.ndarray) -> np.ndarray:
-        """Of draws with one residual beyond its limit, over that of noise."""
+        """Density of draws with one residual beyond its limit, over that of the noise."""
         sizes = np.abs(drawn @ self.units.T)
         beyond = np.where(sizes > self.one, self.one / 2 * np.exp(-self.one * (sizes - self.one)), 0.0)
         return (beyond / stats.norm.pdf(sizes)).mean(axis=1)
@@ -67,18 +66,18 @@ class Seldom:
 
 
 def rate(alarms: np.ndarray, weights: np.ndarray) -> str:
-    """In a million, with one standard error."""
+    """The rate in a million, with one standard error."""
     weighed = 1e6 * alarms * weights
     return f"{weighed.mean():.3f} +- {weighed.std() / np.sqrt(len(weighed)):.3f}"
 
 
 def told_by_locate(patches: Mapping[str, Patch], truth: Truth, seldom: Seldom, drawn: np.ndarray, rng) -> np.ndarray:
     """Which draws locate calls inconsistent."""
-    said = truth.contacts()
+    reported = truth.contacts()
     fixture, wrong = placed(patches), []
     for left in drawn:
         noise = SIGMA * (seldom.left @ left + seldom.span @ rng.standard_normal(6))
-        contacts = truth.contacts(points=said.points + noise[:, None] * truth.normals)
+        contacts = truth.contacts(points=reported.points + noise[:, None] * truth.normals)
         wrong.append(locate(fixture, contacts, explain=False).status == "inconsistent")
     return np.array(wrong)
 
@@ -101,5 +100,5 @@ if __name__ == "__main__":
     reader = ArgumentParser(description=__doc__)
     reader.add_argument("draws", type=int, nargs="?", default=1_000_000)
     reader.add_argument("--located", type=int, default=1000, help="how many draws locate is asked about")
-    asked = reader.parse_args()
-    main(asked.draws, asked.located)
+    arguments = reader.parse_args()
+    main(arguments.draws, arguments.located)

@@ -1,10 +1,10 @@
-"""Kinds of problems: which feature types, and how many of the six contacts on each; written cylinder4+sphere2."""
+"""Kinds of problems: feature types and the number of the six contacts on each; written cylinder4+sphere2."""
 
 import re
 
 TYPE_ORDER = ("cylinder", "sphere", "plane")
 
-# kind: number of complex poses. Confirmed by the reference table of this project (made by another method).
+# kind: number of complex poses. Confirmed by this project's reference table, which uses another method.
 CONFIRMED = {
     "plane3+plane2+plane1": 4,
     "plane2+plane2+plane2": 8,
@@ -65,7 +65,7 @@ UNCONFIRMED = {
     "cylinder2+cylinder2+cylinder2": 512,
     "cylinder3+cylinder2+cylinder1": 384,
 }
-# What the studies look at unless told otherwise.
+# The default kinds of the studies.
 STUDIED = (
     "plane3+plane2+plane1",
     "plane2+plane2+plane2",

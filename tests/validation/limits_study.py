@@ -1,9 +1,9 @@
-"""How often limits of a rough pose leave one pose of few touches of a real part, and what the others are.
+"""How often limits around a rough pose leave one pose for few touches of a real part, and what other poses remain.
 
 python -m tests.validation.limits_study [DRAWS]
 
-Reads the touches of the cast part (`tests/localization/test_real_part.py`), draws few of them without approaches, and
-locates within 20 deg and 20 mm of the published pose. Chi-square of what is left is computed anew.
+Reads the touches of the cast part (`tests/localization/test_real_part.py`), draws a few of them without approaches, and
+locates within 20 deg and 20 mm of the published pose. Chi-square of the remaining poses is recomputed.
 """
 
 import json
@@ -23,7 +23,7 @@ LIMIT = 20.0
 
 
 def chi_square(fixture, contacts, pose):
-    """Of contacts at a pose (4, 4)."""
+    """Chi-square of contacts at a pose (4, 4)."""
     total = 0.0
     for name, place, sigma in zip(contacts.features, contacts.points, contacts.sigmas, strict=True):
         surface, point = fixture.features[name].surface, (place - pose[:3, 3]) @ pose[:3, :3]

@@ -1,10 +1,10 @@
-"""Least-squares cylinders from nothing but contacts: do they reach the true optimum?
+"""Least-squares cylinders from contacts alone, compared with the global optimum.
 
     pytest -m slow -s tests/validation/localizer_least_squares.py
 
-INSTANCES=10000 in the environment runs the full count. The rival is a damped Gauss-Newton from many random axes and
-from the true one, in parameters of its own (two points of the axis), with derivatives by complex steps; the best of its
-answers is taken for the optimum.
+INSTANCES=10000 in the environment runs the full count. The reference is a damped Gauss-Newton method from many random
+axes and the true one, in other parameters (two points of the axis), with derivatives by complex steps; its best result
+is taken as the optimum.
 """
 
 import os
@@ -33,7 +33,7 @@ def _directions(rng, count):
 
 
 def _touched_cylinders(rng, count, n):
-    """n contacts on each of count random cylinders of radius 1: sector, length, noise and place are all random."""
+    """n contacts on each of count random cylinders of radius 1 with random sector, length, noise and place."""
     direction = _directions(rng, count)
     u, v = _axes_across(direction)
     angle = rng.uniform(0, rng.uniform(2 * np.pi / 3, 2 * np.pi, (count, 1)), (count, n))[..., None]
@@ -46,7 +46,7 @@ def _touched_cylinders(rng, count, n):
 def _misses(p, starts, points, radius):
     """Distance of points (k, n, 3) from axes through two points that move in planes square to the start's direction.
 
-    p (k, 4 or 5) may be complex: its derivatives are taken by complex steps. starts: u, v, s (k, 3) each.
+    p (k, 4 or 5) may be complex, for derivatives by complex steps. starts: u, v, s (k, 3) each.
     """
     u, v, s = starts
     low = p[:, :1] * u + p[:, 1:2] * v - s
@@ -60,7 +60,7 @@ def _misses(p, starts, points, radius):
 def _rival(points, directions, radius=None, steps_made=STEPS):
     """Sums of squares (k,) that damped Gauss-Newton reaches from starting axes (k, 3), one for each set of contacts.
 
-    Also whether (k,) it has settled at a cylinder of moderate size.
+    Also whether (k,) it has converged to a cylinder of moderate size.
     """
     points = points - points.mean(axis=1, keepdims=True)
     u, v = _axes_across(directions)
@@ -116,7 +116,7 @@ def test_least_squares_reach_the_optimum(radius):
 
 
 def _levels(costs):
-    """Distinct values, those within a thousandth of each other counted once."""
+    """Distinct values; values within a thousandth of each other count once."""
     levels = []
     for cost in np.sort(costs):
         if not levels or cost - levels[-1] > 1e-3 * (1 + cost):
@@ -127,7 +127,7 @@ def _levels(costs):
 @pytest.mark.slow
 @pytest.mark.parametrize("radius", [None, 1.0])
 def test_every_minimum_that_explains_the_contacts_is_found(radius):
-    # Few contacts and much noise: many sets are explained by several cylinders.
+    # With few contacts and much noise many sets are explained by several cylinders.
     rng = np.random.default_rng(5)
     minima, missed, several, starts_each, block = 0, [], 0, 20, 40
     for k in range(max(INSTANCES // 75, 4)):

@@ -1,10 +1,10 @@
-"""Minimal sets in bulk: is the true surface always among the candidates, how exact is it, what does it take?
+"""Minimal problems in large numbers: presence of the true surface among the candidates, accuracy and time.
 
     pytest -m slow -s tests/validation/localizer_minimal.py
 
-INSTANCES in the environment sets the number of random problems (100000 if it does not), ROTATIONS that of every tidy
-layout (200). Errors are divided by machine epsilon times a condition number that is computed here, from the Jacobian of
-the distances at the true surface.
+INSTANCES in the environment sets the number of random problems (default 100000), ROTATIONS the number of rotations of
+every regular layout (200). Errors are divided by machine epsilon times a condition number, computed here from the
+Jacobian of the distances at the true surface.
 """
 
 import os
@@ -51,7 +51,7 @@ def test_three_contacts_on_a_sphere():
     errors = np.nanmin(np.linalg.norm(found.centers - center[:, None], axis=-1), axis=-1)
     condition = 1 / np.linalg.svd(normals, compute_uv=False)[:, -1]
     size = np.abs(points).max(axis=(1, 2)) + 1
-    # Next to a great circle the centre is known to the root of the rounding only.
+    # Near a great circle the centre is accurate only to the square root of the rounding.
     bound = np.minimum(EPS * condition**2 * size, np.sqrt(EPS * size * condition))
     lost = np.count_nonzero(~(errors < 1e3 * bound))
     _report("sphere from three contacts", errors, condition * size, seconds, lost)
@@ -83,7 +83,7 @@ def test_five_contacts_on_a_cylinder():
 
 @pytest.mark.slow
 def test_two_methods_count_the_same_real_cylinders():
-    # Any five points, on a real cylinder or not: the conic's circle against the null space of the Macaulay matrix.
+    # Any five points, on a real cylinder or not: the method of the package against the null space of a Macaulay matrix.
     rng = np.random.default_rng(9)
     count = max(INSTANCES // 4, 1)
     points = rng.normal(size=(count, 5, 3))
@@ -94,7 +94,7 @@ def test_two_methods_count_the_same_real_cylinders():
     real = np.count_nonzero(np.abs(zeros.imag).max(axis=-1) < 1e-6, axis=1)
     print(f"\n{count} sets of five random points: {np.count_nonzero(found != real)} disagreements")
     print(f"  real cylinders 0..6: {np.round(np.bincount(found, minlength=7) / count, 4).tolist()}")
-    # Pairs that are real or not by a hair may be counted either way.
+    # Rounding decides whether pairs of nearly double roots are real, so they may be counted either way.
     assert np.count_nonzero(found != real) <= 1e-4 * count
 
 

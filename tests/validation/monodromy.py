@@ -1,12 +1,12 @@
-"""All roots of one made-up problem of a kind, from a single root, by carrying roots around closed loops of problems.
+"""All roots of one generated problem of a kind, from a single root, by monodromy: tracking roots along closed loops.
 
-A random complex pose and random complex features are chosen first and contacts that fit them afterwards: one root for
-free. Going around a triangle of random problems permutes the roots of the first corner. The pairs (problem, root) form
-an irreducible variety (for each pose the contacts run over irreducible surfaces), so loops reach every root from any
-one; a stored set is called complete when a row of loops has added nothing and, where it is known from elsewhere,
-the count agrees.
+A random complex pose and random complex features are chosen first, and then contacts that fit them: this gives one
+root. A loop along a triangle of random problems permutes the roots of the first problem. The pairs (problem, root) form
+an irreducible variety (for each pose the contacts vary over irreducible surfaces), so loops reach every root from any
+one. A stored set is called complete if several successive loops have added nothing and its size agrees with the known
+count, if there is one.
 
-Run to make the files in data/:  python -m tests.validation.monodromy [kind ...]
+Writes the files in data/:  python -m tests.validation.monodromy [kind ...]
 """
 
 import itertools
@@ -29,15 +29,15 @@ from tests.validation.study_forms import (
 )
 
 DATA = Path(__file__).parent / "data"
-# Real directions to which those of a problem are turned: square to each other as far as that goes.
+# Real directions to which the directions of a problem are rotated: perpendicular to each other as far as possible.
 COMPASS = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [1, 1, 1], [-1, 1, 1], [1, -1, 1]], dtype=float)
 COMPASS /= np.linalg.norm(COMPASS, axis=1, keepdims=True)
-# A path that jumps still ends at a root: no need to be careful here.
+# A path that jumps to another still ends at a root, so large steps are acceptable.
 
 
 @dataclass(frozen=True)
 class Start:
-    """A solved problem of one kind: all its complex roots (k, 8), and how many of the last loops added nothing."""
+    """A solved problem of one kind: all its complex roots (k, 8), and the number of last loops that added nothing."""
 
     problem: Problem
     roots: np.ndarray
@@ -51,8 +51,8 @@ def _complex_normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
 def _random_features(kind: str, rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[int, ...], tuple]:
     """Types, feature of each contact, and place, direction, w of random complex features.
 
-    Directions are complex, but not far from fixed real ones: a cylinder with s . s near zero is one in name only, and
-    problems are turned so that the straight line between any two of them keeps clear of it.
+    Directions are complex but near fixed real ones: a cylinder with s . s near zero is degenerate, and this keeps the
+    straight line between any two problems away from such directions.
     """
     types, counts = feature_list(kind)
     f = len(types)
@@ -62,13 +62,13 @@ def _random_features(kind: str, rng: np.random.Generator) -> tuple[tuple[str, ..
 
 
 def random_complex_problem(kind: str, rng: np.random.Generator) -> Problem:
-    """A problem with nothing special about it; its roots are not known."""
+    """A random problem in general position; its roots are not known."""
     types, feature_of_contact, (place, direction, w) = _random_features(kind, rng)
     return Problem(types, feature_of_contact, place, direction, w, _complex_normal(rng, 6, 3))
 
 
 def problem_with_root(kind: str, rng: np.random.Generator) -> tuple[Problem, np.ndarray]:
-    """A random complex problem and one of its roots (8,): the pose first, the contacts to fit it."""
+    """A random complex problem and one of its roots (8,): the pose is drawn first, the contacts fit it."""
     types, feature_of_contact, (place, direction, w) = _random_features(kind, rng)
     on_features = np.array([_point_on(types[f], place[f], direction[f], w[f], rng) for f in feature_of_contact])
     q, t = _complex_normal(rng, 4), _complex_normal(rng, 3)
@@ -94,7 +94,7 @@ def _point_on(kind: str, p: np.ndarray, s: np.ndarray, w: complex, rng: np.rando
 
 
 def distinct(roots: np.ndarray, tolerance: float = 1e-6) -> np.ndarray:
-    """Numbers of the first of each group of equal points (k, 8) of P7."""
+    """The index of the first of each group of equal points (k, 8) of P7."""
     unit = roots / np.linalg.norm(roots, axis=1, keepdims=True)
     overlap = unit.conj() @ unit.T
     first, second = np.nonzero(np.triu(np.abs(overlap) > 1 - 1e-8, 1))
@@ -109,14 +109,14 @@ Follow = Callable[[Problem, Problem, np.ndarray, float, float, Steps], tuple[np.
 def follow(
     start: Problem, target: Problem, roots: np.ndarray, begin: float, end: float, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Roots (k, 8) followed in numpy: where each came to, and the part gone. compiled_paths.track is the fast one."""
+    """Follow roots (k, 8) in numpy: their ends and the part of the path completed. compiled_paths.track is faster."""
     return track(ContactSystem(start, target), roots, begin, end, steps)
 
 
 def solve_by_monodromy(
     kind: str, rng: np.random.Generator, idle: int = 8, most: int = 60, follow: Follow = follow
 ) -> Start:
-    """All roots of a random problem of the kind: loops until idle of them in a row have added nothing."""
+    """All roots of a random problem of the kind: loops until idle successive ones have added nothing."""
     home, root = problem_with_root(kind, rng)
     roots, quiet = root[None, :], 0
     for _ in range(most):
@@ -148,7 +148,7 @@ def save(kind: str, start: Start) -> None:
 
 
 def load(kind: str) -> Start:
-    """The stored solved problem of the kind. Raises FileNotFoundError when there is none."""
+    """The stored solved problem of the kind. Raises FileNotFoundError if there is none."""
     types, counts = feature_list(kind)
     with np.load(DATA / f"{kind}.npz") as stored:
         numbers = [stored[name] for name in ("place", "direction", "squared_radius", "contacts")]

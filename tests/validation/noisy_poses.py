@@ -1,4 +1,4 @@
-"""Noisy contacts through the public API: is the true pose among the candidates, and is "located" ever another pose?
+"""Noisy contacts by the public interface: is the true pose among the candidates, and is "located" ever a wrong pose?
 
     python -m tests.validation.noisy_poses --problems 1000 --jobs 2 --record out.jsonl
     python -m tests.validation.noisy_poses --kind cylinder4+sphere2 --more 1 --layout even --replay 17
@@ -6,14 +6,14 @@
 Six to nine contacts on fixtures of 40 to 250 mm, up to metres from the origin, with noise of 1 to 100 um along the
 normals and approaches up to 45 degrees off them; no touch boxes. Set OMP_NUM_THREADS=1.
 
-    located, ambig, underdet, inconsist     problems of each status
-    false       located, the pose beyond the chi-square that noise exceeds once in a million from the planted one by the
-                covariance returned, and not what least squares leads to from the planted one; must be zero
-    beyond      located, that far, but it is what least squares leads to: the covariance is too small
-    lost        no candidate is the planted pose, nor what least squares leads to from there; not for underdetermined
-    fell        that candidate is there, but something was found to speak against it
+    located, ambig, underdet, inconsist     number of problems with each status
+    false       located farther from the true pose, by the returned covariance, than noise explains once in a million,
+                and not at the least-squares pose reached from the true one; must be zero
+    beyond      located as far, but at that least-squares pose: the covariance is too small
+    lost        no candidate is the true pose or the least-squares pose reached from it; not for underdetermined
+    fell        that candidate exists, but was eliminated
     raised      an exception
-    covered     per cent of the located ones whose 95 per cent ellipsoid covers the planted pose, false ones left out
+    covered     per cent of located poses whose 95 per cent ellipsoid covers the true pose, without false ones
 """
 
 import argparse
@@ -40,13 +40,13 @@ ANOTHER = chi2.isf(1e-6, 6)
 INNER = chi2.ppf(0.95, 6)
 STATUSES = {"located": "located", "ambiguous": "ambig", "underdetermined": "underdet", "inconsistent": "inconsist"}
 COUNTED = (*STATUSES.values(), "false", "beyond", "lost", "fell", "raised")
-# Worst sigma of rotation, rad, up to which a row of the second table goes.
+# Upper bounds of the worst sigma of rotation (rad), one for each row of the second table.
 ROTATION_SIGMAS = (0.001, 0.005, 0.02, 0.05, 0.1, np.inf)
 
 
 @dataclass
 class Tally:
-    """Counts, milliseconds of processor time of each problem, [worst rotation sigma, distance] of each located one."""
+    """Counts; milliseconds of processor time of each problem; [worst rotation sigma, distance] of each located one."""
 
     counts: Counter[str] = field(default_factory=Counter)
     times: list[float] = field(default_factory=list)
@@ -62,7 +62,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class Judge:
-    """What the study itself works out of one touched problem."""
+    """The independent computations of the study for one problem."""
 
     touched: Touched
 
@@ -72,11 +72,11 @@ class Judge:
 
     @cached_property
     def settled(self) -> np.ndarray:
-        """The pose of least squares that the planted one leads to."""
+        """The least-squares pose reached from the true pose."""
         return self.settled_from(self.problem.base_from_fixture)
 
     def settled_from(self, start: np.ndarray) -> np.ndarray:
-        """The pose of least squares that a start leads to, by scipy."""
+        """The least-squares pose reached from a start, by scipy."""
         middle = self.problem.points.mean(axis=0)
         spread = np.sqrt(self.problem.points.var(axis=0).sum())
 
@@ -93,28 +93,28 @@ class Judge:
         return moved(fit.x)
 
     def residuals(self, pose: np.ndarray) -> np.ndarray:
-        """Of all contacts, in sigmas."""
+        """The residuals of all contacts in sigmas."""
         return distances(self.problem, pose)[0] / self.touched.sigma
 
     def distance(self, pose: np.ndarray, other: np.ndarray) -> float:
-        """Squared distance of two poses in sigmas of the contacts, at the one that sees it larger."""
+        """Squared distance of two poses in sigmas of the contacts, linearized at the pose that gives more."""
         return max(self.seen(pose, other, pose), self.seen(pose, other, other))
 
     def seen(self, pose: np.ndarray, other: np.ndarray, at: np.ndarray) -> float:
-        """The same, by how the contacts see a small motion of the fixture that is at a third pose."""
+        """The same, with the contacts' Jacobian at a third pose."""
         step, middle = self.step(pose, other), self.problem.points.mean(axis=0)
         normals = distances(self.problem, at)[1] @ at[:3, :3].T
         jacobian = np.hstack([np.cross(self.problem.points - middle, normals), normals])
         return float(np.sum((jacobian @ step / self.touched.sigma) ** 2))
 
     def step(self, pose: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Rotation vector, and shift of the fixture's point at the contacts' middle, from one pose to the other."""
+        """Rotation vector from one pose to the other, and shift of the fixture's point at the contacts' mean."""
         middle = self.problem.points.mean(axis=0)
-        there = other[:3, :3] @ (pose[:3, :3].T @ (middle - pose[:3, 3])) + other[:3, 3]
-        return np.concatenate([Rotation.from_matrix(other[:3, :3] @ pose[:3, :3].T).as_rotvec(), there - middle])
+        moved_middle = other[:3, :3] @ (pose[:3, :3].T @ (middle - pose[:3, 3])) + other[:3, 3]
+        return np.concatenate([Rotation.from_matrix(other[:3, :3] @ pose[:3, :3].T).as_rotvec(), moved_middle - middle])
 
     def by_covariance(self, pose: np.ndarray, covariance: np.ndarray) -> float:
-        """Squared distance of the planted pose in sigmas of a covariance that is about the fixture's origin."""
+        """Squared distance of the true pose in sigmas of a covariance about the fixture's origin."""
         x, y, z = self.problem.points.mean(axis=0) - pose[:3, 3]
         lever = np.eye(6)
         lever[3:, :3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
@@ -122,13 +122,13 @@ class Judge:
         return float(step @ np.linalg.solve(lever @ covariance @ lever.T, step))
 
     def is_planted(self, pose: np.ndarray) -> bool:
-        """Whether a pose is the planted one as far as noise goes, or what least squares leads to from it."""
+        """Whether a pose agrees with the true one within noise, or is the least-squares pose reached from it."""
         planted = self.problem.base_from_fixture
         return self.distance(pose, planted) <= ANOTHER or self.distance(pose, self.settled) <= 1.0
 
 
 def located(touched: Touched) -> tactfix.LocateResult:
-    """What the package says."""
+    """The package's result."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fixture.yaml"
         path.write_text(touched.fixture_yaml())
@@ -141,7 +141,7 @@ def located(touched: Touched) -> tactfix.LocateResult:
 
 
 def examine(name: str, touched: Touched, tally: Tally) -> None:
-    """Adds one problem to the tally."""
+    """Add one problem to the tally."""
     began = time.process_time()
     try:
         result = located(touched)
@@ -172,14 +172,16 @@ def _judge_located(name: str, judge: Judge, result: tactfix.LocateResult, tally:
         tally.sure.append([worst, distance])
     if distance <= ANOTHER:
         return
-    what = "beyond" if judge.is_planted(result.base_from_fixture) else "false"
-    tally.counts[what] += 1
-    told = "; ".join(result.warnings) or "no warning"
-    tally.remarks.append(f"{what:9s}{name}  distance {distance**0.5:.3g} sigma, rotation sigma {worst:.2g}; {told}")
+    category = "beyond" if judge.is_planted(result.base_from_fixture) else "false"
+    tally.counts[category] += 1
+    warnings = "; ".join(result.warnings) or "no warning"
+    tally.remarks.append(
+        f"{category:9s}{name}  distance {distance**0.5:.3g} sigma, rotation sigma {worst:.2g}; {warnings}"
+    )
 
 
 def block(kind: str, more: int, layouts: str, seed: int, first: int, count: int) -> dict[str, Any]:
-    """Some problems of one series, the layouts in turn, as a dict for JSON."""
+    """Results of some problems of one series, with the layouts in turn, as a dict for JSON."""
     tally, names = Tally(), layouts.split()
     for number in range(first, first + count):
         layout = names[number % len(names)]
@@ -194,7 +196,7 @@ def block(kind: str, more: int, layouts: str, seed: int, first: int, count: int)
 
 
 def run(options: argparse.Namespace) -> None:
-    """All blocks; remarks as they come, a row when its last block is done, coverage at the end."""
+    """Run all blocks; print remarks as they arise, a row after its last block, and coverage at the end."""
     blocks = numbered(options.first, options.problems)
     rows = {
         (kind, more): [(kind, more, " ".join(options.layout), options.seed, *numbers) for numbers in blocks]
@@ -225,7 +227,7 @@ def total(results: list[dict[str, Any]]) -> Tally:
 
 
 def print_coverage(sure: np.ndarray) -> None:
-    """How often the ellipsoid covers the planted pose, by how surely the rotation is known."""
+    """How often the ellipsoid covers the true pose, by the sigma of the rotation."""
     print(f"{'worst sigma of rotation, rad':32s}{'located':>10s}{'covered':>10s}{'+-':>8s}")
     low = 0.0
     for high in ROTATION_SIGMAS:
@@ -237,7 +239,7 @@ def print_coverage(sure: np.ndarray) -> None:
 
 
 def replay(kind: str, more: int, layout: str, seed: int, number: int, folder: Path | None) -> None:
-    """One problem and every candidate, how far each is from the planted pose; its files into a folder."""
+    """Print one problem, every candidate and its distance from the true pose; write its files into a folder."""
     touched = touched_number(kind, more, layout, seed, number)
     judge, result = Judge(touched), located(touched)
     if folder is not None:

@@ -1,9 +1,9 @@
-"""Following the roots of homogeneous equations while the problem moves: batched predictor and corrector in P7.
+"""Path tracking: the roots of homogeneous equations along a path of problems, by a batched predictor-corrector in P7.
 
-The equations are seven, the unknowns eight: a step from z0 is taken in the affine patch z0^H (z - z0) = 0 and z is
-brought back to |z| = 1 after it, so a root that runs to infinity is like any other. Runge and Kutta's fourth order step
-predicts, two Newton steps correct; the first of them measures the error of the prediction and so sets the next step.
-Each path has its own step; all paths of a batch share every numpy call.
+There are seven equations and eight unknowns: a step from z0 is taken in the affine patch z0^H (z - z0) = 0, and z is
+then normalized to |z| = 1, so a root that goes to infinity needs no special treatment. A fourth-order Runge-Kutta step
+predicts, two Newton steps correct; the first of them measures the error of the prediction and determines the next step
+size. Each path has its own step size; all paths of a batch share every numpy call.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ import numpy as np
 
 
 class Equations(Protocol):
-    """Anything that evaluates the equations, as study_forms.ContactSystem does."""
+    """An object that evaluates the equations, such as study_forms.ContactSystem."""
 
     def equations(self, z: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
 
 
 @dataclass(frozen=True)
 class Steps:
-    """How carefully to go: largest error of a prediction, largest ratio of the Newton steps; step sizes and number."""
+    """Step control: largest error of a prediction, largest ratio of the Newton steps; limits of size and number."""
 
     prediction: float = 3e-4
     contraction: float = 0.1
@@ -32,7 +32,7 @@ class Steps:
 def track(
     system: Equations, z: np.ndarray, begin: complex, end: complex, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Roots (k, 8) followed from tau = begin straight to tau = end: where each came to, and the part gone."""
+    """Follow roots (k, 8) from tau = begin to tau = end: their ends and the part of the path completed."""
     z = z / np.linalg.norm(z, axis=1, keepdims=True)
     part, step = np.zeros(len(z)), np.full(len(z), steps.first)
     active = np.arange(len(z))
@@ -55,7 +55,7 @@ def track(
 
 
 def _settled(system: Equations, z: np.ndarray, tau: complex) -> np.ndarray:
-    """Roots (k, 8) after Newton steps that bring them down to rounding; a step that is not small is not taken."""
+    """Roots (k, 8) after Newton steps to the accuracy of rounding; a step that is not small is rejected."""
     for _ in range(3):
         correction = newton_step(system, z, np.full(len(z), tau), z.conj())
         small = np.linalg.norm(correction, axis=1) < 1e-3
@@ -97,7 +97,7 @@ def newton_step(system: Equations, z: np.ndarray, tau: np.ndarray, patch: np.nda
 
 
 def _solve(f_z: np.ndarray, right: np.ndarray, patch: np.ndarray) -> np.ndarray:
-    """v (k, 8) with f_z v = right and patch . v = 0; what is exactly singular gives nan, which no step accepts."""
+    """v (k, 8) with f_z v = right and patch . v = 0; nan if exactly singular, so that the step is rejected."""
     matrix = np.concatenate([f_z, patch[:, None, :]], axis=1)
     right = np.concatenate([right, np.zeros((len(right), 1))], axis=1)[..., None]
     try:

@@ -1,10 +1,10 @@
-"""How good a plan is: its worst sigma against that of 10,000 random plans of as many contacts, on shipped fixtures.
+"""The worst sigma of plans against that of 10,000 random plans with as many contacts, on the shipped fixtures.
 
     python -m tests.validation.plan_against_random
 
-The random plans spread their contacts over all features and all touch boxes; they need be neither unique nor reachable
-nor clear of edges, which the plan is. Shares no code with the planner but the fixture's surfaces: points, rows and
-covariances are made anew here.
+Random plans distribute their contacts over all features and touch boxes. Unlike the plan they need not give a unique
+pose, be reachable, or keep clear of edges. Shares no code with the planner except the fixture's surfaces: points, rows
+and covariances are computed here.
 """
 
 import time
@@ -24,7 +24,7 @@ RANDOM_PLANS = 10_000
 
 
 def random_points(surface, box, count, middle, reach, rng):
-    """count points (count, 3) of the surface in its box, open sides closed at reach from the middle."""
+    """Random points (count, 3) of the surface in its box; open sides of the box are closed at reach from its middle."""
     kept = np.zeros((0, 3))
     while len(kept) < count:
         n = 4 * count
@@ -52,11 +52,11 @@ def outward(surface, points):
     arms = points - (surface.center if isinstance(surface, Sphere) else surface.point)
     if isinstance(surface, Cylinder):
         arms = arms - (arms @ surface.direction)[:, None] * surface.direction
-    return arms / np.linalg.norm(arms, axis=1, keepdims=True)  # an inner surface's sign squares away
+    return arms / np.linalg.norm(arms, axis=1, keepdims=True)  # the side has no effect on the information
 
 
 def worst_sigmas(points, normals, sigmas, corners):
-    """Worst sigma (k,) over the corners (c, 3) of k sets of contacts: points, normals (k, n, 3), sigmas (k, n)."""
+    """Worst sigma (k,) over corners (c, 3) for k sets of contacts: points and normals (k, n, 3), sigmas (k, n)."""
     middle, size = corners.mean(axis=0), np.ptp(corners, axis=0).max()
     arms = (points - middle) / size
     rows = np.concatenate([np.cross(arms, normals), normals], axis=2) / sigmas[..., None]
@@ -65,13 +65,13 @@ def worst_sigmas(points, normals, sigmas, corners):
     covariances = (vectors / values[:, None, :]) @ np.swapaxes(vectors, 1, 2)
     worst = np.zeros(len(points))
     for x, y, z in (corners - middle) / size:
-        seen = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
-        worst = np.maximum(worst, np.linalg.eigvalsh(seen @ covariances @ seen.T)[:, -1])
+        jacobian = np.array([[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]])
+        worst = np.maximum(worst, np.linalg.eigvalsh(jacobian @ covariances @ jacobian.T)[:, -1])
     return np.sqrt(worst)
 
 
 def random_worst_sigmas(fixture: Fixture, count: int, seed: int = 0, plans: int = RANDOM_PLANS):
-    """Worst sigmas (plans,) of random plans with count contacts."""
+    """The worst sigmas (plans,) of random plans with count contacts."""
     rng = np.random.default_rng(seed)
     surfaces = realize(fixture)[0]
     corners = extreme_points(surfaces, fixture.touch)
@@ -87,7 +87,7 @@ def random_worst_sigmas(fixture: Fixture, count: int, seed: int = 0, plans: int 
 
 
 def plan_worst_sigma(fixture: Fixture, found) -> float:
-    """Worst sigma of a plan, from its contacts alone."""
+    """The worst sigma of a plan, computed from its contacts."""
     surfaces = realize(fixture)[0]
     contacts = found.contacts
     touched = [surfaces[name] for name in contacts.features]

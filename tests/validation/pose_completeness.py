@@ -1,21 +1,20 @@
-"""Poses that the package misses, counted: its search for all poses against path tracking in pose_oracle.
+"""Counts of poses that the package misses: its search for all poses against path tracking in pose_oracle.
 
     pip install '.[study]'
     python -m tests.validation.pose_completeness --problems 10000 --jobs 2 --record out.jsonl
     python -m tests.validation.pose_completeness --kind cylinder4+sphere2 --layout even --replay 17
 
-Problems are numbered: --first N goes on where another run ended, --record keeps finished blocks of problems and does
-not do them again, --replay shows one problem with all poses of both sides. Set OMP_NUM_THREADS=1.
+Problems are numbered: --first N continues after another run, --record stores finished blocks and does not repeat them,
+--replay prints one problem with all poses of both methods. Set OMP_NUM_THREADS=1.
 
-    poses       real poses of the oracle, multiple: those that are multiple roots, which are not judged
-    missed      regular poses of the oracle with no pose of the package next to them, with miss: problems that have one
-    near        the same where two poses are nearly one (the contacts' Jacobian is almost singular there), which noise
-                of the contacts would decide either way
-    extra       poses of the package that hold exactly and are none of the oracle's: the oracle missed them
-    inexact     poses of the package within its sigma of every contact, but exact nowhere near: two complex poses
-    lost        problems whose planted pose, always a regular one, the package did not find: needs no oracle
-    raised      problems at which the package raised an exception
-    suspect     problems with paths that are not accounted for: the oracle itself may lack a pose
+    poses       real poses of the oracle; multiple: multiple roots among them, which are not compared
+    missed      regular poses of the oracle with no pose of the package nearby; with miss: problems with such poses
+    near        the same for nearly double poses (the contacts' Jacobian is almost singular), which depend on noise
+    extra       exact poses of the package that the oracle does not have: the oracle missed them
+    inexact     poses of the package within sigma of every contact, with no exact one nearby: two complex poses
+    lost        problems whose true pose, always a regular one, the package did not find; needs no oracle
+    raised      problems in which the package raised an exception
+    suspect     problems with unaccounted paths: the oracle itself may lack a pose
 """
 
 import argparse
@@ -33,7 +32,7 @@ from tests.validation.pose_oracle import ON_SURFACE, OracleAnswer, all_real_pose
 from tests.validation.pose_problems import PoseProblem, misfit, oracle_features, problem_number, settled, stiffness
 from tests.validation.poses_of_package import poses_of_package
 
-# Largest difference of two equal poses: rotation entries, and shifts of the contacts in units of their spread.
+# Largest difference of equal poses: entries of the rotation, and shifts of the contacts in units of their spread.
 SAME = 1e-3
 NEARLY_SINGULAR = 1e-4
 COUNTED = ("poses", "multiple", "missed", "near", "with miss", "extra", "inexact", "lost", "raised", "suspect")
@@ -41,7 +40,7 @@ COUNTED = ("poses", "multiple", "missed", "near", "with miss", "extra", "inexact
 
 @dataclass
 class Tally:
-    """Counts, milliseconds of processor time of oracle and package for each problem, and what is worth a line."""
+    """Counts, milliseconds of processor time of oracle and package for each problem, and remarks to print."""
 
     counts: Counter[str] = field(default_factory=Counter)
     oracle: list[float] = field(default_factory=list)
@@ -59,7 +58,7 @@ def poses_of_oracle(problem: PoseProblem) -> OracleAnswer:
 
 
 def gaps(some: np.ndarray, others: np.ndarray, problem: PoseProblem) -> np.ndarray:
-    """How far (k, m) the contacts, taken into the fixture frame, and the axes are apart under each two poses."""
+    """Differences (k, m) of poses: of the contacts transformed into the fixture frame, and of the axes."""
     spread = np.sqrt(problem.points.var(axis=0).sum())
     center = problem.points.mean(axis=0)
     centers = [np.einsum("kji,kj->ki", p[:, :3, :3], center - p[:, :3, 3]) for p in (some, others)]
@@ -69,19 +68,19 @@ def gaps(some: np.ndarray, others: np.ndarray, problem: PoseProblem) -> np.ndarr
 
 
 def nearest(some: np.ndarray, others: np.ndarray, problem: PoseProblem) -> np.ndarray:
-    """How far (k,) the nearest of the others is from each."""
+    """The difference (k,) of each pose from the nearest of the others."""
     return gaps(some, others, problem).min(axis=1, initial=np.inf)
 
 
 def is_exact(problem: PoseProblem, pose: np.ndarray) -> bool:
-    """Whether a pose at which every contact is exactly on its surface is where this one is."""
-    there = settled(problem, pose)
+    """Whether near this pose there is one at which every contact is exactly on its surface."""
+    end = settled(problem, pose)
     spread = np.sqrt(problem.points.var(axis=0).sum())
-    return bool(misfit(problem, there) < 10 * ON_SURFACE * spread and nearest(there[None], pose[None], problem) < SAME)
+    return bool(misfit(problem, end) < 10 * ON_SURFACE * spread and nearest(end[None], pose[None], problem) < SAME)
 
 
 def examine(kind: str, layout: str, seed: int, number: int, tally: Tally) -> None:
-    """Adds one problem to the tally."""
+    """Add one problem to the tally."""
     problem = problem_number(kind, layout, seed, number)
     name = f"{kind} --layout {layout} --seed {seed} --replay {number}"
     began = time.process_time()
@@ -118,9 +117,9 @@ def examine(kind: str, layout: str, seed: int, number: int, tally: Tally) -> Non
 
 
 def block(kind: str, layout: str, seed: int, first: int, count: int) -> dict[str, Any] | str:
-    """Some problems of one series, as a dict for JSON; or why there are none."""
+    """Results of some problems of one series as a dict for JSON; or why there are none."""
     try:
-        poses_of_oracle(problem_number(kind, layout, seed, first))  # compiles, and loads the start
+        poses_of_oracle(problem_number(kind, layout, seed, first))  # compiles, and reads the start
         tally = Tally()
         for number in range(first, first + count):
             examine(kind, layout, seed, number, tally)
@@ -130,7 +129,7 @@ def block(kind: str, layout: str, seed: int, first: int, count: int) -> dict[str
 
 
 def run(options: argparse.Namespace) -> None:
-    """All blocks of all rows; remarks as they come, a row when its last block is done."""
+    """Run all blocks of all rows; print remarks as they arise, and a row after its last block."""
     numbers = numbered(options.first, options.problems)
     rows = {
         (kind, layout): [(kind, layout, options.seed, *block_numbers) for block_numbers in numbers]
@@ -161,7 +160,7 @@ def total(results: list[dict[str, Any] | str]) -> str:
 
 
 def replay(kind: str, layout: str, seed: int, number: int) -> None:
-    """One problem, every pose of the oracle, the package's pose next to it, and what only the package has."""
+    """Print one problem, every pose of the oracle with the package's nearest pose, and poses of the package alone."""
     problem = problem_number(kind, layout, seed, number)
     oracle, found = poses_of_oracle(problem), poses_of_package(problem)
     truth = problem.base_from_fixture
@@ -178,18 +177,20 @@ def replay(kind: str, layout: str, seed: int, number: int) -> None:
     print(f"real poses: oracle {len(oracle.poses)}, package {len(found)}")
     print(f"{'':10s}{'stiffness':>11s}{'misfit mm':>11s}{'nearest':>11s}")
     for pose, multiple, gap in zip(oracle.poses, oracle.multiple, nearest(oracle.poses, found, problem), strict=True):
-        what = "multiple" if multiple else ("MISSED" if gap > SAME else "")
+        label = "multiple" if multiple else ("MISSED" if gap > SAME else "")
         is_true = "  planted" if nearest(pose[None], truth[None], problem)[0] < SAME else ""
-        print(f"{what:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}{is_true}")
-        if what:
+        print(f"{label:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}{is_true}")
+        if label:
             print(
                 " " * 10
                 + np.array2string(pose, max_line_width=200, prefix=" " * 10, formatter={"float": "{:.17g}".format})
             )
     for pose, gap in zip(found, nearest(found, oracle.poses, problem), strict=True):
         if gap > SAME:
-            what = "extra" if is_exact(problem, pose) else "inexact"
-            print(f"{what:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}  of the package")
+            label = "extra" if is_exact(problem, pose) else "inexact"
+            print(
+                f"{label:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}  of the package"
+            )
     if nearest(truth[None], found, problem)[0] > SAME:
         print("LOST: the planted pose is not among the package's")
 

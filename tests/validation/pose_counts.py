@@ -1,9 +1,8 @@
-"""How many complex poses six contacts have that are shared out over four features or more.
+"""The number of complex poses of six contacts on four or more features.
 
-`monodromy` makes up a problem of the kind with one root and goes around closed loops of problems until several
-of them in a row find nothing new. That proves no count; but two problems are made for each kind, from different seeds,
-and a count is shipped (src/tactfix/design/pose_counts.json) only where both agree. Kinds of two and three features are
-in `kinds`.
+`monodromy` generates a problem of the kind with one root and tracks closed loops of problems until several successive
+loops find nothing new. That does not prove a count, but a count is shipped (src/tactfix/design/pose_counts.json) only
+if two problems of the kind, from different seeds, agree. Kinds of two and three features are in `kinds`.
 
     pip install '.[study]'
     python -m tests.validation.pose_counts [kind ...]          (without a kind all)
@@ -21,7 +20,7 @@ from tests.validation.kinds import KINDS, TYPE_ORDER, kind_of
 from tests.validation.monodromy import solve_by_monodromy
 
 IDLE, LOOPS = 6, 40
-# Six contacts on four features or more; no feature then takes more than three.
+# Six contacts on four or more features, so at most three on one feature.
 SHARES = ((3, 1, 1, 1), (2, 2, 1, 1), (2, 1, 1, 1, 1), (1, 1, 1, 1, 1, 1))
 
 

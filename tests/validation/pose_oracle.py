@@ -1,12 +1,12 @@
-"""Every pose of a rigid fixture that six contacts allow, by parameter homotopy: the second opinion of the tests.
+"""All poses of a rigid fixture that six contacts allow, by parameter homotopy: the independent method of the tests.
 
-The complex poses of one solved problem of the same kind (monodromy.py, data/) are followed while that problem turns
-into the given one. The number of complex poses never changes within a kind, so each path ends at a pose of the given
-problem, at a multiple one, or at infinity, and every isolated complex pose is reached with probability one. What
-numerics can do wrong is counted: a path lost on the way (it passed too near infinity), two that end at the same
-regular pose (one has jumped), a root without its complex conjugate, which a real problem must have too. Then the roots
-are completed by their conjugates and the run is repeated from another start, until all are accounted for or the tries
-are used up.
+The complex poses of one solved problem of the same kind (monodromy.py, data/) are tracked while that problem is
+deformed into the given one. The number of complex poses is the same for almost all problems of a kind, so each path
+ends at a pose of the given problem, at a multiple one, or at infinity, and every isolated complex pose is reached with
+probability one. Numerical failures are counted: a lost path (it passed too near infinity), two paths that end at the
+same regular pose (one has jumped), a root without its complex conjugate, which a real problem must have. Then the
+roots are completed by their conjugates and the run is repeated from another start, until all paths are accounted for
+or the number of tries is reached.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,26 +27,27 @@ Feature = tuple[str, Sequence[float]] | tuple[str, Sequence[float], Sequence[flo
 
 CAREFUL_STEPS = (Steps(), Steps(), Steps(prediction=3e-5, contraction=0.03), Steps(prediction=3e-6, contraction=0.01))
 NEARLY_THERE = 0.98
-# A path that comes this far on the last piece and no further is at its end, a multiple root or infinity.
+# A path that completes this part of the last piece and no more is at its end, a multiple root or infinity.
 CLOSE = 0.99
 LAST_STEPS = Steps(first=0.5, most=150)
-# |q . q| / |q|^2 is 1 for a real pose and vanishes at infinity; a path that ends below this is at no real pose.
+# |q . q| / |q|^2 is 1 for a real pose and 0 at infinity; a path that ends below this is not at a real pose.
 INFINITE_ROTATION = 1e-4
-# The same for a path that has not quite come to its end.
+# The same for a path that has not quite reached its end.
 FAR_ROTATION = 3e-2
-# Row-scaled condition below which a root counts as multiple: about the square root of the rounding of the equations.
+# A root with a smaller row-scaled reciprocal condition counts as multiple: about the square root of the rounding.
 SINGULAR = 1e-8
-# Largest distance of a contact from its feature, in units of the contacts' spread, for a pose to be an answer.
+# Largest distance of a contact from its feature at an accepted pose, in units of the contacts' spread.
 ON_SURFACE = 1e-10
-# Largest imaginary part of a regular root, and of an end near a multiple one, from which a real pose is sought.
+# Largest imaginary part of a regular root, and of an end near a multiple root, from which a real pose is computed.
 WIDEST_IMAGINARY = (1e-3, 0.1)
 
 
 @dataclass(frozen=True)
 class Method:
-    """The slow loops: paths (start, target, roots, begin, end, steps), gradients, polishing, is_multiple.
+    """The loops that take most of the time: paths (start, target, roots, begin, end, steps), gradients, polishing,
+    is_multiple.
 
-    Here in numpy; compiled_poses has the same compiled, which takes a tenth of the time.
+    Here in numpy; compiled_poses has compiled versions, which take a tenth of the time.
     """
 
     track: Follow
@@ -64,11 +65,11 @@ NUMPY = Method(follow, _gradients, polished, is_multiple)
 
 @dataclass(frozen=True)
 class OracleAnswer:
-    """What became of all paths, and the real poses (k, 4, 4), base_from_fixture.
+    """The numbers of paths by their ends, and the real poses (k, 4, 4), base_from_fixture.
 
-    paths = finite + singular + diverged + suspicious. finite: distinct regular complex poses; singular: multiple ones;
-    diverged: no pose, the path ends at infinity; suspicious: not accounted for, a pose may be missing. Of the poses,
-    multiple (k,) says which are multiple (tangent or not isolated), the others are regular. runs: starts needed.
+    paths = finite + singular + diverged + suspicious. finite: distinct regular complex poses; singular: multiple poses;
+    diverged: paths that end at infinity; suspicious: unaccounted paths, a pose may be missing. multiple (k,): which of
+    the real poses are multiple (tangent or not isolated). runs: number of starts used.
     """
 
     kind: str
@@ -89,11 +90,11 @@ def all_real_poses(
     rho: np.ndarray,
     method: Method = NUMPY,
 ) -> OracleAnswer:
-    """Every real pose x = R y + t at which point i is at distance rho[i] from plane, centre or axis of its feature.
+    """All real poses x = R y + t at which point i is at distance rho[i] from the plane, centre or axis of its feature.
 
     features: ("plane", point, outward normal), ("sphere", center) or ("cylinder", point, direction) in the fixture
     frame; points (6, 3) in base; rho (6,), the same for all contacts of a feature, signed for planes.
-    Raises ValueError when the kind is not a known one, or rho differs within a feature.
+    Raises ValueError if the kind is unknown, or rho differs within a feature.
     """
     target = _ordered_problem(features, np.asarray(feature_of_contact), np.asarray(points, float), np.asarray(rho))
     kind = kind_of([(t, target.feature_of_contact.count(i)) for i, t in enumerate(target.types)])
@@ -108,7 +109,7 @@ def all_real_poses(
 def _ordered_problem(
     features: Sequence[Feature], feature_of_contact: np.ndarray, points: np.ndarray, rho: np.ndarray
 ) -> Problem:
-    """The real problem with features and contacts in the order of the kind's name; planes moved out by their rho."""
+    """The real problem with features and contacts in the order of the kind's name; planes are shifted by their rho."""
     counts = [int(np.sum(feature_of_contact == i)) for i in range(len(features))]
     touched = [i for i in range(len(features)) if counts[i]]
     order = sorted(touched, key=lambda i: (TYPE_ORDER.index(features[i][0]), -counts[i]))
@@ -127,7 +128,7 @@ def _ordered_problem(
 
 
 def _toward_start(problem: Problem, start: Problem) -> tuple[Gauge, Problem]:
-    """The problem in frames in which it is centred, of unit size and turned towards the start: paths are short."""
+    """The problem centred, of unit size and rotated towards the start, so that paths are short."""
     base_center = problem.contacts.mean(axis=0)
     unit = float(np.sqrt(((problem.contacts - base_center) ** 2).sum(axis=1).mean()))
     contacts = (problem.contacts - base_center) / unit
@@ -150,7 +151,7 @@ def _toward_start(problem: Problem, start: Problem) -> tuple[Gauge, Problem]:
 
 
 def _center_of(problem: Problem) -> np.ndarray:
-    """The point (3,) nearest to all planes, centres and axes; where they leave it open, nearest to the places' mean."""
+    """The point (3,) nearest to all planes, centres and axes; if not unique, nearest to the mean of the places."""
     squares = []
     for kind, s in zip(problem.types, problem.direction, strict=True):
         squares.append(np.outer(s, s) if kind == PLANE else np.eye(3) - np.outer(s, s))
@@ -173,14 +174,14 @@ def _turn_and_signs(place: np.ndarray, direction: np.ndarray, start: Problem) ->
 
 
 def _turn_onto(vectors: np.ndarray, goals: np.ndarray) -> np.ndarray:
-    """The rotation G that brings G v nearest to the goals (k, 3), in the sense of least squares."""
+    """The rotation G for which G v is nearest to the goals (k, 3) in the least-squares sense."""
     u, _, vt = np.linalg.svd(goals.T @ vectors)
     return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
 
 
 @lru_cache(maxsize=64)
 def start_of(kind: str, number: int) -> Start:
-    """The stored start of a kind (number 0), or another random problem solved from it. Raises ValueError if unknown."""
+    """The stored start of a kind (number 0), or a random problem solved from it. ValueError for an unknown kind."""
     if number == 0:
         try:
             return monodromy.load(kind)
@@ -197,10 +198,10 @@ def start_of(kind: str, number: int) -> Start:
 
 @dataclass(frozen=True)
 class _Ends:
-    """Ends of one run: regular roots, ends near multiple ones, and the numbers of paths with other ends.
+    """Ends of one run: regular roots, ends near multiple roots, and the numbers of paths with other ends.
 
-    diverged: at infinity. stalled: far out and not to be followed further. repeated: at a regular root that another
-    path has. lost: anything else.
+    diverged: at infinity. stalled: near infinity, where tracking stopped. repeated: at a regular root that another path
+    has reached. lost: all others.
     """
 
     regular: np.ndarray
@@ -214,7 +215,7 @@ class _Ends:
 def _all_roots(
     kind: str, target: Problem, method: Method
 ) -> tuple[tuple[np.ndarray, np.ndarray], tuple[int, int, int, int], int]:
-    """Regular and multiple roots of the target; finite, singular, diverged, suspicious; the runs it took."""
+    """Regular and multiple roots of the target; finite, singular, diverged, suspicious; and the number of runs."""
     regular, multiple = np.zeros((0, 8), complex), np.zeros((0, 8), complex)
     diverged, run, paths, alone = 0, 0, len(start_of(kind, 0).roots), 0
     for run, steps in enumerate(CAREFUL_STEPS):
@@ -224,14 +225,14 @@ def _all_roots(
         multiple = max(multiple, ends.multiple, key=len)
         alone = _without_conjugate(regular)
         if ends.lost == ends.repeated == alone == 0 and (ends.stalled == 0 or len(regular) == known):
-            # What stalls far out by two ways, with the same roots found both times, is on its way to infinity.
+            # If paths from two starts stall near infinity and both runs found the same roots, they go to infinity.
             diverged = max(diverged, ends.diverged + ends.stalled)
             break
         diverged = max(diverged, ends.diverged)
         regular = _united(regular, regular.conj())
         if len(regular) == paths or len(regular) + len(multiple) + diverged == paths:
             break
-    # A path that one run left short of a multiple root or of infinity, another may have brought to a regular one.
+    # A path that stopped before a multiple root or infinity in one run may have reached a regular root in another.
     singular = max(0, min(len(multiple), paths - len(regular)))
     diverged = max(0, min(diverged, paths - len(regular) - singular))
     missing = abs(paths - len(regular) - singular - diverged)
@@ -239,7 +240,7 @@ def _all_roots(
 
 
 def _without_conjugate(roots: np.ndarray) -> int:
-    """How many of the roots (k, 8) of a real problem lack their complex conjugate: one of the two was not found."""
+    """The number of roots (k, 8) of a real problem whose complex conjugate is missing."""
     unit = roots / np.linalg.norm(roots, axis=1, keepdims=True)
     return int(np.sum(np.abs(unit @ unit.T).max(axis=1, initial=0.0) < 1 - 1e-9))
 
@@ -279,20 +280,20 @@ def _rotation_size(roots: np.ndarray) -> np.ndarray:
 
 
 def _imaginary_rotation(roots: np.ndarray) -> np.ndarray:
-    """Largest imaginary part (k,) of the quaternions of roots (k, 8), made q . q = 1."""
+    """Largest imaginary part (k,) of the quaternions of roots (k, 8), normalized to q . q = 1."""
     quaternions = roots[:, :4] / np.sqrt(np.sum(roots[:, :4] ** 2, axis=1, keepdims=True))
     return np.asarray(np.abs(quaternions.imag).max(axis=1, initial=0.0))
 
 
 def _condition(gradients: np.ndarray) -> np.ndarray:
-    """Smallest over largest singular value (k,) of the equations' gradients (k, 7, 8), each brought to unit length."""
+    """Smallest over largest singular value (k,) of the equations' gradients (k, 7, 8), normalized to unit length."""
     gradients = gradients / np.linalg.norm(gradients, axis=2, keepdims=True)
     values = np.linalg.svd(gradients, compute_uv=False)
     return np.asarray(values[:, -1] / values[:, 0])
 
 
 def _real_ones(target: Problem, roots: tuple[np.ndarray, np.ndarray], method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Real poses (k, 4, 4) in the target's own frames, each once, and which (k,) are multiple."""
+    """Distinct real poses (k, 4, 4) in the frames of the target, and which (k,) are multiple."""
     poses: list[np.ndarray] = []
     multiple: list[bool] = []
     for group, widest in zip(roots, WIDEST_IMAGINARY, strict=True):
@@ -302,7 +303,7 @@ def _real_ones(target: Problem, roots: tuple[np.ndarray, np.ndarray], method: Me
                 continue
             pose, off = method.polished(target, pose)
             flat = method.is_multiple(target, pose)
-            # A multiple pose is found to the square or cube root of rounding only, once for each path that ends there.
+            # A multiple pose is accurate to the square or cube root of rounding, and found by every path to it.
             if off <= ON_SURFACE and all(pose_gap(pose, known) > (1e-3 if flat else 1e-7) for known in poses):
                 poses.append(pose)
                 multiple.append(flat)

@@ -1,4 +1,4 @@
-"""All poses that the package finds for a problem of the oracles: needs no compiler, so that fast tests can ask too."""
+"""All poses that the package finds for a problem of the studies; needs no compiler, so that fast tests can use it."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from tactfix.poses.pose_fit import PoseFit
 from tactfix.poses.solution import Found
 from tests.validation.pose_problems import PoseProblem
 
-SIGMA = 1e-5  # mm: far above rounding, far below the gaps between poses.
+SIGMA = 1e-5  # mm: far above rounding, far below the distances between poses.
 
 
 def poses_of_package(problem: PoseProblem, sigma: float = SIGMA) -> np.ndarray:
-    """What the package finds (k, 4, 4) where contacts have that sigma: the only place that knows how it is called."""
+    """The poses (k, 4, 4) that the package finds for contacts of this sigma; all studies call the package here."""
     surfaces: dict[str, Surface] = {}
     for number, f in enumerate(problem.features):
         side = "outer" if f.side == "outer" else "inner"

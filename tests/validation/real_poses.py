@@ -1,4 +1,4 @@
-"""Real poses out of complex roots: frames, polishing on the real distances, telling poses apart."""
+"""Real poses from complex roots: frames, refinement on the real distances, comparison of poses."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from tests.validation.study_forms import CYLINDER, PLANE, Problem, conjugate, qu
 
 @dataclass(frozen=True)
 class Gauge:
-    """x' = B (x - x0) / unit in base, y' = G (y - y0) / unit in the fixture: frames near those of the start."""
+    """Frames near those of the start: x' = B (x - x0) / unit in base, y' = G (y - y0) / unit in the fixture."""
 
     base_turn: np.ndarray
     base_center: np.ndarray
@@ -27,7 +27,7 @@ class Gauge:
 
 
 def pose_of_root(root: np.ndarray) -> tuple[np.ndarray, float]:
-    """The real part (4, 4) of the pose of a root z (8,), and how large its imaginary part is beside it."""
+    """The real part (4, 4) of the pose of a root z (8,), and the relative size of its imaginary part."""
     scaled = root / np.sqrt(root[:4] @ root[:4])
     q, u = scaled[:4], scaled[4:]
     t = 2 * quaternion_product(u, conjugate(q))[1:]
@@ -41,7 +41,7 @@ def pose_of_root(root: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def distances_off(problem: Problem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far (6,) each contact is off its feature at a pose, and its gradient (6, 3) in the fixture frame."""
+    """The distance (6,) of each contact from its feature at a pose, and its gradient (6, 3) in the fixture frame."""
     body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
     off, gradients = np.zeros(6), np.zeros((6, 3))
     for i, (y, f) in enumerate(zip(body, problem.feature_of_contact, strict=True)):
@@ -57,7 +57,7 @@ def distances_off(problem: Problem, pose: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def polished(problem: Problem, pose: np.ndarray, steps: int = 60) -> tuple[np.ndarray, float]:
-    """The pose after damped Gauss-Newton steps on the six distances, and the largest distance left."""
+    """The pose after damped Gauss-Newton steps on the six distances, and the largest remaining distance."""
     damping, off = 1e-6, distances_off(problem, pose)[0]
     for _ in range(steps):
         off, jacobian = _distances_and_jacobian(problem, pose)
@@ -73,7 +73,7 @@ def polished(problem: Problem, pose: np.ndarray, steps: int = 60) -> tuple[np.nd
 
 
 def _distances_and_jacobian(problem: Problem, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far (6,) the contacts are off at a pose, and the derivative (6, 6) by R -> R exp([w]), t -> t + R v."""
+    """The distances (6,) of the contacts at a pose, and their derivatives (6, 6) by R -> R exp([w]), t -> t + R v."""
     off, gradients = distances_off(problem, pose)
     body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
     # y = R^T (x - t): dy = y cross w - v.
@@ -81,9 +81,9 @@ def _distances_and_jacobian(problem: Problem, pose: np.ndarray) -> tuple[np.ndar
 
 
 def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
-    """Whether the six distances fail to fix the pose to first order, as far as an end of a path can tell.
+    """Whether the Jacobian of the six distances is singular to the accuracy of an end of a path.
 
-    Turns are about the contacts' middle: the fixture's own origin, where planes meet, may be very far away.
+    Rotations are about the contacts' mean, because the fixture's origin, where planes meet, may be very far away.
     """
     gradients = distances_off(problem, pose)[1]
     body = (problem.contacts - pose[:3, 3]) @ pose[:3, :3]
@@ -92,7 +92,7 @@ def is_multiple(problem: Problem, pose: np.ndarray) -> bool:
 
 
 def _exponential(step: np.ndarray) -> np.ndarray:
-    """The motion (4, 4) by the rotation vector step[:3] and the shift step[3:]."""
+    """The motion (4, 4) with the rotation vector step[:3] and the translation step[3:]."""
     q = np.concatenate([[1.0], 0.5 * step[:3]])
     q /= np.linalg.norm(q)
     motion = np.eye(4)
@@ -103,5 +103,5 @@ def _exponential(step: np.ndarray) -> np.ndarray:
 
 
 def pose_gap(a: np.ndarray, b: np.ndarray) -> float:
-    """How far apart two poses (4, 4) are: largest entry of their difference, in the unit of the gauge."""
+    """The difference of two poses (4, 4): its largest entry, in the unit of the gauge."""
     return float(np.abs(a - b).max())

@@ -1,16 +1,16 @@
-"""Poses that the package misses where contacts are more than six, and its search takes short cuts.
+"""Counts of poses that the package misses with more than six contacts, where its search takes short cuts.
 
     python -m tests.validation.redundant_poses --problems 1000 --jobs 2 --record out.jsonl
     python -m tests.validation.redundant_poses --kind cylinder1+plane3+plane2 --layout far --replay 1
 
-Path tracking gives every pose of the six contacts that the kind names; each of them is settled on all noisy contacts by
-scipy's least squares, and one that explains them has to be among the package's. Nothing there is shared with the
-package. Noise and sizes are those of studies/noisy_poses. Set OMP_NUM_THREADS=1.
+Path tracking gives all poses of the six contacts of the kind; each is refined on all noisy contacts by scipy's least
+squares, and if it explains them it must be among the package's poses. No code is shared with the package. Noise and
+sizes are those of noisy_poses. Set OMP_NUM_THREADS=1.
 
-    poses       that explain all contacts, so found
-    missed      of these, those with no pose of the package within a sigma; with miss: problems that have one
-    weak        of these, those whose contacts hold them so badly that noise decides; not counted as missed
-    raised      problems at which the package raised an exception
+    poses       poses found in this way that explain all contacts
+    missed      of these, those without a pose of the package within a sigma; with miss: problems with such poses
+    weak        of these, those determined so weakly that noise decides; not counted as missed
+    raised      problems in which the package raised an exception
 """
 
 import argparse
@@ -30,7 +30,7 @@ from tests.validation.pose_problems import oracle_features, stiffness
 from tests.validation.poses_of_package import poses_of_package
 from tests.validation.touched_problems import Touched, touched_number
 
-# Chance of a chi-square beyond it: far inside of what the package lets through.
+# Probability of a larger chi-square: far within the limit of the package.
 LIKELY = 1e-3
 WEAK = 1e-4
 COUNTED = ("poses", "missed", "with miss", "weak", "raised")
@@ -38,7 +38,7 @@ COUNTED = ("poses", "missed", "with miss", "weak", "raised")
 
 @dataclass
 class Tally:
-    """Counts, milliseconds of processor time of the package for each problem, and what is worth a line."""
+    """Counts, milliseconds of processor time of the package for each problem, and remarks to print."""
 
     counts: Counter[str] = field(default_factory=Counter)
     times: list[float] = field(default_factory=list)
@@ -50,7 +50,7 @@ class Tally:
 
 
 def explaining(touched: Touched, judge: Judge, method: Method = NUMPY) -> list[np.ndarray]:
-    """The poses that explain all contacts, from every pose of the first six."""
+    """The poses that explain all contacts, refined from all poses of the first six."""
     problem = touched.problem
     six = all_real_poses(
         oracle_features(problem), problem.feature_of_contact[:6], problem.points[:6], problem.rho[:6], method
@@ -65,7 +65,7 @@ def explaining(touched: Touched, judge: Judge, method: Method = NUMPY) -> list[n
 
 
 def examine(name: str, touched: Touched, tally: Tally, method: Method = NUMPY) -> None:
-    """Adds one problem to the tally."""
+    """Add one problem to the tally."""
     began = time.process_time()
     try:
         poses = poses_of_package(touched.problem, touched.sigma)
@@ -86,7 +86,7 @@ def examine(name: str, touched: Touched, tally: Tally, method: Method = NUMPY) -
 
 
 def block(kind: str, layout: str, seed: int, first: int, count: int) -> dict[str, Any]:
-    """Some problems of one series, three to twelve contacts more than six in turn, as a dict for JSON."""
+    """Results of some problems of one series, in turn with three to twelve additional contacts, as a dict for JSON."""
     from tests.validation.compiled_poses import COMPILED  # needs numba
 
     tally = Tally()
@@ -100,12 +100,12 @@ def block(kind: str, layout: str, seed: int, first: int, count: int) -> dict[str
 
 
 def touched_problem(kind: str, layout: str, seed: int, number: int) -> Touched:
-    """One problem of a series. Raises ValueError where no layout of the kind lets a probe reach its contacts."""
+    """One problem of a series. Raises ValueError if in no layout of the kind a probe can reach the contacts."""
     return touched_number(kind, 3 + number % 10, layout, seed, number)
 
 
 def run(options: argparse.Namespace) -> None:
-    """All blocks; remarks as they come, a row when its last block is done, and the sum of all."""
+    """Run all blocks; print remarks as they arise, a row after its last block, and the sum of all."""
     rows = {
         (kind, layout): [
             (kind, layout, options.seed, *numbers) for numbers in numbered(options.first, options.problems)

@@ -1,7 +1,7 @@
-"""Twenty kinds of fixtures by relations, built by hand: where each feature is, what the file says, what the frame is.
+"""Twenty kinds of fixtures by relations, built by hand: places of features, relations in the file, frame recipe.
 
-Nothing here is shared with the package. Directions come from scipy's Rotation; a frame is built from its recipe by the
-few lines of `frame_of`; files are written as text and read by the package as a user's would be.
+No code is shared with the package. Directions come from scipy's Rotation; the frame is computed from its recipe by
+`frame_of`; files are written as text and read by the package like those of a user.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ X, Y, Z = np.eye(3)
 
 @dataclass(frozen=True)
 class Thing:
-    """A feature in the part's own frame: at a point, along a normal or axis; half: half length of the touched piece."""
+    """A feature in the part's own frame: point (at), normal or axis (along); half: half length of the touched piece."""
 
     kind: str
     at: np.ndarray
@@ -27,9 +27,9 @@ class Thing:
 
 @dataclass(frozen=True)
 class Part:
-    """things by name; relations (kind, one, other, value, sigma) as the file says them, deg; frame: recipe.
+    """things by name; relations (kind, one, other, value, sigma) as stated in the file, deg; frame: recipe.
 
-    touch: boxes in the fixture frame, where nothing else tells two poses apart.
+    touch: boxes in the fixture frame, if nothing else distinguishes two poses.
     """
 
     things: Mapping[str, Thing]
@@ -39,7 +39,7 @@ class Part:
 
 
 def leaning(degrees: float, azimuth: float = 0.0, aside: float = 0.0) -> np.ndarray:
-    """z turned by so many degrees towards x, or another azimuth, and a little aside (deg)."""
+    """The z direction inclined by an angle towards x, or another azimuth, and slightly sideways (deg)."""
     tilted = Rotation.from_euler("xyz", [aside, degrees, azimuth], degrees=True)
     return tilted.apply(Z)
 
@@ -58,24 +58,24 @@ def ball(at, radius=10.0, side="outer"):
 
 @dataclass(frozen=True)
 class Angle:
-    """What a kind is made with: the angle and sigma that the file says (deg), and how the part deviates from it."""
+    """The angle of a part: value and sigma stated in the file (deg), and the true value of the part."""
 
-    said: float
+    stated: float
     sigma: float
     true: float
     aside: float
 
     @staticmethod
-    def drawn(said: float, sigma: float, rng: np.random.Generator) -> "Angle":
-        """A part that deviates by sigma: in both directions where axes are nearly parallel."""
+    def drawn(stated: float, sigma: float, rng: np.random.Generator) -> "Angle":
+        """A true angle that deviates by sigma; if axes are nearly parallel, in two directions."""
         off, aside = sigma * rng.standard_normal(2)
-        return Angle(said, sigma, said + off, aside if min(said, 180 - said) < 1 else 0.0)
+        return Angle(stated, sigma, stated + off, aside if min(stated, 180 - stated) < 1 else 0.0)
 
     def lean(self, azimuth: float = 0.0) -> np.ndarray:
         return leaning(self.true, azimuth, self.aside)
 
     def between(self, one: str, other: str) -> tuple[str, str, str, float, float]:
-        return ("angle", one, other, self.said, self.sigma)
+        return ("angle", one, other, self.stated, self.sigma)
 
 
 def right(one, other, degrees=90.0):
@@ -87,11 +87,11 @@ def apart(one, other, value):
 
 
 def with_axis(a: Angle) -> bool:
-    return a.said <= 90
+    return a.stated <= 90
 
 
 def askew(a: Angle) -> bool:
-    return 2 < a.said <= 90
+    return 2 < a.stated <= 90
 
 
 BALL = ball([15, 90, 50])
@@ -110,7 +110,7 @@ def bar_on_plate_ball_at_height(a):
 
 
 def bar_beside_ball_on_plate(a):
-    """All but where the ball stands along the bar: distance to the axis and height."""
+    """Distance to the axis and height of the ball are given, its place along the bar is not."""
     part = bar_on_plate_ball_at_height(a)
     axis, arm = part.things["bar"].along, BALL.at - part.things["bar"].at
     return Part(part.things, [*part.relations, apart("bar", "ball", np.linalg.norm(np.cross(arm, axis)))], part.frame)
@@ -146,7 +146,7 @@ def two_pins_pair_by_pair(a):
 
 
 def pins_of_equal_lean(a):
-    """Two pins lean the same way: the angle of one to the plate is said, their own is 0 and their spacing known."""
+    """Two parallel pins: the angle of one to the plate, their angle of 0 and their spacing are given."""
     things = {"plate": plane([0, 0, 0]), "one": bar([0, 0, 50], a.lean()), "two": bar([80, 10, 50], a.lean(), 6.0)}
     gap = things["two"].at - things["one"].at
     spacing = np.linalg.norm(np.cross(gap, a.lean()))
@@ -156,19 +156,19 @@ def pins_of_equal_lean(a):
 
 
 def three_faces_and_ball(a):
-    """Two faces at an angle, a third square to both."""
+    """Two faces at an angle, a third perpendicular to both."""
     things = {"a": plane([0, 0, 0]), "b": plane([60, 0, -40], a.lean()), "c": plane([0, -60, -40], -Y), "ball": BALL}
     frame = {"origin": {"center_of": "ball"}, "z": {"along": "a"}, "y": {"opposite": {"along": "c"}}}
     return Part(things, [a.between("a", "b"), right("a", "c")], frame)
 
 
 def three_faces_at_all_angles(a):
-    part = three_faces_and_ball(Angle(a.said, a.sigma, a.true, 0.0))
+    part = three_faces_and_ball(Angle(a.stated, a.sigma, a.true, 0.0))
     return Part(part.things, [*part.relations, right("b", "c")], part.frame)
 
 
 def block(a):
-    """Top and bottom at an angle, two more sides."""
+    """Top and bottom at an angle, and two sides."""
     things = {
         "top": plane([0, 0, 0]),
         "bottom": plane([0, 0, -40], a.lean()),
@@ -190,7 +190,7 @@ def square_block(a):
 
 
 def slab_with_hole(a):
-    """A hole at an angle through a slab of known thickness."""
+    """An inclined hole through a slab of known thickness."""
     things = {
         "top": plane([0, 0, 0]),
         "bottom": plane([0, 0, -25], -Z),
@@ -208,7 +208,7 @@ def slab_with_hole(a):
 
 
 def socket_and_bar(a):
-    """An inner ball over a plate, at a known distance of a bar at an angle."""
+    """An inner ball above a plate, at a known distance from an inclined bar."""
     things = {"plate": plane([0, 0, 0]), "bar": bar([0, 0, 60], a.lean()), "ball": ball([15, 90, 50], 12.0, "inner")}
     value = np.linalg.norm(np.cross(things["ball"].at - things["bar"].at, a.lean()))
     frame = {"origin": {"center_of": "ball"}, "z": {"along": "plate"}, "y": {"from": "bar", "to": "ball"}}
@@ -216,7 +216,7 @@ def socket_and_bar(a):
 
 
 def three_bars(a):
-    """Every distance and every angle: the shape is fixed, with many branches."""
+    """All distances and angles: the shape is determined, with many branches."""
     things = {
         "one": bar([0, 0, 0], Z),
         "two": bar([0, 70, 10], a.lean(), 6.0),
@@ -244,7 +244,7 @@ def three_bars_by_angles(a):
 
 
 def bar_and_ball(_):
-    """The paper's: half a turn about x lays it on itself, and only where the bar may be touched tells."""
+    """The paper's fixture: a half-turn about x maps it onto itself, and only the touch box of the bar decides."""
     things = {"bar": bar([0, 0, 35], Z), "ball": ball([40, 0, 0])}
     frame = {"origin": {"foot_of": "ball", "on": "bar"}, "z": {"along": "bar"}, "x": {"from": "bar", "to": "ball"}}
     return Part(things, [apart("bar", "ball", 40.0)], frame, {"bar": {"z": [5.0, 80.0]}})
@@ -277,9 +277,9 @@ def four_balls(_):
 
 @dataclass(frozen=True)
 class Kind:
-    """make: the part for an angle; allows: which angles it can have, None where it has none.
+    """make: the part for an angle; allows: which angles it can have, None if it has none.
 
-    fixes_shape: whether the relations of this angle, if exact, leave the features no motion but that of a rigid body.
+    fixes_shape: whether the relations with this angle, if exact, leave only rigid motions of all features.
     """
 
     make: Callable[[Angle], Part]
@@ -296,12 +296,12 @@ def always(_: float) -> bool:
 
 
 def away_from_square(degrees: float) -> bool:
-    """Axes at 89.9 deg are also at 90.1: two shapes that contacts may not tell apart, of which geometry knows one."""
+    """Axes at 89.9 deg are also at 90.1: contacts may not distinguish the shapes; a file by geometry has one."""
     return degrees < 89 or degrees == 90
 
 
 def where_aligned(degrees: float) -> bool:
-    """Only of an axis along the normal it does not matter which way it leans."""
+    """Only an axis along the normal has no direction of inclination."""
     return degrees == 0
 
 
@@ -315,12 +315,12 @@ KINDS = {
         (crossed_bars_apart, askew, never),
         (two_bars_on_plate, with_axis, never),
         (two_pins_pair_by_pair, with_axis, never),
-        (pins_of_equal_lean, lambda a: a.said < 60, where_aligned),
+        (pins_of_equal_lean, lambda a: a.stated < 60, where_aligned),
         (three_faces_and_ball, lambda a: True, never),
         (three_faces_at_all_angles, lambda a: True, never),
         (block, lambda a: True, never),
         (square_block, lambda a: True, never),
-        (slab_with_hole, lambda a: a.said < 60, never),
+        (slab_with_hole, lambda a: a.stated < 60, never),
         (socket_and_bar, with_axis, never),
         (three_bars, askew, away_from_square),
         (three_bars_by_angles, with_axis, never),

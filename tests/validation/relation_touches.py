@@ -1,4 +1,4 @@
-"""Touches of a part, its true frame and its two fixture files: no code is shared with the package."""
+"""Touches of a part, its true frame and its two fixture files, without code of the package."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ APPROACH = 8.0
 
 @dataclass(frozen=True)
 class Touched:
-    """The part's own frame in base (4, 4), the true pose of the fixture frame, and a touch a row, all in base."""
+    """The part's own frame in base (4, 4), the true pose of the fixture frame, and one touch in a row, all in base."""
 
     base_from_part: np.ndarray
     base_from_fixture: np.ndarray
@@ -35,7 +35,7 @@ class Touched:
 
 
 def touches(part: Part, base_from_part: np.ndarray, rng: np.random.Generator, nominal: bool) -> Touched:
-    """Touches all over the part's features: at random, or as a plan along the part's axes has them."""
+    """Touches distributed over the part's features: random, or regular along the part's axes."""
     turn, shift = base_from_part[:3, :3], base_from_part[:3, 3]
     names, points, normals = [], [], []
     for name, thing in part.things.items():
@@ -74,7 +74,7 @@ CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, 0.5)]
 
 
 def frame_of(part: Part) -> np.ndarray:
-    """part_from_fixture (4, 4): the frame recipe, followed for the places of the part's features."""
+    """part_from_fixture (4, 4): the frame recipe applied to the features of the part."""
     letters = [key for key in part.frame if key != "origin"]
     first = _axis(part.frame[letters[0]], part.things)
     second = _axis(part.frame[letters[1]], part.things)
@@ -112,7 +112,7 @@ def _origin(rule, things: Mapping[str, Thing]) -> np.ndarray:
 
 
 def _feet(one: Thing, other: Thing) -> tuple[np.ndarray, np.ndarray]:
-    """The points of two features that are nearest to each other: least squares over the heights on their axes."""
+    """The points of two features that are nearest to each other, by least squares over the positions on their axes."""
     kinds = (one.kind, other.kind)
     if "plane" in kinds:
         if kinds == ("plane", "sphere"):

@@ -2,9 +2,9 @@
 
     OMP_NUM_THREADS=1 python -m tests.validation.relations_scan [CONTACTS]
 
-The plate of a bar and a ball carries so many contacts (100,000 if none are said), the bar and the ball three each: the
-plate is told by far more than needed, the others by too few to be located alone. Processor time; memory is the largest
-resident set, before and after.
+The fixture is a plate with a bar and a ball. The plate has CONTACTS contacts (default 100,000), far more than needed;
+bar and ball have three each, too few to be located alone. Processor time; memory is the largest resident set, before
+and after.
 """
 
 import argparse
@@ -23,7 +23,7 @@ SIGMA = 0.01
 
 
 def scanned(contacts: Contacts, truth, count: int) -> Contacts:
-    """The contacts, with count on the plate instead of those there, in the rectangle that these span."""
+    """The contacts with those on the plate replaced by count contacts in the same rectangle."""
     plate = contacts.by_feature["plate"]
     others = np.setdiff1d(np.arange(len(contacts)), plate)
     rng = np.random.default_rng(5)

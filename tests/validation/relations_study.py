@@ -1,14 +1,13 @@
-"""Fixtures by relations against the same contacts by geometry: 20 kinds, angles next to every fold, exact and measured.
+"""Fixtures by relations against the same fixtures by geometry: 20 kinds, angles near every fold, exact and measured.
 
     python -m tests.validation.relations_study [--problems 200] [--journal FILE] [--kind block] [--angle 90]
 
-Each cell is a kind, an angle and its sigma, the base along the part's axes or turned, contacts nominal or noisy.
-Counted are: located; located with an error beyond 8 sigma of the covariance (wrong), or beyond that of 95 per cent;
-ambiguous, the truth listed or not; inconsistent; underdetermined, and so where the same contacts are located by
-geometry; another verdict than by geometry, where exact relations fix the shape; another verdict with the base turned,
-for bases along the axes;
-numpy warnings; more than 2 s of processor time. Each problem is written to the journal and not done again: the whole
-product takes a day, and may be stopped and gone on with.
+Each cell is a kind, an angle and its sigma, a base along the part's axes or rotated, and nominal or noisy contacts.
+Counted are: located; located with an error beyond 8 sigma of the covariance (wrong), or beyond the 95 per cent
+ellipsoid; ambiguous with and without the true pose in the list; inconsistent; underdetermined, and underdetermined
+although the same contacts are located by geometry; another status than by geometry, if exact relations determine the
+shape; another status with the base rotated, for bases along the axes; numpy warnings; more than 2 s of processor time.
+Each problem is written to the journal and not repeated: the full study takes a day, and can be interrupted and resumed.
 """
 
 import argparse
@@ -41,7 +40,7 @@ WRONG = 64.0
 
 @dataclass(frozen=True)
 class Cell:
-    """One combination of what the study varies."""
+    """One combination of the parameters of the study."""
 
     kind: str
     angle: float
@@ -51,7 +50,7 @@ class Cell:
 
 
 def cells(kinds: list[str]) -> Iterator[Cell]:
-    """All that the kinds allow."""
+    """All combinations that the kinds allow."""
     for kind in kinds:
         allows = KINDS[kind].allows
         pairs = [(a, s) for a in ANGLES for s in SIGMAS if allows and allows(Angle(a, s, a, 0.0))] or [(0.0, 0.0)]
@@ -61,7 +60,7 @@ def cells(kinds: list[str]) -> Iterator[Cell]:
 
 
 def problem(cell: Cell, seed: int, folder: Path) -> Counter:
-    """What comes out for one part and one set of contacts."""
+    """The counts for one part and one set of contacts."""
     place = [int(1e3 * cell.angle), int(1e3 * cell.sigma), cell.turned]
     rng = np.random.default_rng([seed, *cell.kind.encode(), *place])
     part = KINDS[cell.kind].make(Angle.drawn(cell.angle, cell.sigma, rng))
@@ -96,7 +95,7 @@ def problem(cell: Cell, seed: int, folder: Path) -> Counter:
 
 
 def turned_by(turn: np.ndarray, touched: Touched) -> Touched:
-    """The same part and touches in a base that is turned about its origin."""
+    """The same part and touches in a base that is rotated about its origin."""
     big = np.eye(4)
     big[:3, :3] = turn
     vectors = {n: getattr(touched, n) @ turn.T for n in ("points", "normals", "approaches")}
@@ -107,7 +106,7 @@ def turned_by(turn: np.ndarray, touched: Touched) -> Touched:
 def located(
     file: Path, touched: Touched, noise: np.ndarray | None, folder: Path, explain: bool = True
 ) -> tactfix.LocateResult:
-    """What the package says, from files as a user has them."""
+    """The package's result, from files as a user has them."""
     fixture = tactfix.load_fixture(file)
     contacts = folder / "contacts.csv"
     contacts.write_text(touched.csv(SIGMA, noise))
@@ -115,7 +114,7 @@ def located(
 
 
 def judged(result: tactfix.LocateResult, touched: Touched, noisy: bool) -> Counter:
-    """The verdict, and whether it is right."""
+    """The status, and whether it is correct."""
     tally = Counter({result.status: 1})
     if result.status == "located":
         error = pose_error(result.base_from_fixture, touched.base_from_fixture)
@@ -155,12 +154,12 @@ RIGHT = ("problems", "located", "ambiguous", "quick", "covered", "noisy located"
 
 
 def study(chosen: list[Cell], problems: range, journal: Path) -> list[tuple[Cell, int, Counter]]:
-    """Each problem of each cell, from the journal where it has been done; appended to it where not."""
+    """The result of each problem of each cell, read from the journal if present, else computed and appended."""
     found = list(read_journal(journal))
     done = {(cell, number) for cell, number, _ in found}
     with journal.open("a") as out, tempfile.TemporaryDirectory() as folder:
         for number in problems:
-            # Shuffled, so that a run that is stopped early has seen all kinds.
+            # Shuffled, so that an interrupted run has covered all kinds.
             for cell in (chosen[i] for i in np.random.default_rng(number).permutation(len(chosen))):
                 if (cell, number) in done:
                     continue
@@ -174,14 +173,14 @@ def study(chosen: list[Cell], problems: range, journal: Path) -> list[tuple[Cell
 
 
 def read_journal(journal: Path) -> Iterator[tuple[Cell, int, Counter]]:
-    """What earlier runs have done."""
+    """The results of earlier runs."""
     for line in journal.read_text().splitlines() if journal.exists() else ():
         cell, number, tally = json.loads(line)
         yield Cell(*cell), number, Counter(tally)
 
 
 def table(found: list[tuple[Cell, int, Counter]], row: str) -> Iterator[str]:
-    """Sums of all tallies, a line for each value of one of the fields of a cell."""
+    """Sums of all tallies, with a line for each value of one of the fields of a cell."""
     sums: dict[object, Counter] = defaultdict(Counter)
     times: dict[object, list[float]] = defaultdict(list)
     for cell, _, tally in found:
@@ -196,7 +195,7 @@ def table(found: list[tuple[Cell, int, Counter]], row: str) -> Iterator[str]:
 
 
 def coverage(tally: Counter) -> str:
-    """Share of noisy located ones that the 95 per cent ellipsoid covers, and its interval (Clopper and Pearson)."""
+    """The share of noisy located problems covered by the 95 per cent ellipsoid, with its Clopper-Pearson interval."""
     hits, of = tally["covered"], tally["noisy located"]
     if not of:
         return ""

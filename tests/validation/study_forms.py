@@ -1,19 +1,19 @@
 """Contact equations of a rigid fixture as quadratic forms in Study coordinates, along a path of problems.
 
-Unknown is the point z = (q, u) of P7, q and u quaternions (scalar first) with q . u = 0 (Study quadric) and q . q != 0:
+The unknown is the point z = (q, u) of P7; q, u are quaternions (scalar first), q . u = 0 (Study quadric), q . q != 0:
 
     R v = q v q* / N,   t = 2 u q* / N,   N = q . q,   x_base = R y_fixture + t,   hence   N y = q* x q - 2 q* u.
 
-z and -z, and every other multiple, are the same pose. With P = s . (y - p) N and S = (|y - p|^2 - w) N, both of degree
-two in z on the Study quadric, a contact x on a feature says
+All multiples of z are the same pose. With P = s . (y - p) N and S = (|y - p|^2 - w) N, both of degree two in z on the
+Study quadric, the equation of a contact x on a feature is
 
     plane     P = 0               through p, normal s
     sphere    S = 0               centre p, w = radius^2
     cylinder  (s . s) N S = P^2   through p, direction s of any length, w = radius^2
 
-Every line is polynomial in (x, p, s, w), so each problem is a point of a complex affine space and the problems of one
-kind (types of features and contacts on each) are connected: what a parameter homotopy needs. Along a straight line
-of problems the 8x8 matrices of the forms are quadratic in the path variable.
+Every equation is polynomial in (x, p, s, w), so each problem is a point of a complex affine space, and the problems of
+one kind (types of features and contacts on each) are connected, as a parameter homotopy requires. Along a straight
+line of problems the 8x8 matrices of the forms are quadratic in the path variable.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 @dataclass(frozen=True)
 class Problem:
-    """A made-up or real problem: feature types (f,), places p (f, 3), directions s (f, 3), w (f,); contacts (6, 3)."""
+    """A complex or real problem: feature types (f,), places p (f, 3), directions s (f, 3), w (f,); contacts (6, 3)."""
 
     types: tuple[str, ...]
     feature_of_contact: tuple[int, ...]
@@ -50,7 +50,7 @@ class Problem:
         )
 
 
-# Row 4 i + k: the product of the i-th and the k-th of 1, i, j, k, which is a unit with a sign.
+# Row 4 i + k: the product of the i-th and the k-th of 1, i, j, k, which is one of them with a sign.
 UNIT_PRODUCTS = np.zeros((16, 4))
 UNIT_PRODUCTS[range(16), [0, 1, 2, 3, 1, 0, 3, 2, 2, 3, 0, 1, 3, 2, 1, 0]] = (
     [1, 1, 1, 1, 1, -1, 1, -1, 1, -1, -1, 1, 1, 1, -1, -1]
@@ -64,7 +64,7 @@ def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
-    """The conjugates (..., 4) of quaternions: the vector part reversed, nothing made complex conjugate."""
+    """The quaternion conjugates (..., 4): the vector part is negated, without complex conjugation."""
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -164,7 +164,7 @@ class ContactSystem:
     def _forms_times(self, z: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A z (k, f, 8) of every form at tau (k,), and its derivative by tau; valid until the next call."""
         if self._work.shape[1] < len(z):
-            # Kept between calls: asking the system for this much memory each time costs more than the arithmetic.
+            # Kept between calls, because allocating this memory each time costs more than the arithmetic.
             self._work = np.empty((3, len(z), self._stacked.shape[2]), dtype=complex)
         c0, c1, c2 = np.matmul(z, self._stacked, out=self._work[:, : len(z)])
         each = tau[:, None]

@@ -1,4 +1,4 @@
-"""The compiled loops against those in numpy: same derivatives, same ends of paths, same answers."""
+"""The compiled loops against those in numpy: same derivatives, same ends of paths, same results."""
 
 import importlib
 import sys
@@ -24,8 +24,8 @@ def compiled():
 
 def assert_same_answer(kind: str, layout: str, number: int, compiled) -> None:
     problem = problem_number(kind, layout, 3, number)
-    asked = (oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)
-    one, other = all_real_poses(*asked, NUMPY), all_real_poses(*asked, compiled)
+    arguments = (oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)
+    one, other = all_real_poses(*arguments, NUMPY), all_real_poses(*arguments, compiled)
     assert one.suspicious == other.suspicious == 0
     assert (one.paths, one.finite, one.singular, one.diverged) == (
         other.paths,
@@ -47,7 +47,7 @@ def test_derivatives_are_those_of_the_stored_forms(kind: str, compiled) -> None:
     for problem in (start.problem, other):
         wanted = ContactSystem(problem, problem).equations(z, np.zeros(len(z)))[1]
         for z_wanted, z_given in zip(wanted, compiled.gradients(problem, z), strict=True):
-            # The order of the equations is another.
+            # The equations are in another order.
             apart = np.abs(z_wanted[:, None] - z_given[None]).max(axis=2)
             assert sorted(apart.argmin(axis=1)) == list(range(7))
             assert apart.min(axis=1).max() < 1e-11 * np.abs(z_wanted).max()

@@ -1,4 +1,4 @@
-"""What the noisy study counts, shown answers that are right and wrong on purpose."""
+"""The counts of noisy_poses for results that are right or wrong on purpose."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def touched() -> Touched:
 
 @pytest.fixture(scope="module")
 def poses(touched: Touched) -> tuple[np.ndarray, np.ndarray]:
-    """The pose of least squares next to the planted one, and another that fits as well."""
+    """The least-squares pose near the true one, and another pose that fits as well."""
     problem, judge = touched.problem, Judge(touched)
     answer = all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)
     return judge.settled, next(pose for pose in answer.poses if not judge.is_planted(pose))
@@ -32,7 +32,7 @@ def covariance_of(touched: Touched, pose: np.ndarray) -> np.ndarray:
 
 
 def counts(touched: Touched, monkeypatch: pytest.MonkeyPatch, status: str, *candidates, covariance=None) -> dict:
-    """What is counted where the answer has these (pose, reasons); located at the first without reasons."""
+    """The counts for a result with these candidates (pose, reasons), located at the first without reasons."""
     listed = tuple(
         Candidate(pose, {}, 1.0, 0.0, (Reason("approach", None, None, reasons),) if reasons else ())
         for pose, reasons in candidates
@@ -42,7 +42,7 @@ def counts(touched: Touched, monkeypatch: pytest.MonkeyPatch, status: str, *cand
     monkeypatch.setattr(noisy_poses, "located", lambda _: answer)
     tally = Tally()
     examine("this one", touched, tally)
-    assert len(tally.remarks) == sum(tally.counts[what] for what in ("false", "beyond", "lost", "fell"))
+    assert len(tally.remarks) == sum(tally.counts[category] for category in ("false", "beyond", "lost", "fell"))
     return {name: count for name, count in tally.counts.items() if count}
 
 

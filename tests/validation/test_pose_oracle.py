@@ -1,4 +1,4 @@
-"""The oracle itself: counts that others confirm, the truth among the answers, answers that fit, no path lost."""
+"""The oracle: numbers of poses known from elsewhere, the true pose is found, all poses fit, no path is lost."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def solved(problem: PoseProblem) -> OracleAnswer:
 
 
 def misfit(problem: PoseProblem, pose: np.ndarray) -> float:
-    """Largest distance of a contact from its moved feature's offset surface, all in base."""
+    """Largest distance of a contact from the offset surface of its feature at a pose, computed in base."""
     worst = 0.0
     for x, f, rho in zip(problem.points, problem.feature_of_contact, problem.rho, strict=True):
         feature = problem.features[f]
@@ -119,7 +119,7 @@ def test_axis_parallel_cylinder_and_sphere_sends_paths_to_infinity_and_keeps_the
 
 
 def test_three_square_planes_3_2_1_have_four_poses() -> None:
-    # By hand: the z plane is fixed by its three contacts, y and x planes then by two and one; signs of normals leave
+    # By hand: three contacts determine the z plane, two then the y plane and one the x plane; the contacts leave
     # two normals for z (mirrored in the contacts' plane) and two for y.
     planes = [("plane", (0, 0, 0), (0, 0, 1)), ("plane", (0, 0, 0), (0, 1, 0)), ("plane", (0, 0, 0), (1, 0, 0))]
     points = np.array([[10, 20, 0], [80, 20, 0], [40, 90, 0], [15, 0, 5], [70, 0, 8], [0, 35, 6]], dtype=float)
@@ -159,7 +159,7 @@ def test_units_and_the_order_of_contacts_change_nothing(factor: float) -> None:
 
 
 def test_a_multiple_pose_is_found_and_said_to_be_one() -> None:
-    # Three contacts on a great circle: the two centres that explain them fall together.
+    # Three contacts on a great circle: the two possible centres coincide.
     rng = np.random.default_rng(0)
     rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     rotation *= np.linalg.det(rotation)
@@ -225,7 +225,7 @@ def test_what_cannot_be_answered_is_refused() -> None:
     ids=str,
 )
 def test_the_package_finds_poses_with_the_smallest_basins(kind: str, layout: str, number: int, count: int) -> None:
-    """Two of these poses each, well conditioned and far from all others, are met by one start of thousands."""
+    """Two of these poses each, well conditioned and far from all others, are reached from one start in thousands."""
     problem = problem_number(kind, layout, 1, number)
     oracle = solved(problem)
     found = poses_of_package(problem)
@@ -235,7 +235,7 @@ def test_the_package_finds_poses_with_the_smallest_basins(kind: str, layout: str
 
 
 def test_the_package_keeps_poses_that_are_held_beside_those_that_are_not() -> None:
-    """In a mirror image of these contacts a motion is free; of the planted pose and another one nothing is."""
+    """At the mirror image of these contacts a motion is free; at the true pose and one other pose none is."""
     problem = problem_number("sphere2+plane3+plane1", "symmetric", 1, 662)
     oracle = solved(problem)
     firm = oracle.poses[~oracle.multiple]
@@ -247,7 +247,7 @@ def test_the_package_keeps_poses_that_are_held_beside_those_that_are_not() -> No
 
 
 def test_the_package_takes_the_scatter_around_a_multiple_pose_for_one_pose() -> None:
-    """Four poses of higher order, around which descents end in dozens of places: that is no motion left free."""
+    """Four multiple poses, around which descents end in dozens of places: no motion is free."""
     problem = problem_number("cylinder4+plane2", "axis-parallel", 1, 128)
     oracle = solved(problem)
     assert (len(oracle.poses), int(oracle.multiple.sum())) == (24, 4)

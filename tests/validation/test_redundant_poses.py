@@ -1,4 +1,4 @@
-"""More contacts than six: every pose that path tracking from six of them leads to is found, short cut or not."""
+"""More than six contacts: every pose that path tracking from six of them leads to is found."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from tests.validation.pose_problems import oracle_features
 from tests.validation.redundant_poses import Tally, examine
 from tests.validation.touched_problems import touched_number
 
-# Two planes or a located ball fix how the fixture is turned; another ball or bar then may be at either of two places on
-# a line. From one place on that line both descents once led to the same.
+# Two planes or a located ball determine the rotation; another ball or bar may then be at either of two places on a
+# line. From one place on that line both descents once led to the same pose.
 EITHER_END_OF_A_LINE = (
     ("sphere3+plane2+plane1", 4, "mixed", 77, 0),
     ("sphere1+plane3+plane2", 9, "even", 77, 5),
@@ -32,14 +32,14 @@ def test_both_places_on_a_line_are_found(kind: str, more: int, layout: str, seed
     assert not tally.remarks
 
 
-# One direction known alone leaves a turn about it, of which the search's starts are samples.
+# One known direction leaves a rotation about it, which the starts of the search sample.
 BETWEEN_SAMPLES = (
     ("cylinder2+sphere1+plane3", 8, "axis-parallel", 1, 5),
     ("cylinder2+cylinder2+plane2", 4, "symmetric", 1, 1),
     pytest.param("cylinder3+cylinder1+plane2", 5, "symmetric", 1, 22, marks=pytest.mark.slow),
 )
-# Held weakly in one direction, in which noise bends the sum of squares as much as the Jacobian: of twelve thousand
-# descents three thousand crept across the true pose until they were given up.
+# Weakly determined in one direction, in which residuals contribute as much to the Hessian as the Jacobian: three of
+# twelve thousand descents passed the true pose slowly until they were abandoned.
 BENT_BY_NOISE = (("cylinder2+sphere3+plane1", 6, "even", 1, 23),)
 
 
@@ -70,7 +70,7 @@ def test_a_missing_pose_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_flat_valley_within_noise_gives_its_poses_and_no_others() -> None:
-    """Six contacts that hold a motion by a few ten-thousandths: descents once ended all along it, 600 of them."""
+    """Six contacts determine one direction only by a few ten-thousandths: 600 descents once ended all along it."""
     touched = touched_number("cylinder3+plane3", 0, "mixed", 3, 4)
     problem, judge = touched.problem, Judge(touched)
     answer = all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho)

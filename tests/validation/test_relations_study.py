@@ -1,4 +1,4 @@
-"""A small part of the study of fixtures by relations: every kind, at angles where an unsigned value folds."""
+"""A small part of the study of fixtures by relations: every kind, at angles near folds (0, 90 and 180 degrees)."""
 
 import pytest
 
@@ -25,7 +25,7 @@ def test_no_right_answer_is_refused_and_none_is_wrong(kind, nominal, noisy, tmp_
 
 
 def test_the_study_varies_what_it_says():
-    """Twenty kinds, ten angles, four sigmas, the base along the axes and turned, contacts nominal and noisy."""
+    """Twenty kinds, ten angles, four sigmas, base along the axes and rotated, contacts nominal and noisy."""
     every = list(cells(list(KINDS)))
     assert len(KINDS) == 20
     assert len({cell.angle for cell in every}) == 10
@@ -41,7 +41,7 @@ def test_the_study_varies_what_it_says():
     [Cell("two pins pair by pair", 90.0, 0.1, True, True), Cell("crossed bars apart", 45.0, 0.0, False, True)],
 )
 def test_a_ball_next_to_a_fold_frees_no_motion(cell, tmp_path):
-    """Sigma points at 2.4 sigma miss their residuals by a little over one: nearer by the fold is out of the way."""
+    """At 2.4 sigma the sigma points miss their residuals by slightly more than one; nearer points avoid the fold."""
     tally = problem(cell, 1, tmp_path)
     assert tally["located"] == 1
     assert tally["wrong"] == tally["freed"] == 0

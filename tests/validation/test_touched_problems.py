@@ -1,4 +1,4 @@
-"""The noisy problems: on their surfaces as told, touched from the side told, said the same in the files."""
+"""The noisy problems: contacts on their surfaces, touched from the stated side, and files that agree with them."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ KINDS_TOUCHED = ("plane3+plane2+plane1", "sphere3+sphere2+sphere1", "cylinder3+s
 
 
 def outward(touched: Touched) -> np.ndarray:
-    """Normals out of the material, by small steps from each contact: the way on which the surface gets farther."""
+    """Normals out of the material, by small steps from each contact: the direction in which the distance increases."""
     problem = touched.problem
     pose = problem.base_from_fixture
     normals = []
@@ -57,9 +57,9 @@ def test_files_say_what_the_problem_is(kind: str, tmp_path: Path) -> None:
     assert np.allclose(contacts.approaches, touched.approaches, atol=1e-15)
     assert (contacts.sigmas == touched.sigma).all()
     assert contacts.tip_radius == touched.problem.tip_radius
-    for read, made in zip(fixture.features.values(), touched.problem.features, strict=True):
-        assert (read.type, read.side) == (made.type, made.side)
-        assert made.type == "plane" or read.radius == made.radius
+    for read, true in zip(fixture.features.values(), touched.problem.features, strict=True):
+        assert (read.type, read.side) == (true.type, true.side)
+        assert true.type == "plane" or read.radius == true.radius
 
 
 def test_a_judge_knows_the_planted_pose_and_its_neighbour_from_another() -> None:
@@ -81,7 +81,7 @@ def test_the_distance_by_covariance_is_that_of_the_contacts_own_information() ->
     touched = touched_number("plane3+plane2+plane1", 3, "far", 1, 5)
     problem, judge = touched.problem, Judge(touched)
     pose = judge.settled
-    # Covariance about the fixture's origin, from the contacts: x - t is the arm of each there.
+    # Covariance about the fixture's origin, from the contacts: x - t is the lever arm of each.
     normals = distances(problem, pose)[1] @ pose[:3, :3].T
     jacobian = np.hstack([np.cross(problem.points - pose[:3, 3], normals), normals])
     scale = np.array([1e4, 1e4, 1e4, 1, 1, 1])

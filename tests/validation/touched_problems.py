@@ -1,6 +1,6 @@
-"""Fixtures as a probe touches them: pose_problems with more contacts, noise, approaches, and a fixture file of each.
+"""Problems of pose_problems with more contacts, noise and approaches, and as fixture files.
 
-Nothing here is shared with the package: normals, noise and what stands in the way are worked out anew.
+No code is shared with the package: normals, noise and obstacles are computed here.
 """
 
 from dataclasses import dataclass, replace
@@ -17,13 +17,13 @@ from tests.validation.pose_problems import (
 )
 
 MOST_TILT = np.radians(45.0)
-# How far from the surface the probe starts where something stands in its way farther out.
+# Length of an approach if something blocks it farther out.
 NEAR_START = 1.0
 
 
 @dataclass(frozen=True)
 class Touched:
-    """A problem as reported: noisy tip centres problem.points, approaches (n, 3); approach_distance None: from far."""
+    """A problem as reported: noisy tip centres (problem.points), approaches (n, 3); approach_distance None: any."""
 
     problem: PoseProblem
     sigma: float
@@ -50,7 +50,7 @@ class Touched:
 
 
 def _number(value: float) -> str:
-    """All digits, no exponent."""
+    """A number with all digits, without exponent."""
     return np.format_float_positional(value, unique=True, trim="0")
 
 
@@ -68,9 +68,9 @@ def _entry(f: Feature) -> str:
 
 
 def touched_number(kind: str, more: int, layout: str, seed: int, number: int) -> Touched:
-    """One problem of a numbered series: six contacts as the kind says, and some more anywhere; sigma 1 to 100 um.
+    """One problem of a numbered series: six contacts of the kind, and additional random ones; sigma 1 to 100 um.
 
-    Raises ValueError where no layout of the kind lets a probe reach its contacts.
+    Raises ValueError if in no layout of the kind a probe can reach the contacts.
     """
     rng = np.random.default_rng([seed, number, more, *kind.encode(), 0, *layout.encode()])
     for _ in range(200):
@@ -87,14 +87,14 @@ def touched_number(kind: str, more: int, layout: str, seed: int, number: int) ->
 
 
 def _outward_normals(problem: PoseProblem) -> np.ndarray:
-    """Out of the material (n, 3), in base, at the true pose."""
+    """Normals out of the material (n, 3), in base, at the true pose."""
     gradients = distances(problem, problem.base_from_fixture)[1]
     signs = [-1.0 if problem.features[f].side == "inner" else 1.0 for f in problem.feature_of_contact]
     return np.array(signs)[:, None] * gradients @ problem.base_from_fixture[:3, :3].T
 
 
 def _tilted(normals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The normals, each turned by any angle up to MOST_TILT."""
+    """The normals, each tilted by a random angle up to MOST_TILT."""
     across = np.cross(normals, [random_direction(rng) for _ in normals])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     angle = rng.uniform(0, MOST_TILT, (len(normals), 1))
@@ -102,7 +102,7 @@ def _tilted(normals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _is_clear(problem: PoseProblem, approaches: np.ndarray, length: float) -> bool:
-    """Whether each approach of that length keeps out of all other balls and bars, at the true pose."""
+    """Whether each approach of this length keeps clear of all other balls and bars, at the true pose."""
     pose = problem.base_from_fixture
     body, steps = (problem.points - pose[:3, 3]) @ pose[:3, :3], -approaches @ pose[:3, :3]
     return all(
@@ -114,7 +114,7 @@ def _is_clear(problem: PoseProblem, approaches: np.ndarray, length: float) -> bo
 
 
 def _passes(feature: Feature, x: np.ndarray, step: np.ndarray, length: float) -> bool:
-    """Whether the segment from x by length * step stays a little outside of the feature."""
+    """Whether the segment from x by length * step stays outside the feature with a small clearance."""
     arm = x - feature.point
     if feature.type == "cylinder":
         arm = arm - (arm @ feature.direction) * feature.direction

@@ -1,15 +1,15 @@
-"""Is the covariance true? Noisy repetitions of every shipped fixture, with few contacts and with plenty.
+"""Coverage of the covariance: noisy repetitions of every shipped fixture, with few and with many contacts.
 
     pytest -m slow -s tests/validation/uncertainty.py
     REPETITIONS=200 pytest -m slow -s tests/validation/uncertainty.py        for a quick look
 
-In each repetition the fixture stands somewhere else, is built a little off where its relations have a sigma, and every
-contact is off along the normal by its own noise. Counted: how often the 95 per cent ellipsoid about the pose nearest to
-the truth covers it, the bias in units of sigma along the fixture's axes, and how often "located" is another pose.
+In each repetition the fixture has another pose, deviates from relations by their sigma, and every contact has noise
+along the normal. Counted: how often the 95 per cent ellipsoid about the pose nearest to the true one covers it, the
+bias in units of sigma along the fixture's axes, and how often "located" is a wrong pose.
 
-The few contacts are the fewest that leave no motion free; several poses then remain, so that status is "ambiguous" or
-"located" by approach and touch box. The features are written out here; no code is shared with the package but the file
-reader and the values that go in.
+The few contacts are a minimal set that leaves no motion free; several poses then remain, so that the status is
+"ambiguous" or, by approaches and touch boxes, "located". The features are written out here; no code is shared with the
+package except the file reader and the input types.
 """
 
 import os
@@ -33,7 +33,7 @@ ANOTHER_POSE = chi2.isf(1e-9, 6)
 
 
 def side(a, b, c):
-    """Where the third ball is, in the plane of all three, for sides ab, ac, bc."""
+    """The centre of the third ball, in the plane of all three, for sides ab, ac, bc."""
     x = (a**2 + b**2 - c**2) / (2 * a)
     return x, np.sqrt(b**2 - x**2)
 
@@ -152,7 +152,7 @@ def test_the_ellipsoid_covers_the_truth(name, built, counts, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "built"), [case[:2] for case in CASES], ids=[case[0] for case in CASES])
 def test_located_is_never_another_pose(name, built, capsys):
-    """Six to twelve contacts anyhow, no care taken: "located" must be the pose next to the truth."""
+    """Six to twelve contacts in random layouts: "located" must be the pose nearest to the true one."""
     fixture = load_fixture(FIXTURES / f"{name}.yaml")
     sigma, tip = fixture.probe.sigma, fixture.probe.tip_radius
     statuses, wrong = Counter(), []
@@ -169,8 +169,8 @@ def test_located_is_never_another_pose(name, built, capsys):
         if result.status == "located":
             error = pose_error(result.base_from_fixture, truth.pose)
             if error @ np.linalg.solve(result.covariance, error) > ANOTHER_POSE:
-                beside = pose_error(result.base_from_fixture, next_to(truth.pose, patches, contacts))
-                if np.linalg.norm(beside[:3]) > 0.01:
+                deviation = pose_error(result.base_from_fixture, next_to(truth.pose, patches, contacts))
+                if np.linalg.norm(deviation[:3]) > 0.01:
                     wrong.append((repetition, counts))
         elif result.status == "inconsistent":
             wrong.append((repetition, counts))
@@ -180,7 +180,7 @@ def test_located_is_never_another_pose(name, built, capsys):
 
 
 def next_to(pose, patches, contacts):
-    """The least-squares pose that the truth leads to, by scipy."""
+    """The least-squares pose reached from the true pose, by scipy."""
     surfaces = {name: patch.surface() for name, patch in patches.items()}
 
     def moved_pose(x):
@@ -188,8 +188,8 @@ def next_to(pose, patches, contacts):
         return pose_of(turn @ pose[:3, :3], turn @ pose[:3, 3] + x[3:])
 
     def off(x):
-        there = moved_pose(x)
-        local = (contacts.points - there[:3, 3]) @ there[:3, :3]
+        pose = moved_pose(x)
+        local = (contacts.points - pose[:3, 3]) @ pose[:3, :3]
         depths = [depth(surfaces[n], p) for n, p in zip(contacts.features, local, strict=True)]
         return (np.array(depths) - contacts.tip_radius) / contacts.sigmas
 
@@ -197,7 +197,7 @@ def next_to(pose, patches, contacts):
 
 
 def good_layout(built, counts, sigma, tip):
-    """The seed of the best of fifty layouts: whoever touches takes care to spread the contacts."""
+    """The seed of the best of fifty layouts: a careful user distributes the contacts well."""
     patches, _ = built(np.random.default_rng(0))
 
     def weakest(seed):
@@ -210,13 +210,13 @@ def good_layout(built, counts, sigma, tip):
 
 
 def nearest_solution(fixture, contacts, own, true_pose):
-    """Of all poses that explain the contacts the one nearest to the truth."""
+    """The pose nearest to the true one, of all that explain the contacts."""
     sigmas = np.sqrt(contacts.sigmas**2 + np.array([own.get(n, 0.0) for n in contacts.features]) ** 2)
     found = solve(fixture, contacts, sigmas).found
     return min(found, key=lambda s: np.linalg.norm(pose_error(s.base_from_fixture, true_pose)[:3]), default=None)
 
 
 def in_fixture(base_from_fixture, covariance, true_pose):
-    """Error (6,) and covariance (6, 6) along the fixture's axes."""
+    """The error (6,) and the covariance (6, 6) along the fixture's axes."""
     turn = np.kron(np.eye(2), base_from_fixture[:3, :3])
     return turn.T @ pose_error(base_from_fixture, true_pose), turn.T @ covariance @ turn
