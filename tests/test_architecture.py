@@ -100,7 +100,7 @@ def is_below(module: str, packages: tuple[str, ...]) -> bool:
 
 
 @pytest.mark.parametrize("name", sorted(MODULES))
-def test_what_is_slow_to_import_is_imported_late_or_never(name: str) -> None:
+def test_slow_imports_are_late_or_absent(name: str) -> None:
     for module, at_once in imports(MODULES[name]):
         assert not is_below(module, SLOW), f"{name} imports {module}"
         library = module.split(".")[0]

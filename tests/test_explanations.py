@@ -13,7 +13,7 @@ from tests.support.command_line import tactfix
 CODES = {*get_args(Status), *get_args(ReasonCode), *CAUSES}
 
 
-def test_all_codes_have_a_text_and_no_text_is_of_none():
+def test_every_code_has_a_text_and_every_text_a_code():
     assert set(explanations("localization")) == CODES
     for code, text in explanations("localization").items():
         lines = text.splitlines()

@@ -26,7 +26,7 @@ def test_free_names_the_axes_of_turns_and_shifts():
     assert Placement(NEAR).shifts.all()
 
 
-def test_it_travels_with_the_fixture_to_other_processes():
+def test_a_placement_can_be_pickled_with_its_fixture():
     fixture = replace(placed(PLATE), placement=Placement(NEAR, within=(20.0, 0.3), free=frozenset({"x"})))
     copy = pickle.loads(pickle.dumps(fixture)).placement
     np.testing.assert_array_equal(copy.near, NEAR)
@@ -58,6 +58,6 @@ def test_a_covariance_is_singular_in_every_unit_or_in_none(unit):
         ({"sigma": np.eye(3)}, "above zero"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(settings, word):
+def test_contradictory_input_is_rejected(settings, word):
     with pytest.raises(UsageError, match=word):
         Placement(NEAR, **settings)

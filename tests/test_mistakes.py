@@ -46,7 +46,7 @@ def test_a_mistake_that_is_made_is_named(mistake):
 @pytest.mark.parametrize(
     "fault", ["wrong-tip", "wrong-label", "wrong-side", "wrong-place", "wrong-unit", "late-trigger"]
 )
-def test_it_is_named_among_many_contacts_too(fault):
+def test_a_mistake_among_many_contacts_is_named(fault):
     (mistake,) = (one for one in MISTAKES if one.fault == fault)
     contacts = simulate(RICH, seed=1, fault=Fault(fault), orientations=4, count=60, **PROBE).contacts
     first = locate(RICH, contacts).diagnosis[0]

@@ -101,7 +101,7 @@ def test_no_setting_is_set_into_an_f_string() -> None:
     assert found == []
 
 
-def test_both_wordings_go_the_way_of_the_text() -> None:
+def test_both_wordings_survive_text_operations() -> None:
     text = (
         "give "
         + Setting.SIGMA.word
@@ -167,7 +167,7 @@ REFUSALS: dict[str, Callable[[], object]] = {
 
 
 @pytest.mark.parametrize("which", REFUSALS)
-def test_a_refusal_speaks_to_each_reader_in_their_words(which: str) -> None:
+def test_errors_name_options_or_arguments_by_their_reader(which: str) -> None:
     with pytest.raises(tactfix.TactfixError) as caught:
         REFUSALS[which]()
     python, line = str(caught.value), caught.value.on_command_line
@@ -179,7 +179,7 @@ def test_a_refusal_speaks_to_each_reader_in_their_words(which: str) -> None:
         assert not OPTION.search(f"{problem} {problem.remedy}")
 
 
-def test_rows_of_a_batch_speak_to_their_reader(tmp_path: Path) -> None:
+def test_rows_of_a_batch_name_options_or_arguments_by_their_reader(tmp_path: Path) -> None:
     torn = tmp_path / "torn.csv"
     torn.write_bytes(PLAIN)
     (row,) = tactfix.batch(bare(), [torn])

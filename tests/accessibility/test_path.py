@@ -25,7 +25,7 @@ def random_approaches(count, seed=3):
 
 @pytest.mark.parametrize("margin", [0.0, 0.3, -0.4])
 @pytest.mark.parametrize("length", [6.0, 40.0])
-def test_balls_and_bars_block_as_the_walk_says(margin, length):
+def test_balls_and_bars_block_as_small_steps_show(margin, length):
     points, approaches = random_approaches(400)
     blocked = path_blocked(SURFACES, BOXES, "wall", points, approaches, length, margin)
     unclear = 0.02
@@ -41,7 +41,7 @@ def test_balls_and_bars_block_as_the_walk_says(margin, length):
     assert blocking == {"bar", "ball", None}
 
 
-def test_an_endless_approach_is_a_very_long_one():
+def test_an_unlimited_approach_equals_a_very_long_one():
     points, approaches = random_approaches(200)
     endless = path_blocked(SURFACES, BOXES, "wall", points, approaches)
     assert endless == path_blocked(SURFACES, BOXES, "wall", points, approaches, 1e4)
@@ -60,7 +60,7 @@ def test_a_contact_without_approach_is_not_blocked():
     assert path_blocked(SURFACES, BOXES, "wall", np.array([[5.0, 1, 0]]), nothing) == [None]
 
 
-def test_a_bar_without_end_is_not_believed_to_cover_a_contact():
+def test_an_unbounded_bar_does_not_cover_a_contact():
     surfaces = {"bar": Cylinder([0, 0, 0], [0, 1, 0], 1.0), "tip": Sphere([0, 5, 0], 1.2)}
     pole = np.array([[0.0, 6.2, 0.0]]), np.array([[0.0, -1.0, 0.0]])
     assert path_blocked(surfaces, {}, "tip", *pole) == [None]
@@ -69,7 +69,7 @@ def test_a_bar_without_end_is_not_believed_to_cover_a_contact():
     assert path_blocked(surfaces, {"bar": box(y=(-20, 4))}, "tip", *pole, strict=True) == [None]
 
 
-def test_a_bar_is_where_its_box_says():
+def test_a_touch_box_limits_the_length_of_a_bar():
     surfaces = {"bar": Cylinder([0, 0, 0], [0, 1, 0], 1.0), "ball": Sphere([5, 10, 0], 1.0)}
     touch = np.array([[4.0, 10.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     assert path_blocked(surfaces, {}, "ball", *touch) == ["bar"]
@@ -91,7 +91,7 @@ def test_a_face_blocks_what_comes_out_of_its_material():
     assert path_blocked(FACE, small, "ball", UP[0] + [1.9, 0, 0], UP[1], margin=0.2) == [None]
 
 
-def test_only_a_bounded_face_is_known_to_be_there():
+def test_only_a_bounded_face_blocks():
     assert path_blocked(FACE, {}, "ball", *UP) == [None]
     assert path_blocked(FACE, {"face": box((-2, 2))}, "ball", *UP) == [None]
     assert path_blocked(FACE, {"face": box((-2, 2), (-2, 2), (-1, 1))}, "ball", *UP) == ["face"]

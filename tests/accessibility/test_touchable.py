@@ -41,7 +41,7 @@ def test_touches_are_spread_over_a_sphere_evenly():
         assert abs(((points @ axis) > 0.5).mean() - 0.25) < 0.01
 
 
-def test_a_start_gives_other_points():
+def test_another_start_gives_other_points():
     first, _ = sample_touches(Sphere([0, 0, 0], 1.0), None, 50, np.zeros(3), 1.0)
     other, _ = sample_touches(Sphere([0, 0, 0], 1.0), None, 50, np.zeros(3), 1.0, (0.1, 0.7))
     assert np.abs(first[:, None] - other[None]).max(axis=2).min() > 1e-6
@@ -111,7 +111,7 @@ def test_planes_without_boxes_have_the_size_they_are_given():
     assert 7.0 <= radius <= 7.0 * np.sqrt(3) + 1e-9
 
 
-def test_planes_that_meet_in_a_point_to_rounding_have_it_too():
+def test_planes_that_meet_in_a_point_within_rounding_have_the_default_size():
     meet = np.array([700.1, -300.3, 1e4 / 3])
     normals = np.array([[1, 0.2, 0.3], [-0.1, 1, 0], [0.3, 0.1, 1]])
     planes = {f"p{k}": Plane(meet + np.cross(n, [30.0, 10.0, -70.0]), n) for k, n in enumerate(normals)}

@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_table_tells_what_is_seen(folder: Path) -> None:
+def test_the_table_quotes_the_messages(folder: Path) -> None:
     assert tactfix("locate", "my-plate.yaml", "touches.csv").returncode == 0
     for beginning, (name, right, wrong) in FILES.items():
         text = Path(name).read_text(encoding="utf-8")

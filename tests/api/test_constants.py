@@ -36,7 +36,7 @@ def is_number(statement: ast.Assign | ast.AnnAssign) -> bool:
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_numbers_say_what_they_are(module: Path) -> None:
+def test_numeric_constants_are_documented(module: Path) -> None:
     for constant, description in constants(module):
         assert description is not None, f"{constant} says nothing"
         assert not description.startswith("..."), f"{constant} goes on with the sentence of another"

@@ -86,12 +86,12 @@ def schema_of(command: str) -> dict[str, Any]:
     return schema
 
 
-def keeps(value: Any, schema: dict[str, Any]) -> bool:
+def conforms_to(value: Any, schema: dict[str, Any]) -> bool:
     return conforms(value, schema, schema["$defs"])
 
 
 @pytest.mark.parametrize(("command", "line", "status"), CALLS, ids=[line for _, line, _ in CALLS])
-def test_the_json_keeps_to_its_schema(
+def test_the_json_conforms_to_its_schema(
     command: str, line: str, status: str | None, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
@@ -100,27 +100,27 @@ def test_the_json_keeps_to_its_schema(
     printed = json.loads(ran.stdout)
     assert printed.get("status") == status
     schema = schema_of(command)
-    assert keeps(printed, schema)
-    assert not keeps({**printed, "another": 1}, schema)
-    assert not keeps({**printed, "schema": "tactfix/other/1"}, schema)
+    assert conforms_to(printed, schema)
+    assert not conforms_to({**printed, "another": 1}, schema)
+    assert not conforms_to({**printed, "schema": "tactfix/other/1"}, schema)
     for key in set(printed) - {"at", "unknowns", "joint_covariance", "tip"}:
-        assert not keeps({name: value for name, value in printed.items() if name != key}, schema), key
+        assert not conforms_to({name: value for name, value in printed.items() if name != key}, schema), key
 
 
-def test_each_line_of_guide_keeps_to_its_schema(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_line_of_guide_conforms_to_its_schema(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     printed = tactfix("guide", PLATE, "plate.csv", "--json").stdout.splitlines()
     schema = schema_of("guide")
     assert len(printed) == 4
-    assert all(keeps(json.loads(line), schema) for line in printed)
+    assert all(conforms_to(json.loads(line), schema) for line in printed)
 
 
 @pytest.mark.slow
-def test_the_json_of_calibrate_keeps_to_its_schema() -> None:
+def test_the_json_of_calibrate_conforms_to_its_schema() -> None:
     cell = ROOT / "samples" / "robot-calibration"
     printed = json.loads(tactfix("calibrate", cell / "cell.yaml", cell / "touches.csv", "--json").stdout)
     assert printed["status"] == "calibrated"
-    assert keeps(printed, schema_of("calibrate"))
+    assert conforms_to(printed, schema_of("calibrate"))
 
 
 def test_every_command_with_json_has_a_schema() -> None:

@@ -32,7 +32,7 @@ def test_a_fixture_is_written_as_it_was_read(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_what_was_written_locates_the_same(path: Path) -> None:
+def test_a_written_fixture_locates_the_same(path: Path) -> None:
     fixture = tactfix.load_fixture(path)
     contacts = tactfix.load_contacts(ROOT / "samples" / path.stem / "contacts.csv", fixture)
     one, other = (tactfix.locate(each, contacts) for each in (fixture, Fixture.from_text(fixture.to_yaml())))
@@ -81,7 +81,7 @@ def test_features_that_cannot_be_are_refused(make, says: str) -> None:
         make()
 
 
-def test_everything_that_is_wrong_is_told_at_once() -> None:
+def test_all_errors_are_reported_at_once() -> None:
     document = Fixture.from_features("plate", "mm", PLATE).to_dict()
     document["features"]["ball"]["radius"] = np.float64(-1.0)
     document["tuch"] = {}

@@ -102,7 +102,7 @@ def keys_of(block: str) -> set[str]:
     return set(re.findall(r'"(\w+)":', text))
 
 
-def test_every_command_and_dialect_is_told() -> None:
+def test_every_command_and_format_is_documented() -> None:
     from tactfix.cli.application import COMMANDS
     from tactfix.files.logs import LOG_FORMATS
     from tactfix.pose_formats import DIALECTS

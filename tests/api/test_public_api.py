@@ -32,13 +32,13 @@ def test_importing_tactfix_imports_no_library() -> None:
 
 
 @pytest.mark.parametrize("name", tactfix.__all__)
-def test_each_name_is_there_and_says_what_it_is(name: str) -> None:
+def test_each_public_name_exists_and_is_documented(name: str) -> None:
     value = getattr(tactfix, name)
     assert name in dir(tactfix)
     assert isinstance(value, str) or value.__doc__
 
 
-def test_what_is_not_there_is_an_attribute_error() -> None:
+def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="'tactfix' has no attribute 'lokate'"):
         tactfix.lokate  # noqa: B018
 
@@ -55,7 +55,7 @@ def test_functions_stay_functions_whatever_is_imported_first(code: str) -> None:
     assert all(line.startswith("<function ") for line in output)
 
 
-def test_functions_travel_to_other_processes() -> None:
+def test_public_functions_can_be_pickled() -> None:
     assert pickle.loads(pickle.dumps(tactfix.locate)) is tactfix.locate
 
 
@@ -135,7 +135,7 @@ def test_the_types_of_what_public_values_hold_are_public() -> None:
     assert len(held) > 40
 
 
-def test_help_begins_with_what_there_is() -> None:
+def test_help_begins_with_the_functions() -> None:
     """The module docstring names every function before the long list of classes, and only names that exist."""
     help_text = tactfix.__doc__ or ""
     assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", help_text)] == []

@@ -82,7 +82,7 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("which", ANSWERS)
-def test_what_comes_back_from_json_is_the_same_to_the_last_digit(which: str) -> None:
+def test_results_from_json_are_equal_to_the_last_digit(which: str) -> None:
     name, file, change, unknown = ANSWERS[which]
     fixture = tactfix.load_fixture(ROOT / "fixtures" / f"{name}.yaml")
     contacts = tactfix.load_contacts(ROOT / "samples" / name / file, fixture)
@@ -121,7 +121,7 @@ def test_a_fit_comes_back_from_its_json(which: str, fixture: tactfix.Fixture) ->
     assert back.units == "mm"
 
 
-def test_what_a_probe_is_good_for_comes_back_from_its_json(fixture: tactfix.Fixture) -> None:
+def test_a_qualification_comes_back_from_its_json(fixture: tactfix.Fixture) -> None:
     contacts = tactfix.load_contacts(ROOT / "samples" / PLATE / "contacts.csv", fixture)
     for result in (tactfix.qualify(contacts.on("plate")), tactfix.qualify(contacts.on("ball"), radius=19.05)):
         back = tactfix.QualifyResult.from_json(result.to_json())
@@ -155,7 +155,7 @@ def test_every_result_has_the_json_of_its_command(
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "tactfix/fit/1"}', '{"schema": "tactfix/locate/1"}'])
-def test_what_is_no_result_is_refused(text: str) -> None:
+def test_json_that_is_no_result_is_rejected(text: str) -> None:
     for kind in (tactfix.LocateResult, tactfix.FitResult, tactfix.QualifyResult):
         with pytest.raises(tactfix.UsageError, match="to_json"):
             kind.from_json(text)
@@ -177,7 +177,7 @@ def test_the_texts_for_people_are_short(located: tactfix.LocateResult) -> None:
     ],
     ids=["scale", "mirror", "nan", "shape", "shear"],
 )
-def test_what_is_no_rigid_motion_is_no_pose(matrix: np.ndarray) -> None:
+def test_a_pose_must_be_a_rigid_motion(matrix: np.ndarray) -> None:
     with pytest.raises(tactfix.UsageError):
         tactfix.Pose(matrix, "mm")
 
@@ -200,7 +200,7 @@ def test_one_contact_is_taken_by_its_index(plate: tuple[tactfix.Fixture, tactfix
 
 
 @pytest.mark.parametrize("which", ["ball", [0.5, 1.0], [99], [-99], 99, [[0, 1]]])
-def test_what_is_no_index_is_refused(plate: tuple[tactfix.Fixture, tactfix.Contacts], which: object) -> None:
+def test_invalid_indices_are_rejected(plate: tuple[tactfix.Fixture, tactfix.Contacts], which: object) -> None:
     with pytest.raises(tactfix.UsageError):
         plate[1][which]  # type: ignore[index]
 
@@ -211,7 +211,7 @@ def test_sigma_is_of_one_point(plate: tuple[tactfix.Fixture, tactfix.Contacts], 
         tactfix.locate(*plate).sigma_at(point)  # type: ignore[arg-type]
 
 
-def test_a_pose_has_a_unit_and_a_covariance_that_can_be() -> None:
+def test_a_pose_needs_a_valid_unit_and_covariance() -> None:
     with pytest.raises(tactfix.UsageError, match="furlong"):
         tactfix.Pose(np.eye(4), "furlong")
     skew = np.eye(6)

@@ -73,7 +73,7 @@ def test_users_see_the_types(mypy_output: dict[str, str]) -> None:
     assert mypy_output["wrong"].count(": error: ") == 1
 
 
-def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(mypy_output: dict[str, str]) -> None:
+def test_a_status_check_narrows_the_type_to_a_located_result(mypy_output: dict[str, str]) -> None:
     assert re.findall(r'Revealed type is "([\w.]+)"', mypy_output["asking"]) == [
         "tactfix.locate_result.LocatedResult",
         "tactfix.locate_result.NotLocatedResult",
@@ -81,7 +81,7 @@ def test_asking_for_the_status_tells_the_type_checker_that_there_is_a_pose(mypy_
     assert ": error: " not in mypy_output["asking"]
 
 
-def test_without_asking_there_may_be_none(mypy_output: dict[str, str]) -> None:
+def test_without_a_status_check_the_pose_may_be_none(mypy_output: dict[str, str]) -> None:
     assert "not indexable" in mypy_output["not_asking"]
 
 
@@ -132,7 +132,7 @@ def test_messages_to_python_speak_of_arguments(tmp_path: Path) -> None:
     assert "--tip-radius" in caught.value.on_command_line
 
 
-def test_what_results_say_to_python_speaks_of_no_option() -> None:
+def test_texts_of_results_in_python_name_no_options() -> None:
     """Notes on logs, exceeded limits and design hints are not errors, so one wording serves command line and Python."""
     fixture = tactfix.load_fixture(FIXTURE)
     log = {"format": "ur", "features": "plate:4,pin:6,ball:5"}
@@ -174,7 +174,7 @@ def test_the_report_is_a_page() -> None:
     assert json.dumps(result.units)[1:-1] in page
 
 
-def test_a_batch_of_machine_logs_is_read_as_one_log_is() -> None:
+def test_batch_reads_machine_logs_as_load_contacts_does() -> None:
     """Also with a tip offset: if one is given, the poses are those of the flange, and no note asks for it."""
     logs = sorted((ROOT / "samples" / "calibration-day").glob("*.txt"))[:1]
     fixture = tactfix.load_fixture(FIXTURE)

@@ -35,7 +35,7 @@ def run(task: BatchTask, sets, spread, directory: Path):
         return list(run_batch(task, sets, spread, journal, "digest", lambda done: None))
 
 
-def test_a_row_says_what_locate_says(task: BatchTask) -> None:
+def test_a_row_equals_the_result_of_locate(task: BatchTask) -> None:
     one = ContactSet("one", contact_file(5, noise=0.01).encode())
     result = locate(task.fixture, load_contacts(one.content, task.fixture))
     row = locate_set(task, one)
@@ -52,7 +52,7 @@ def test_rows_survive_json(task: BatchTask) -> None:
         assert row_of_json(row_json(row)) == row
 
 
-def test_a_task_travels(task: BatchTask) -> None:
+def test_a_task_can_be_pickled(task: BatchTask) -> None:
     copy = pickle.loads(pickle.dumps(task))
     assert dict(copy.fixture.features).keys() == dict(task.fixture.features).keys()
     one = contact_sets(1)[0]
@@ -75,7 +75,7 @@ def test_a_bug_is_a_row(task: BatchTask, tmp_path: Path) -> None:
     assert "ZeroDivisionError: as any bug" in rows[3].message
 
 
-def test_a_set_that_kills_its_worker_is_a_row_and_costs_no_other(task: BatchTask, tmp_path: Path) -> None:
+def test_a_set_that_kills_its_worker_is_an_error_row(task: BatchTask, tmp_path: Path) -> None:
     rows = run(with_reader(task, deadly), contact_sets(8), over(2), tmp_path)
     assert [row.name for row in rows] == [f"set {k}" for k in range(8)]
     assert [row.status for row in rows] == ["located"] * 3 + ["error"] + ["located"] * 4
@@ -121,7 +121,7 @@ def test_sets_are_taken_only_as_workers_follow(task: BatchTask, tmp_path: Path) 
     rows.close()
 
 
-def test_gates_are_told_in_the_row(task: BatchTask) -> None:
+def test_exceeded_gates_are_reported_in_the_row(task: BatchTask) -> None:
     one = contact_sets(1)[0]
     strict = BatchTask(task.fixture, PLAIN, blank, max_sigma=1e-9)
     row = locate_set(strict, one)

@@ -125,7 +125,7 @@ def test_a_scheduler_without_a_study_is_refused(command: str, missing: str, caps
 
 
 @pytest.mark.slow
-def test_the_command_says_the_same_with_a_cluster(cluster: Cluster, tmp_path: Path) -> None:
+def test_the_command_gives_the_same_rows_with_a_cluster(cluster: Cluster, tmp_path: Path) -> None:
     fixture, _ = write_cell(tmp_path, 0)
     text = "set,feature,x,y,z,ax,ay,az\n" + "".join(f"s{k},{row}\n" for k in range(20) for row in rows(k))
     (tmp_path / "t.csv").write_text(text)
@@ -139,7 +139,7 @@ def test_the_command_says_the_same_with_a_cluster(cluster: Cluster, tmp_path: Pa
     assert printed[0] == printed[1]
 
 
-def test_no_cluster_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_cluster_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tactfix.batching.cluster._CONNECT_SECONDS", 1)
     with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: no Dask scheduler answers"):
         DaskCluster("tcp://127.0.0.1:9").open().__enter__()

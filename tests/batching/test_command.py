@@ -36,7 +36,7 @@ def cell(tmp_path: Path) -> tuple[Path, Path]:
     return write_cell(tmp_path, 5)
 
 
-def spoil(sets: Path) -> None:
+def damage(sets: Path) -> None:
     """Damage the sets: one of each kind of failure."""
     (sets / "001.csv").write_bytes(b"feature,x,y,z\n\xff")
     (sets / "002.csv").write_text("\n".join(contact_file(2).splitlines()[:8]))
@@ -46,17 +46,17 @@ def spoil(sets: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def spoilt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Ran, Path]:
+def damaged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Ran, Path]:
     """A fixture, damaged sets, the summary of a batch of them, and its JSON rows."""
     folder = tmp_path_factory.mktemp("spoilt")
     fixture, sets = write_cell(folder, 5)
-    spoil(sets)
+    damage(sets)
     out = folder / "r.jsonl"
     return fixture, sets, batch(fixture, sets, "--output", out, "--jobs", 2), out
 
 
-def test_each_set_is_a_row_whatever_it_is(spoilt: tuple[Path, Path, Ran, Path]) -> None:
-    _, sets, done, out = spoilt
+def test_every_set_is_a_row(damaged: tuple[Path, Path, Ran, Path]) -> None:
+    _, sets, done, out = damaged
     output_rows = json_rows(out)
     assert done.returncode == 1
     assert done.stdout == ""
@@ -73,8 +73,8 @@ def test_each_set_is_a_row_whatever_it_is(spoilt: tuple[Path, Path, Ran, Path]) 
     assert not out.with_name("r.jsonl.partial.jsonl").exists()
 
 
-def test_csv_and_parquet_say_the_same_to_the_last_bit(spoilt: tuple[Path, Path, Ran, Path], tmp_path: Path) -> None:
-    fixture, sets, _, out = spoilt
+def test_csv_and_parquet_agree_to_the_last_bit(damaged: tuple[Path, Path, Ran, Path], tmp_path: Path) -> None:
+    fixture, sets, _, out = damaged
     for ending in ("csv", "parquet"):
         if ending == "parquet":
             pytest.importorskip("pyarrow")
@@ -151,7 +151,7 @@ def test_a_machine_log_for_each_set(tmp_path: Path) -> None:
         (("{cell}/t.parquet",), 3, "t.parquet"),
     ],
 )
-def test_what_cannot_be(
+def test_invalid_input(
     cell: tuple[Path, Path],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -220,7 +220,7 @@ def marked(line: bytes) -> bytes:
     ("stop", "jobs"),
     [("SIGKILL", 2), pytest.param("SIGINT", 2, marks=pytest.mark.slow), ("SIGINT", 1), ("SIGTERM", 1)],
 )
-def test_a_batch_that_was_stopped_goes_on(tmp_path: Path, stop: str, jobs: int) -> None:
+def test_a_stopped_batch_resumes(tmp_path: Path, stop: str, jobs: int) -> None:
     if not hasattr(signal, stop) or os.name == "nt":
         pytest.skip(f"no {stop} here")
     fixture, _ = write_cell(tmp_path, 0)

@@ -53,7 +53,7 @@ def test_a_journal_killed_in_its_first_line_begins_anew(tmp_path: Path, length: 
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_line_that_was_changed_is_as_if_it_had_never_been(tmp_path: Path, seed: int) -> None:
+def test_a_changed_line_of_a_journal_is_ignored(tmp_path: Path, seed: int) -> None:
     """A changed byte in any line except the first loses that row and no other."""
     random, path = Random(seed), tmp_path / "j"
     with BatchJournal(path) as journal:
@@ -72,7 +72,7 @@ def test_a_line_that_was_changed_is_as_if_it_had_never_been(tmp_path: Path, seed
 
 
 @pytest.mark.parametrize("line", [b"[]", b"1", b'{"key": "a", "row": {"status": "located"}}', b"null", b"\xff" * 9])
-def test_a_line_that_is_no_row_is_passed_over(tmp_path: Path, line: bytes) -> None:
+def test_an_invalid_line_of_a_journal_is_skipped(tmp_path: Path, line: bytes) -> None:
     path = tmp_path / "j"
     with BatchJournal(path) as journal:
         journal.add("one", row("one"))
@@ -102,5 +102,5 @@ def test_two_at_once_are_refused(tmp_path: Path) -> None:
         BatchJournal(tmp_path / "j")
 
 
-def test_it_stands_beside_the_output() -> None:
+def test_the_journal_is_next_to_the_output() -> None:
     assert journal_path(Path("a/results.parquet")) == Path("a/results.parquet.partial.jsonl")

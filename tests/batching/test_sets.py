@@ -57,7 +57,7 @@ def test_a_csv_table_is_many_files(tmp_path: Path, cell_fixture: Fixture, separa
         assert same(read(cell_fixture, one), load_contacts(expected[one.name].encode(), cell_fixture))
 
 
-def test_the_column_set_may_stand_anywhere(tmp_path: Path, cell_fixture: Fixture) -> None:
+def test_the_column_set_may_be_in_any_position(tmp_path: Path, cell_fixture: Fixture) -> None:
     lines = [row.rsplit(",", 3) for row in rows(0)]
     text = "feature,x,y,z,set,ax,ay,az\n" + "\n".join(
         f'{place},"one, and only",{",".join(way)}' for place, *way in lines
@@ -68,7 +68,7 @@ def test_the_column_set_may_stand_anywhere(tmp_path: Path, cell_fixture: Fixture
     assert same(read(cell_fixture, one), load_contacts(contact_file(0).encode(), cell_fixture))
 
 
-def test_a_bad_row_is_told_with_its_line_of_the_table(tmp_path: Path, cell_fixture: Fixture) -> None:
+def test_a_bad_row_is_reported_with_its_line_of_the_table(tmp_path: Path, cell_fixture: Fixture) -> None:
     lines = table().splitlines()
     bad = next(k for k, line in enumerate(lines) if line.startswith("east,b"))
     lines[bad] = lines[bad].replace("east,b,", "east,bee,")
@@ -149,7 +149,7 @@ def test_parquet_sets_may_be_numbers_and_approaches_missing(tmp_path: Path, cell
 
 
 @pytest.mark.parametrize("content", [b"", b"not parquet", b"PAR1xxxxPAR1"])
-def test_what_is_no_parquet_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_invalid_parquet_files_are_rejected(tmp_path: Path, content: bytes) -> None:
     pytest.importorskip("pyarrow")
     (tmp_path / "t.parquet").write_bytes(content)
     with pytest.raises(FileError, match="no parquet file"):

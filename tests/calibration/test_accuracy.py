@@ -27,7 +27,7 @@ def test_the_covariance_is_that_of_draws(believed: tuple[float, ...]) -> None:
     assert found == pytest.approx(off.T @ off / len(off), abs=0.02)
 
 
-def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -> None:
+def test_undetermined_is_the_share_left_by_touches_and_tip() -> None:
     moves = np.random.default_rng(2).normal(size=(50, 3, 3))
     tip = np.array([False, False, True])
     nothing, all_of_it = np.zeros((1, 3)), 1e6 * np.eye(3)
@@ -43,7 +43,7 @@ def test_undetermined_is_what_touches_leave_of_what_the_tip_cannot_make_good() -
     assert undetermined(first, PRIOR, tip, alike, 1.0) == pytest.approx(np.sqrt(0.25 / 1.25), rel=1e-3)
 
 
-def test_an_error_that_the_tip_takes_up_counts_as_none() -> None:
+def test_an_error_that_the_tip_absorbs_counts_as_none() -> None:
     """The first error moves the tip as a tip offset does and is not identified; the second is, to a thousandth."""
     turns = Rotation.from_euler("z", [[0.0], [90.0], [180.0]], degrees=True).as_matrix()
     height = np.array([[0, 0, 0.0], [0, 0, 1], [0, 0, 3]])

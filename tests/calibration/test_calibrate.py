@@ -57,7 +57,7 @@ def off(points: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
 
 
-def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+def test_the_number_of_parameters_is_that_of_theory(session: tuple[Cell, Touches, dict[str, float]]) -> None:
     """4 R + 6 for R revolute joints, base and tool (Everett and Hsu), less 3 (no tip orientation), less 6 (base)."""
     free, held = independent(session[0], None)
     assert free.sum() == 4 * 6 + 6 - 3 - 6
@@ -67,7 +67,7 @@ def test_there_are_as_many_parameters_as_theory_says(session: tuple[Cell, Touche
     assert "tip" in by_name["joint_6.offset"]
 
 
-def test_how_wide_the_prior_is_does_not_decide_what_is_determined(offsets: tuple[Cell, Touches]) -> None:
+def test_the_width_of_the_prior_does_not_decide_what_is_determined(offsets: tuple[Cell, Touches]) -> None:
     """The prior is scaled by the nominal robot's residuals, except the tip's, which is small here."""
     cell, touches = offsets
     few = touches.subset(np.flatnonzero(np.arange(len(touches)) % 4 < 2))
@@ -113,7 +113,7 @@ def test_one_place_cannot_check_a_calibration(offsets: tuple[Cell, Touches]) -> 
     assert sum("another place" in warning for warning in trusted.warnings) == 1
 
 
-def test_what_one_place_leaves_undetermined_is_not_waived(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+def test_directions_undetermined_by_one_place_are_not_waived(session: tuple[Cell, Touches, dict[str, float]]) -> None:
     cell, touches, _ = session
     one_seat = touches.subset(
         [i for i in range(len(touches)) if (touches.places[i], touches.features[i]) == ("front", "a")]
@@ -144,7 +144,7 @@ def test_a_bad_touch_is_named(offsets: tuple[Cell, Touches]) -> None:
     assert "row 17" in result.reasons[0]
 
 
-def test_a_parameter_asked_for_by_name_must_be_told(offsets: tuple[Cell, Touches]) -> None:
+def test_a_parameter_requested_by_name_must_be_determined(offsets: tuple[Cell, Touches]) -> None:
     cell, touches = offsets
     still = replace(touches, joints=touches.joints.copy())
     named = replace(cell, unknown=("joint_1.offset", "joint_3.offset", "tip"), prior=replace(PRIOR, joint_offset=1e-6))
@@ -175,7 +175,7 @@ def test_places_joined_rigidly_share_their_pose(offsets: tuple[Cell, Touches]) -
     assert np.linalg.inv(poses["front"]) @ poses["left"] == pytest.approx(joined.of_from_place, abs=1e-9)
 
 
-def test_places_that_are_not_there_are_refused(offsets: tuple[Cell, Touches]) -> None:
+def test_unknown_places_are_rejected(offsets: tuple[Cell, Touches]) -> None:
     with pytest.raises(UsageError, match="no touch is at 'back'"):
         calibrate(*offsets, hold_out=("back",))
     with pytest.raises(UsageError, match="leave at least one"):

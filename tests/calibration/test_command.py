@@ -70,7 +70,7 @@ def test_touches_at_one_place_write_no_robot(cell: Path, capsys: pytest.CaptureF
     assert robot.exists()
 
 
-def test_the_report_and_the_tip_say_what_the_json_says(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_report_and_tip_agree_with_the_json(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
     offsets_only(cell)
     cell.write_text(cell.read_text().replace("front: plate", '"<b>": plate').replace(", high: plate", ""))
     lines = (cell.parent / "touches.csv").read_text().splitlines()
@@ -134,9 +134,7 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
         assert message in err
 
 
-def test_what_cannot_be_written_is_refused_before_anything_is_computed(
-    cell: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unwritable_outputs_are_rejected_before_computing(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
     touches = cell.parent / "touches.csv"
     for words, message in (
         (("--output", "robot.urdf"), "robot.urdf: this robot is written as .yaml; or name a .json or .html file"),
@@ -210,7 +208,7 @@ def test_relations_that_fix_the_shape_will_do(cell: Path, capsys: pytest.Capture
     assert "line 17, column 19: fixture 'plate' has relations between its features that have a sigma" in err
 
 
-def test_a_joint_beyond_its_limits_is_told(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_joint_beyond_its_limits_is_reported(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arm = '<robot name="r"><link name="a"/><link name="b"/><link name="t"/><joint name="A1" type="revolute">'
     arm += '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint>'
     arm += '<joint name="t" type="fixed"><parent link="b"/><child link="t"/></joint></robot>'

@@ -71,7 +71,7 @@ def test_limits_are_held_against_where_the_place_is(session: tuple[Cell, Touches
     assert "along x" in narrow.reasons[0]
 
 
-def test_a_measured_place_tells_how_the_first_joint_stands(session: tuple[Cell, Touches]) -> None:
+def test_a_measured_place_determines_the_first_joints_zero(session: tuple[Cell, Touches]) -> None:
     cell, touches = session
     measured = {name: Placement(true_pose(name), sigma=(0.05, 1e-3)) for name in cell.places}
     result = calibrate(known(cell, measured), touches)
@@ -83,7 +83,7 @@ def test_a_measured_place_tells_how_the_first_joint_stands(session: tuple[Cell, 
     assert not any("joint_1.offset" in words for words in result.not_identified)
 
 
-def test_a_place_measured_wrongly_is_told(session: tuple[Cell, Touches]) -> None:
+def test_a_wrongly_measured_place_is_reported(session: tuple[Cell, Touches]) -> None:
     cell, touches = session
     measured = {
         "front": Placement(shifted(true_pose("front"), (0.0, 0.0, 25.0)), sigma=(0.05, 1e-3)),

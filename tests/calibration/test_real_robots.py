@@ -102,7 +102,7 @@ def test_all_parameters_from_two_tables_are_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("planes", PLANES)
 @pytest.mark.parametrize("unknown", [OFFSETS, ("all",)])
-def test_what_is_not_refused_does_no_harm(unknown: tuple[str, ...], planes: tuple[str, ...]) -> None:
+def test_accepted_calibrations_do_no_harm(unknown: tuple[str, ...], planes: tuple[str, ...]) -> None:
     chain, result = motoman(unknown, planes)
     assert result.status == ("calibrated" if unknown == OFFSETS else "underdetermined")
     assert result.status != "calibrated" or tracker(chain, result.values) <= 0.26
@@ -169,7 +169,7 @@ REAL = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("touched", "how"), REAL)
-def test_the_plan_foretells_what_calibrate_finds_undetermined(
+def test_the_plan_predicts_what_calibrate_finds_undetermined(
     touched: Callable[..., tuple[Cell, Touches]], how: tuple[Any, ...]
 ) -> None:
     cell, measured = touched(*how)
@@ -187,7 +187,7 @@ def test_a_kuka_is_better_at_a_third_place() -> None:
 
 
 @pytest.mark.slow
-def test_a_kuka_with_offsets_alone_is_said_to_be_off_in_more() -> None:
+def test_a_kuka_with_offsets_alone_is_warned_about_other_errors() -> None:
     """Two of three pairs of places are rejected; the third makes the place held out worse, and a warning says so."""
     places = ("front", "left_back", "raised_left")
     for held in places:

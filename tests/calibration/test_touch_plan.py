@@ -77,7 +77,7 @@ def left_undetermined(cell: Cell, plan: TouchPlan) -> float:
     return float(np.sqrt(after / ((moves * expected) ** 2).sum()))
 
 
-def test_touches_added_reach_their_seats_and_tell_what_is_said(cell: Cell) -> None:
+def test_added_touches_reach_their_seats_with_the_predicted_sigmas(cell: Cell) -> None:
     plan = plan_touches(cell, None, 12, SIGMA)
     assert plan.planned == 0
     assert len(plan.added) == 12
@@ -94,7 +94,7 @@ def test_touches_added_reach_their_seats_and_tell_what_is_said(cell: Cell) -> No
     assert plan.undetermined == pytest.approx((1.0, left_undetermined(cell, plan)), rel=0.03)
 
 
-def test_touches_added_tell_more_than_as_many_others(cell: Cell) -> None:
+def test_added_touches_determine_more_than_random_ones(cell: Cell) -> None:
     many = plan_touches(cell, None, 40, SIGMA).added
     rng = np.random.default_rng(3)
     others = [plan_touches(cell, many.subset(rng.permutation(len(many))[:8]), 0, SIGMA) for _ in range(4)]
@@ -114,7 +114,7 @@ def test_touches_added_tell_more_than_as_many_others(cell: Cell) -> None:
     assert more.worst[2] < more.worst[1] < more.worst[0]
 
 
-def test_places_of_which_nothing_is_known_are_told(cell: Cell) -> None:
+def test_places_without_a_known_pose_are_reported(cell: Cell) -> None:
     places = {**cell.places, "left": Place("left", cell.places["left"].fixture)}
     plan = plan_touches(replace(cell, places=places), None, 3, SIGMA)
     assert plan.unplaced == ("left",)

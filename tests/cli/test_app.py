@@ -68,7 +68,7 @@ def test_help_lists_every_command_and_what_it_does(capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_is_there_and_helps(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_exists_and_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, "--help"]) == 0
     out = capsys.readouterr().out
     assert out.startswith(f"Usage: tactfix {command} ")
@@ -232,7 +232,7 @@ def test_the_exit_status_of_an_error(
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_reader_that_has_enough_is_no_error(answers: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_pipe_is_no_error(answers: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
     script = "import sys; from tactfix.cli import main; sys.exit(main())"
     with subprocess.Popen(
         [sys.executable, "-c", script, "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE

@@ -119,7 +119,7 @@ def test_init_does_not_overwrite(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "three-spheres" in capsys.readouterr().err
 
 
-def test_where_one_may_not_look_init_says_that_it_cannot_write(
+def test_init_reports_folders_without_permission(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stat = os.stat

@@ -65,7 +65,7 @@ def test_an_interrupt_within_the_import_machinery_is_raised_when_that_is_over() 
         signal.signal(signal.SIGINT, before)
 
 
-def test_what_is_imported_before_an_interrupt_can_be_told_is_next_to_nothing() -> None:
+def test_few_modules_are_imported_before_interrupts_are_handled() -> None:
     code = "import sys; before = set(sys.modules); import tactfix.cli; print(*sorted(set(sys.modules) - before))"
     ran = subprocess.run(
         [sys.executable, "-S", "-c", f"import sys; sys.path[:0] = {sys.path!r}; {code}"],

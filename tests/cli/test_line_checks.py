@@ -41,7 +41,7 @@ CONTACTS = ROOT / "samples" / "robot-cell-plate" / "contacts.csv"
     ],
     ids=str,
 )
-def test_what_is_no_decimal_number_is_a_usage_error(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_numbers_are_usage_errors(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["locate", str(FIXTURE), str(CONTACTS), *words]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -51,7 +51,7 @@ def test_what_is_no_decimal_number_is_a_usage_error(words: tuple[str, ...], caps
 
 
 @pytest.mark.parametrize(("option", "text"), [("--sigma", "0,08"), ("--tip-radius", "-,5"), ("--max-rms", "+12,25")])
-def test_a_decimal_comma_is_shown_and_told_to_be_a_point(
+def test_a_decimal_comma_is_quoted_with_the_advice_to_use_a_point(
     option: str, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["locate", str(FIXTURE), str(CONTACTS), f"{option}={text}"]) == 2
@@ -156,7 +156,7 @@ def test_a_fixture_file_is_started_on_standard_output(
     ],
     ids=lambda words: words[0] if isinstance(words, tuple) else words,
 )
-def test_what_is_written_beside_the_result_goes_to_no_dash(
+def test_secondary_outputs_cannot_be_standard_output(
     words: tuple[str, ...], option: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([*words, option, "-"]) == 2
@@ -166,7 +166,7 @@ def test_what_is_written_beside_the_result_goes_to_no_dash(
     )
 
 
-def test_a_history_that_cannot_be_appended_to_hides_no_verdict(
+def test_the_verdict_is_printed_if_the_history_cannot_be_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pose = str(tmp_path / "reference.json")
@@ -178,9 +178,7 @@ def test_a_history_that_cannot_be_appended_to_hides_no_verdict(
     assert "the check cannot be appended" in err
 
 
-def test_a_verdict_that_cannot_be_written_either_does_not_hide_the_history(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_of_output_and_history_are_both_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pose, nowhere = str(tmp_path / "reference.json"), tmp_path / "nowhere"
     assert main(["locate", str(FIXTURE), str(CONTACTS), "--output", pose]) == 0
     words = ["check", str(FIXTURE), str(CONTACTS), "--reference", pose, "--history", str(nowhere / "h.jsonl")]
@@ -229,13 +227,13 @@ def test_both_signals_clean_up_and_are_told_in_one_line(
 @pytest.mark.parametrize(
     "address", ["nonsense", "ucx://a:1", "tcp://a:0", "tcp://a:99999", "tcp://", "tcp://no.such.host.invalid:8786"]
 )
-def test_an_address_that_is_none_is_told_at_once(address: str) -> None:
+def test_an_invalid_address_is_reported_at_once(address: str) -> None:
     pytest.importorskip("distributed")
     with pytest.raises(ClusterError, match="no Dask scheduler answers"), DaskCluster(address).open():
         pass
 
 
-def test_a_port_where_nobody_listens_is_told_at_once() -> None:
+def test_a_closed_port_is_reported_at_once() -> None:
     pytest.importorskip("distributed")
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -265,7 +263,7 @@ def test_names_with_control_characters_are_refused(tmp_path: Path, capsys: pytes
     assert "\x1b" not in message
 
 
-def test_a_cell_that_a_spreadsheet_would_run_comes_back_as_it_was(tmp_path: Path) -> None:
+def test_a_cell_that_a_spreadsheet_would_execute_is_read_back_unchanged(tmp_path: Path) -> None:
     assert [spreadsheet_cell(text) for text in ("=1+1", "+x", "-x", "@x", "x=", "", "1")] == [
         *("'=1+1", "'+x", "'-x", "'@x"),
         *("x=", "", "1"),

@@ -144,7 +144,7 @@ def test_gates(answers: Answers, capsys: pytest.CaptureFixture[str], options: li
     assert ("not acceptable" in err) == (code == 1)
 
 
-def test_a_gate_does_not_hide_that_nothing_was_located(answers: Answers) -> None:
+def test_a_gate_does_not_hide_a_status_other_than_located(answers: Answers) -> None:
     answers("ambiguous")
     assert main([*RUN, "--max-rms", "0"]) == 5
 
@@ -165,7 +165,7 @@ def test_sigma_at_a_point_by_noise_made_here() -> None:
     np.testing.assert_array_equal(at_origin, COVARIANCE[3:, 3:])
 
 
-def test_a_point_that_is_asked_for_is_told_of(answers: Answers, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_requested_point_is_reported(answers: Answers, capsys: pytest.CaptureFixture[str]) -> None:
     answers("located")
     assert main([*RUN, "--at", "1000,0,0"]) == 0
     assert "worst sigma at 1000,0,0: 0.00" in capsys.readouterr().err

@@ -109,14 +109,14 @@ def test_three_contacts_are_enough_where_three_directions_are_free(cell, capsys)
         (("--near", "NEAR", "--near-sigma", "0,1"), "above zero"),
     ],
 )
-def test_what_does_not_go_together(words, says, cell, capsys):
+def test_options_that_exclude_each_other(words, says, cell, capsys):
     words = [str(cell / "near.txt") if word == "NEAR" else word for word in words]
     assert run(["locate", str(FIXTURE), str(cell / "c.csv"), *words]) == 2
     assert says in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("name", "times"), [(None, 0), ("another", 1), ("three-planes", 0)])
-def test_the_pose_of_another_fixture_is_told(name, times, cell, tmp_path, capsys):
+def test_the_pose_of_another_fixture_is_reported(name, times, cell, tmp_path, capsys):
     pose = {"schema": "tactfix/pose/1", "fixture": name, "units": "mm", "transform": TRUTH.tolist()}
     (tmp_path / "near.json").write_text(json.dumps(pose), encoding="utf-8")
     words = ["locate", str(FIXTURE), str(cell / "c.csv"), "--near", str(tmp_path / "near.json"), "--within", "20,10"]
@@ -131,7 +131,7 @@ def test_a_pose_that_cannot_be_read_is_named(cell, capsys):
     assert "no.txt" in capsys.readouterr().err
 
 
-def test_batch_and_report_take_it_too(cell, capsys):
+def test_batch_and_report_accept_placement_options(cell, capsys):
     words = ("--near", str(cell / "near.txt"), "--within", "20,10")
     out = cell / "r.jsonl"
     assert run(["batch", str(FIXTURE), str(cell / "c.csv"), *words, "--jobs", "1", "--output", str(out)]) == 0

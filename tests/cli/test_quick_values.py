@@ -71,12 +71,12 @@ def test_values_are_those_that_typer_makes(words: list[str]) -> None:
         ("f.yaml --way d --kind sphere --at 1,2 --at 3", {"way": "d", "kind": Kind.SPHERE, "at": ["1,2", "3"]}),
     ],
 )
-def test_these_values(words: str, expected: dict[str, object]) -> None:
+def test_example_values(words: str, expected: dict[str, object]) -> None:
     found = called_with(QuickCommand, words.split())
     assert isinstance(found, dict)
     assert {name: found[name] for name in expected} == expected
 
 
 @pytest.mark.parametrize("words", ["f.yaml --size=-1", "f.yaml --jobs x", "f.yaml --way e", "f.yaml --kind cone"])
-def test_what_is_no_such_value_is_refused(words: str) -> None:
+def test_invalid_values_are_rejected(words: str) -> None:
     assert called_with(QuickCommand, words.split()) == 2

@@ -87,7 +87,7 @@ def test_nothing_breaks_inside_words_at_60_columns(name: str, folder: Path, monk
     assert "…" not in narrow
 
 
-def test_a_terminal_of_the_system_is_one(folder: Path) -> None:
+def test_a_terminal_of_the_system_is_recognized(folder: Path) -> None:
     text = shown(f"locate {PLATE}", 60, folder)
     assert text.startswith("located; the origin is known to 0.12 mm (95 %, along its")
     assert max(map(len, text.splitlines())) <= 60
@@ -105,7 +105,7 @@ def test_the_answer_comes_first_and_in_the_digits_that_are_known(folder: Path, m
     assert not (piped == read).all()
 
 
-def test_a_controllers_words_follow_the_answer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_pose_in_a_controllers_format_follows_the_answer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     answer, *others = looked_at(f"locate {PLATE} --format kuka", 120).splitlines()
     assert answer.startswith("located; ")

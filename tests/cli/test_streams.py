@@ -23,7 +23,7 @@ def shell(words: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("words", ["$T locate $F $C > /dev/full", "$T locate $F $C >&-", "$T --version > /dev/full"])
-def test_a_result_that_cannot_be_written_is_told(words: str) -> None:
+def test_a_result_that_cannot_be_written_is_reported(words: str) -> None:
     done = shell(words)
     assert done.returncode == 3
     (line,) = done.stderr.splitlines()
@@ -41,15 +41,15 @@ def test_a_result_that_cannot_be_written_is_told(words: str) -> None:
         ("$T locate -v $F $C 2> /dev/full", 0),
     ],
 )
-def test_the_status_is_right_where_nobody_hears(words: str, status: int) -> None:
+def test_the_status_is_correct_without_standard_streams(words: str, status: int) -> None:
     assert shell(words).returncode == status
 
 
-def test_a_terminal_of_no_columns_is_one_that_does_not_say() -> None:
+def test_a_terminal_of_zero_columns_has_an_unknown_width() -> None:
     assert "located" in shell("COLUMNS=0 $T locate -v $F $C").stderr
 
 
-def test_a_summary_that_nobody_reads_does_not_change_the_status(tmp_path: Path) -> None:
+def test_a_failed_summary_does_not_change_the_status(tmp_path: Path) -> None:
     shell(f"{{ $T locate -v $F $C > {tmp_path}/pose; echo $? > {tmp_path}/status; }} 2>&1 | true")
     assert (tmp_path / "status").read_text() == "0\n"
     assert len((tmp_path / "pose").read_text().splitlines()) == 4
@@ -70,13 +70,13 @@ def test_standard_input_is_read_only_once(words: tuple[object, ...]) -> None:
 
 
 @pytest.mark.parametrize("radius", ["1e300", "1e-300", "nan", "-1"])
-def test_a_radius_that_is_no_length(radius: str) -> None:
+def test_an_invalid_radius(radius: str) -> None:
     done = tactfix("fit", "sphere", CONTACTS, "--feature", "ball", "--radius", radius)
     assert (done.returncode, done.stdout) == (2, "")
     assert "is no radius" in done.stderr or "is not a number" in done.stderr
 
 
-def test_what_is_piped_on_is_utf_8_in_any_locale(tmp_path: Path) -> None:
+def test_piped_output_is_utf_8_in_any_locale(tmp_path: Path) -> None:
     fixture = tmp_path / "kugel.yaml"
     fixture.write_text(FIXTURE.read_text().replace("bar", "\u68d2 \u00e4"), encoding="utf-8")
     ascii_only = "LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0 PYTHONIOENCODING=ascii"

@@ -78,7 +78,7 @@ def test_covariance_is_the_inverse_of_the_information(judged):
     np.testing.assert_allclose(found.covariance, np.linalg.inv(j.T @ j), rtol=1e-5, atol=1e-12)
 
 
-def test_worst_point_and_points_asked_for(judged):
+def test_worst_point_and_requested_points(judged):
     _, _, j, found = judged
     covariance = np.linalg.inv(j.T @ j)
     assert found.worst.sigma == pytest.approx(max(sigma_at(covariance, c) for c in CORNERS), rel=1e-5)
@@ -116,7 +116,7 @@ def test_the_contact_that_matters_most_and_least(judged):
     assert found.least.sigma_without == pytest.approx(min(without), rel=1e-4)
 
 
-def test_a_contact_that_alone_holds_a_motion_matters_most():
+def test_a_contact_that_alone_constrains_a_motion_matters_most():
     contacts, sigmas = touches()
     six = contacts.subset([0, 1, 2, 4, 8, 9])
     found = certainty(Touched(SURFACES, six, sigmas[:6], CORNERS), np.zeros((0, 3)), tolerance_for(SURFACES), "plan")

@@ -42,7 +42,7 @@ CASES = [(ROOT / "fixtures/three-spheres.yaml", error) for error in FAULTS]
 
 
 @pytest.mark.parametrize(("path", "error"), CASES, ids=[f"{p.stem}-{error}" for p, error in CASES])
-def test_what_locate_says_of_a_simulated_mistake(path, error):
+def test_locate_confirms_predicted_blind_spots(path, error):
     fixture = load_fixture(path)
     plan = quiet_plan(fixture, 18)
     report = design_check(fixture, plan, wishes=QUICK)

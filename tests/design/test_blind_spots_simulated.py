@@ -282,7 +282,7 @@ def test_the_mistake_made_on_purpose(name, error):
         assert np.median(shifts) == pytest.approx(spot.pose_shift, rel=0.05, abs=4 * sigma), spot
 
 
-def test_the_cases_hold_mistakes_that_show_and_mistakes_that_do_not():
+def test_the_cases_include_detected_and_hidden_mistakes():
     """The cases must include mistakes that are detected and mistakes that are not."""
     spots = [spot for name, errors in FAST.items() for spot in judged(name)[4].blind_spots if spot.error in errors]
     assert {spot.error for spot in spots} == set(JUDGED)

@@ -145,7 +145,7 @@ def test_minimal_sets_follow_from_the_ranks_in_the_table(position):
 
 
 @each
-def test_contacts_beside_the_others_are_what_their_rank_lacks(position):
+def test_additional_contacts_complete_the_rank(position):
     rng = np.random.default_rng(6)
     surfaces = position.surfaces
     features = {n: Feature(n, type(s).__name__.lower(), None, "outer", 0.0, s) for n, s in surfaces.items()}
@@ -306,7 +306,7 @@ def scaled(surface, unit):
 
 @pytest.mark.parametrize("unit", [1e-7, 1.0, 1e7])
 @pytest.mark.parametrize(("shift", "is_special"), [(1e-3, False), (1e-5, False), (1e-8, True)])
-def test_what_is_special_is_a_share_of_the_size(unit, shift, is_special):
+def test_special_positions_are_relative_to_the_size(unit, shift, is_special):
     """Whether a position is special is decided exactly from the file; how well it holds a pose depends on sigma."""
     surfaces = {
         "ball": Sphere(unit * np.array([shift, 0, 2.0]), unit),

@@ -18,7 +18,7 @@ def run(capsys, *arguments):
     return status, captured.out, captured.err
 
 
-def test_json_holds_what_the_contract_says(capsys):
+def test_json_has_the_documented_keys(capsys):
     status, out, err = run(capsys, BAD_DESIGNS / "ball-beside-bar.yaml", "--json", "--at", "1,2,3", "--study", "0")
     report = json.loads(out)
     assert status == 1
@@ -75,7 +75,7 @@ def test_the_study_in_json_and_switched_off(capsys):
 
 
 @pytest.mark.parametrize(("name", "severity"), [("three-spheres", "ok"), ("cylinder-sphere", "warning")])
-def test_what_is_fine_or_only_warned_of_exits_with_0_and_says_the_same_twice(capsys, name, severity):
+def test_designs_without_errors_exit_with_0_reproducibly(capsys, name, severity):
     fixture = FIXTURES / f"{name}.yaml"
     status, out, err = run(capsys, fixture, "--json", "--study", "0")
     assert (status, err) == (0, "")

@@ -59,7 +59,7 @@ def test_two_aligned_rows_of_four_lie_on_three_cylinders():
     assert (cube.any_radius, cube.own_radius) == (3, 3)
 
 
-def test_uneven_layouts_lie_on_one():
+def test_uneven_layouts_lie_on_one_cylinder():
     found = layout_of(bar_contacts(ring(FOUR, 0), ring([45, 135], 20)))
     assert (found.any_radius, found.own_radius) == (1, 1)
     assert not found.is_tidy
@@ -77,7 +77,7 @@ def test_two_rows_along_the_axis_lie_on_infinitely_many():
     assert found.is_tidy
 
 
-def test_few_contacts_are_told_and_not_called_tidy():
+def test_few_contacts_are_reported_but_not_as_regular():
     """Four contacts leave up to twelve cylinders of a known radius, so the layout is not reported as regular."""
     four = layout_of(bar_contacts(ring(THREE, 0), ring([60], 20)))
     assert four.contacts == 4
@@ -128,7 +128,7 @@ def test_the_finding(rings, words):
     assert "45, 135" in finding.hint
 
 
-def test_design_check_tells_it_of_a_plan_and_not_where_the_remedy_is_followed():
+def test_design_check_reports_a_regular_layout_until_the_remedy_is_applied():
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     for rings, reported in (((ring(THREE, 20), ring(THREE, 40)), True), ((ring(FOUR, 20), ring([45, 135], 40)), False)):
         report = design_check(fixture, plan_with(*rings), QUICK)

@@ -65,7 +65,7 @@ def test_the_touch_box_of_the_worked_example_settles_its_half_turn():
     assert (finding.status, "1 by touch" in finding.message) == ("ok", True)
 
 
-def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_unseen():
+def test_a_forgotten_tip_of_3_mm_moves_a_corner_by_5_2_mm_undetected():
     """Theory: each face moves by the tip radius along its normal, so the corner moves by 3 sqrt 3."""
     report = quick_report(BAD_DESIGNS / "corner.yaml")
     spots = {spot.error: spot for spot in report.blind_spots}
@@ -127,7 +127,7 @@ def test_contacts_in_base_are_located_and_give_the_same_certainty_as_their_plan(
     np.testing.assert_allclose(measured.certainty.covariance, planned.certainty.covariance, rtol=0.02, atol=1e-6)
 
 
-def test_contacts_that_fit_nowhere_are_said_so():
+def test_inconsistent_contacts_are_reported():
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     contacts = simulate(fixture, seed=1).contacts
     wrong = contacts_of(
@@ -157,7 +157,7 @@ def test_a_plan_of_six_contacts_has_no_redundancy():
     assert not any(s.detectable for s in report.blind_spots if s.error in ("pretravel", "contact", "distance"))
 
 
-def test_nothing_is_said_of_accuracy_without_sigma():
+def test_no_accuracy_is_reported_without_sigma():
     text = (BAD_DESIGNS / "equal-balls.yaml").read_text().replace(", sigma: 0.01", "")
     report = design_check(_written(text), wishes=QUICK)
     assert "sigma_missing" in codes(report, "warning")

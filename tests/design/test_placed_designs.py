@@ -54,7 +54,7 @@ HALF_TURN_ABOUT_X = replace(ball_and_bar(), touch={})
         (Placement(UPRIGHT, free=frozenset(("rx", "ry", "rz"))), False),
     ],
 )
-def test_a_symmetry_is_settled_by_what_leaves_one_of_its_two_poses(placement, settles):
+def test_a_symmetry_is_resolved_by_limits_that_keep_one_pose(placement, settles):
     # Without sigma only the geometry is checked: these tests are not about contacts.
     report = design_check(replace(HALF_TURN_ABOUT_X, placement=placement, probe=Probe(1.0)), wishes=QUICK)
     (symmetry,) = report.symmetries
@@ -95,7 +95,7 @@ def random_rank(surfaces, chosen, free_axes):
 
 @pytest.mark.parametrize("free", [FLAT, frozenset(("x", "y", "z")), frozenset(("z", "rx", "ry")), frozenset(("rz",))])
 @pytest.mark.parametrize("cell", [plate_with_all(), cube_corner(), ball_and_bar()], ids=lambda cell: cell.name)
-def test_minimal_sets_are_those_of_which_random_contacts_hold_what_is_free(free, cell):
+def test_minimal_sets_constrain_the_free_directions(free, cell):
     surfaces = surfaces_of(cell)
     placement = Placement(UPRIGHT, free=free)
     axes = np.kron(np.eye(2), UPRIGHT[:3, :3].T)
@@ -116,7 +116,7 @@ PIN_ON_PLATE = placed(
 )
 
 
-def test_a_free_motion_is_none_where_it_is_held_or_was_measured():
+def test_constrained_and_measured_motions_are_not_free():
     for placement in (None, Placement(TILTED, (20.0, 0.1)), Placement(UPRIGHT, free=FLAT)):
         report = design_check(replace(PIN_ON_PLATE, placement=placement), wishes=QUICK)
         assert [motion.message for motion in report.free_motions] == ["rotates about the axis of pin"]
@@ -142,7 +142,7 @@ def test_a_free_motion_is_none_where_it_is_held_or_was_measured():
     ],
     ids=["two turns", "flat", "measured", "measured and held"],
 )
-def test_the_refined_pose_is_the_least_of_an_optimizer_over_what_is_free(placement):
+def test_the_refined_pose_is_that_of_an_optimizer_over_the_free_directions(placement):
     fixture = plate_with_all()
     surfaces = surfaces_of(fixture)
     off = TILTED.copy()
@@ -180,7 +180,7 @@ def test_the_refined_pose_is_the_least_of_an_optimizer_over_what_is_free(placeme
     assert np.allclose(fit.base_from_fixture[:3, 3] - TILTED[:3, 3], motion[3:], atol=1e-5)
 
 
-def test_a_tip_radius_that_planes_hide_shows_where_a_height_is_held():
+def test_a_constrained_height_reveals_a_wrong_tip_radius():
     cell = cube_corner()
     assert codes(design_check(cell, wishes=QUICK))["blind_tip_radius"] == "error"
     held = replace(cell, placement=Placement(UPRIGHT, free=frozenset(("x", "y", "rx", "ry", "rz"))))
@@ -192,7 +192,7 @@ def test_a_tip_radius_that_planes_hide_shows_where_a_height_is_held():
     assert "blind_tip_radius" not in codes(known)
 
 
-def test_a_wrong_unit_shows_where_the_fixture_is_known_to_stand():
+def test_a_known_placement_reveals_a_wrong_unit():
     def unit_of(fixture):
         return next(spot for spot in design_check(fixture, wishes=QUICK).blind_spots if spot.error == "unit")
 
@@ -216,7 +216,7 @@ def test_contacts_made_at_another_place_within_the_limits_are_judged():
     assert report.margins.is_unique
 
 
-def test_the_command_line_says_where_the_fixture_stands(tmp_path, capsys):
+def test_design_check_follows_placement_options(tmp_path, capsys):
     np.savetxt(tmp_path / "near.txt", UPRIGHT, fmt="%.17g")
     text = (ROOT / "fixtures" / "cylinder-sphere.yaml").read_text().partition("touch:")[0]
     (tmp_path / "f.yaml").write_text(text)

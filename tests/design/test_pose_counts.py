@@ -97,7 +97,7 @@ def test_a_located_sphere_and_three_features(others):
     assert count_of([("sphere", 3), *((name, 1) for name in others)]).complex_poses == 2 * np.prod(degrees)
 
 
-def test_a_count_never_falls_when_a_feature_is_split_in_two():
+def test_a_count_does_not_decrease_if_a_feature_is_split_in_two():
     """Two contacts on one feature are a special case of contacts on two features: not more isolated poses."""
     known = {row["kind"]: row["complex_poses"] for row in SHIPPED}
     compared = 0
@@ -138,12 +138,12 @@ def test_every_way_to_share_out_six_contacts_over_four_features_or_more_has_a_co
     assert len(SHIPPED) == 188
 
 
-def test_what_does_not_locate_has_no_count():
+def test_kinds_that_do_not_locate_have_no_count():
     assert count_of([("plane", 3), ("sphere", 2)]) is None, "five contacts leave a motion free"
     assert count_of([("plane", 3), ("sphere", 3)]) is None, "the ball turns on its plane"
 
 
-def test_every_row_is_said_once_and_says_where_it_comes_from():
+def test_every_row_is_unique_and_states_its_source():
     kinds = [row["kind"] for row in SHIPPED]
     assert len(set(kinds)) == len(kinds)
     for row in SHIPPED:
@@ -154,7 +154,7 @@ def test_every_row_is_said_once_and_says_where_it_comes_from():
 
 
 @pytest.mark.parametrize("kind", ["sphere1+sphere1+plane3+plane1", "sphere3+sphere1+sphere1+plane1"])
-def test_path_tracking_finds_what_is_reasoned(kind):
+def test_path_tracking_confirms_derived_counts(kind):
     found = solve_by_monodromy(kind, np.random.default_rng(3), idle=4)
     features = list(zip(*feature_list(kind), strict=True))
     assert len(found.roots) == count_of(features).complex_poses

@@ -68,7 +68,7 @@ def test_shares_are_those_of_locate_and_the_last_one_is_nothing(known):
     assert all(a.ambiguous + a.underdetermined > 0 for a, _ in pairwise(study.shares))
 
 
-def test_a_located_layout_goes_on_and_is_not_asked_again(known):
+def test_a_located_layout_is_not_located_again(known):
     study, tried = known
     left = [round(6 * (s.ambiguous + s.underdetermined)) for s in study.shares]
     assert [sum(len(c) == s.contacts for c in tried) for s in study.shares] == [6, *left[:-1]]
@@ -102,7 +102,7 @@ def test_many_minimal_sets_are_tried_from_all_along_their_list():
     ]  # fmt: skip
 
 
-def test_no_study_where_it_is_not_wanted_or_cannot_be():
+def test_no_study_if_it_is_disabled_or_impossible():
     assert quick_report(ROOT / "fixtures" / "three-planes.yaml").study.shares == ()
     for name in ("ball-under-the-plate", "nearly-coaxial", "prism"):
         # A ball that cannot be touched, a weakly determined rotation, a free one: no layout would be located.
@@ -116,7 +116,7 @@ def test_an_unbroken_symmetry_leaves_every_layout_ambiguous_and_is_not_tried_fur
     assert all(entry is None or entry.fewest_seen >= 2 for entry in report.real_poses)
 
 
-def test_the_study_tells_how_far_it_is():
+def test_the_study_reports_progress():
     shares = []
     studied(layouts=2, progress=lambda share, stage: shares.append(share))
     assert shares == sorted(shares)
@@ -144,7 +144,7 @@ def test_the_finding_warns_where_many_layouts_are_left(left, severity):
     assert list(study_findings(LayoutStudy(), is_symmetric=False)) == []
 
 
-def test_layouts_that_cannot_be_made_are_said_so(monkeypatch):
+def test_impossible_layouts_are_reported(monkeypatch):
     def refuse(*arguments, **wishes):
         raise UsageError("top cannot be touched 4 times")
 

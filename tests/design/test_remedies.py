@@ -60,7 +60,7 @@ def test_no_move_is_proposed_where_none_helps():
         assert not any("move" in hint for hint in hints)
 
 
-def test_a_direction_that_is_hardly_held_is_an_error_with_the_motion():
+def test_a_weakly_determined_direction_is_an_error_with_the_motion():
     report = quick_report(BAD_DESIGNS / "nearly-coaxial.yaml")
     (finding,) = [f for f in report.findings if f.code == "accuracy"]
     assert finding.status == "error"

@@ -79,7 +79,7 @@ def test_boxes_that_only_touch_do_not_meet():
     assert regions_meet(bar, None, box(5.0, 60.0), half_turn, 30.0)
 
 
-def test_a_face_typed_without_thickness_is_kept():
+def test_a_touch_box_without_thickness_is_kept():
     top = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
     box = TouchBox(np.array([0.0, 0.0, 0.0]), np.array([50.0, 50.0, 0.0]))
     assert regions_meet(top, box, box, np.eye(4), 50.0)

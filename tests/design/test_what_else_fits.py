@@ -22,7 +22,7 @@ def touched_of(fixture, plan):
     return Touched(surfaces, plan, np.full(len(plan), 0.01), corners)
 
 
-def test_the_half_turn_is_a_rival_at_no_distance():
+def test_the_half_turn_is_a_competing_pose_at_distance_zero():
     fixture = load_fixture(BAD_DESIGNS / "ball-beside-bar.yaml")
     found = margins(touched_of(fixture, plan_at((20, 40))), partial(locate, fixture, explain=False))
     assert not found.is_unique
@@ -30,7 +30,7 @@ def test_the_half_turn_is_a_rival_at_no_distance():
     assert found.rival.sigmas_behind == pytest.approx(0, abs=1e-4)
 
 
-def test_a_rival_lies_as_far_behind_as_its_residuals_say():
+def test_the_margin_of_a_competing_pose_is_that_of_its_residuals():
     """Few contacts on one side: chi-square of the nearest wrong pose, recomputed from the pose."""
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     plan = plan_at((-19, 19)).subset([0, 1, 2, 3, 6, 7, 8])
@@ -45,7 +45,7 @@ def test_a_rival_lies_as_far_behind_as_its_residuals_say():
     assert found.rival.sigmas_behind == pytest.approx(np.sqrt(chi2), abs=1e-4)
 
 
-def test_a_contact_that_alone_holds_a_motion_is_fragile():
+def test_a_contact_that_alone_constrains_a_motion_is_critical():
     """Plate, pin, and one contact on the ball: without it the fixture turns about the pin."""
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     plate = [[0.0, 0, 3], [300, 0, 3], [0, 200, 3], [300, 200, 3]]
@@ -72,7 +72,7 @@ features:
 """
 
 
-def test_a_rival_far_behind_is_found_and_measured(tmp_path):
+def test_a_distant_competing_pose_is_found_and_measured(tmp_path):
     """The half-turn about x moves mark, which is 2 mm off the line, by 4 mm: in total about 400 sigma."""
     (tmp_path / "f.yaml").write_text(ALMOST)
     fixture = load_fixture(tmp_path / "f.yaml")
@@ -95,7 +95,7 @@ def test_a_rival_far_behind_is_found_and_measured(tmp_path):
     assert found.rival.sigmas_behind == pytest.approx(np.sqrt(chi2), rel=1e-6)
 
 
-def test_a_pose_that_the_touch_box_excludes_is_no_rival_however_wide_the_search():
+def test_a_pose_excluded_by_a_touch_box_is_no_competitor():
     """At y = 22 the half-turn leaves the box (from -20) by 200 sigma, which a widened tolerance would hide."""
     fixture = load_fixture(BAD_DESIGNS / "box-across-the-middle.yaml")
     found = margins(touched_of(fixture, plan_at((-15, 22))), partial(locate, fixture, explain=False), with_losses=False)

@@ -9,7 +9,7 @@ from scipy import stats
 from tactfix.localization.locate import locate
 from tactfix.noise import least_chi_square, normal_limit
 from tests.support.problems import PLATE, placed, touch_all
-from tests.validation.false_alarms import Seldom
+from tests.validation.false_alarms import RareNoise
 
 SIGMA = 0.02
 
@@ -45,7 +45,7 @@ def test_limits_are_those_of_scipy():
 
 
 @pytest.mark.parametrize("index", [8, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 14))])
-def test_a_slip_that_the_sum_hides_makes_the_pose_fall(index):
+def test_an_error_hidden_in_chi_square_rejects_the_pose(index):
     """Six sigma in one of eighteen contacts: chi-square 36, limit 49."""
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})
     result = locate(placed(PLATE), pushed(truth, contacts, index, 6.0))
@@ -59,7 +59,7 @@ def test_a_slip_that_the_sum_hides_makes_the_pose_fall(index):
     assert (first.causes[0] if first.one_of else first).rows == (index + 1,)
 
 
-def test_a_smaller_slip_is_named_with_how_far_it_moves_the_pose():
+def test_a_smaller_error_is_named_with_its_effect_on_the_pose():
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})
     slipped = pushed(truth, contacts, 8, 4.6)
     result = locate(placed(PLATE), slipped)
@@ -74,7 +74,7 @@ def test_a_smaller_slip_is_named_with_how_far_it_moves_the_pose():
 
 
 @pytest.mark.parametrize(("factor", "words"), [(1.9, "times as large as sigma"), (0.2, "improbably small")])
-def test_sigma_is_doubted_where_no_contact_stands_out(factor, words):
+def test_sigma_is_questioned_if_no_contact_stands_out(factor, words):
     truth, contacts = touched({"plate": 7, "pin": 7, "ball": 7})
     clean = truth.contacts()
     noisy = replace(contacts, points=clean.points + factor * (contacts.points - clean.points))
@@ -86,7 +86,7 @@ def test_sigma_is_doubted_where_no_contact_stands_out(factor, words):
     assert words in cause.message
 
 
-def test_sigma_of_the_probe_is_told_beside_that_of_the_features():
+def test_the_factor_on_the_probes_sigma_is_reported():
     """The sigma of the probe is far below that of the features: the factor is reported for the probe's sigma."""
     _, contacts = touched({"plate": 7, "pin": 7, "ball": 7})
     features = {name: replace(feature, sigma=SIGMA / 20) for name, feature in placed(PLATE).features.items()}
@@ -96,7 +96,7 @@ def test_sigma_of_the_probe_is_told_beside_that_of_the_features():
     assert result.diagnosis[0].value == pytest.approx(SIGMA, rel=0.4)
 
 
-def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
+def test_the_joint_false_alarm_rate_is_at_most_twice_that_of_one_test():
     """Residuals are noise projected off six directions; limits a thousand times as likely make the rate measurable."""
     truth, contacts = touched({"plate": 6, "pin": 6, "ball": 6})
     jacobian = rows_of(truth, contacts)
@@ -108,10 +108,10 @@ def test_both_tests_together_are_wrong_no_more_than_twice_as_often_as_one():
     assert 1e-3 < (above | stands_out).mean() < 2e-3
 
 
-def test_both_tests_together_are_wrong_at_most_twice_in_a_million():
+def test_the_joint_false_alarm_rate_is_at_most_two_in_a_million():
     """By importance sampling: one standard error is 0.02 in a million."""
     rng = np.random.default_rng(3)
-    seldom = Seldom(touch_all(PLATE, {"plate": 6, "pin": 6, "ball": 6}, rng, sigma=0.02, tip=2.0))
-    drawn, weights = seldom.draw(50_000, rng)
-    above, out = seldom.alarms(drawn)
+    rare = RareNoise(touch_all(PLATE, {"plate": 6, "pin": 6, "ball": 6}, rng, sigma=0.02, tip=2.0))
+    drawn, weights = rare.draw(50_000, rng)
+    above, out = rare.alarms(drawn)
     assert 1.8 < 1e6 * ((above | out) * weights).mean() < 2.0

@@ -17,7 +17,7 @@ class Spoilt(NamedTuple):
 
 
 @pytest.fixture
-def spoilt():
+def outlier_problem():
     """Forty linear residuals, three of them gross errors, and their derivatives by six unknowns."""
     rng = np.random.default_rng(5)
     rows = rng.standard_normal((40, 6))
@@ -28,28 +28,28 @@ def spoilt():
     return Spoilt(rows=rows, deletion=CaseDeletion(values - rows @ best, span))
 
 
-def left_without(rows, residuals, index):
+def chi2_without(rows, residuals, index):
     keep = np.setdiff1d(np.arange(len(rows)), index)
     _, (left,), *_ = np.linalg.lstsq(rows[keep], residuals[keep], rcond=None)
     return left
 
 
 @pytest.mark.parametrize("index", [[17], [3, 17], [3, 17, 30], [0, 1, 2, 3, 4]])
-def test_gain_is_what_least_squares_without_them_gains(spoilt, index):
-    chi2 = spoilt.deletion.scaled @ spoilt.deletion.scaled
-    left = left_without(spoilt.rows, spoilt.deletion.scaled, index)
-    assert spoilt.deletion.gain(index) == pytest.approx(chi2 - left, rel=1e-9)
-    assert spoilt.deletion.remaining_share(index) == pytest.approx(left / chi2, rel=1e-6, abs=1e-12)
+def test_gain_equals_the_decrease_of_least_squares(outlier_problem, index):
+    chi2 = outlier_problem.deletion.scaled @ outlier_problem.deletion.scaled
+    left = chi2_without(outlier_problem.rows, outlier_problem.deletion.scaled, index)
+    assert outlier_problem.deletion.gain(index) == pytest.approx(chi2 - left, rel=1e-9)
+    assert outlier_problem.deletion.remaining_share(index) == pytest.approx(left / chi2, rel=1e-6, abs=1e-12)
 
 
-def test_those_that_are_off_are_doubted_first_and_are_all(spoilt):
-    assert spoilt.deletion.order[0] == 17
-    assert set(spoilt.deletion.order[:3]) == {3, 17, 30}
-    assert spoilt.deletion.is_explained_without([3, 17, 30])
-    assert not spoilt.deletion.is_explained_without([3, 17])
+def test_outliers_come_first_and_explain_everything(outlier_problem):
+    assert outlier_problem.deletion.order[0] == 17
+    assert set(outlier_problem.deletion.order[:3]) == {3, 17, 30}
+    assert outlier_problem.deletion.is_explained_without([3, 17, 30])
+    assert not outlier_problem.deletion.is_explained_without([3, 17])
 
 
-def test_what_a_contact_alone_holds_is_no_gain():
+def test_deleting_a_contact_that_alone_constrains_a_direction_gains_nothing():
     """Deleting a contact that alone determines a direction gains nothing: the pose absorbs its residual."""
     rows = np.vstack([np.eye(6), np.eye(6)[:5]])
     span = np.linalg.qr(rows)[0]
@@ -58,7 +58,7 @@ def test_what_a_contact_alone_holds_is_no_gain():
     assert deletion.remaining_share([5]) == 1
 
 
-def test_the_doubts_of_located_contacts_are_their_residuals():
+def test_case_deletion_of_located_contacts_uses_their_residuals():
     truth = touch_all(PLATE, {"plate": 5, "pin": 5, "ball": 5}, np.random.default_rng(1), sigma=0.01)
     contacts = truth.contacts(np.random.default_rng(2))
     result = locate(placed(PLATE), contacts)

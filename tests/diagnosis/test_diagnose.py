@@ -21,7 +21,7 @@ def touched(patches, counts, seed=0, sigma=0.02, tip=2.0):
     return truth, truth.contacts(rng)
 
 
-def says(fixture, contacts, *words):
+def assert_diagnosis(fixture, contacts, *words):
     result = locate(fixture, contacts)
     assert result.status == "inconsistent", result.status
     assert result.chi2 is None or result.chi2 > 0
@@ -35,7 +35,7 @@ def test_one_bad_contact_is_named_wherever_it_stands(row):
     truth, contacts = touched(PLATE, {"plate": 7, "pin": 7, "ball": 6})
     points = contacts.points.copy()
     points[row - 1] += 0.7 * truth.normals[row - 1]
-    result = says(placed(PLATE), replace(contacts, points=points), f"without row {row} ")
+    result = assert_diagnosis(placed(PLATE), replace(contacts, points=points), f"without row {row} ")
     assert sum("without row" in warning for warning in result.warnings) == 1
     # The message contains the chi-square of the best pose and its limit.
     assert result.chi2 > result.chi2_limit
@@ -50,12 +50,12 @@ def test_one_reversed_approach_is_named(row):
     _, contacts = touched(PLATE, {"plate": 7, "pin": 7, "ball": 6})
     approaches = contacts.approaches.copy()
     approaches[row - 1] *= -1
-    says(placed(PLATE), replace(contacts, approaches=approaches), f"approach of row {row} reversed")
+    assert_diagnosis(placed(PLATE), replace(contacts, approaches=approaches), f"approach of row {row} reversed")
 
 
 def test_all_approaches_reversed_are_normals():
     _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4})
-    says(placed(PLATE), replace(contacts, approaches=-contacts.approaches), "all approaches reversed")
+    assert_diagnosis(placed(PLATE), replace(contacts, approaches=-contacts.approaches), "all approaches reversed")
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,9 @@ def test_two_swapped_labels_are_named(patches, counts, pair):
     names = list(contacts.features)
     i, k = pair[0] - 1, pair[1] - 1
     names[i], names[k] = names[k], names[i]
-    says(placed(patches), replace(contacts, features=tuple(names)), f"row {pair[0]} and row {pair[1]}", "swapped")
+    assert_diagnosis(
+        placed(patches), replace(contacts, features=tuple(names)), f"row {pair[0]} and row {pair[1]}", "swapped"
+    )
 
 
 @pytest.mark.parametrize("each", [6, 20, 400])
@@ -81,7 +83,9 @@ def test_two_swapped_labels_among_many_contacts_are_named(each):
     names = list(contacts.features)
     i, k = 5, each + 3
     names[i], names[k] = names[k], names[i]
-    result = says(placed(PLATE), replace(contacts, features=tuple(names)), f"row {i + 1} and row {k + 1} swapped")
+    result = assert_diagnosis(
+        placed(PLATE), replace(contacts, features=tuple(names)), f"row {i + 1} and row {k + 1} swapped"
+    )
     assert [w for w in result.warnings if "without" in w] == []
 
 
@@ -90,7 +94,9 @@ def test_a_few_bad_contacts_among_many_are_named_together():
     points = contacts.points.copy()
     wrong = [4, 120, 250]
     points[wrong] += 3.0 * truth.normals[wrong]
-    result = says(placed(PLATE), replace(contacts, points=points), "without row 5, row 121 and row 251 the others")
+    result = assert_diagnosis(
+        placed(PLATE), replace(contacts, points=points), "without row 5, row 121 and row 251 the others"
+    )
     assert len([w for w in result.warnings if "consistent" in w]) == 1
 
 
@@ -120,7 +126,7 @@ def test_a_wrong_unit_is_named(factor, words, whole):
     if whole:
         wrong = replace(wrong, sigmas=contacts.sigmas * factor, tip_radius=contacts.tip_radius * factor)
     quantity = "all lengths of the contacts" if whole else "the coordinates"
-    says(placed(PLATE), wrong, f"multiplied by {words[0]} {quantity} are consistent", words[1])
+    assert_diagnosis(placed(PLATE), wrong, f"multiplied by {words[0]} {quantity} are consistent", words[1])
 
 
 def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
@@ -128,19 +134,21 @@ def test_a_wrong_unit_of_planes_shows_in_their_touch_boxes():
     boxes = {name: box(*[(-100, 0)] * 3) for name in CORNER}
     _, contacts = touched(CORNER, dict.fromkeys(CORNER, 4), sigma=0.01)
     wrong = replace(contacts, points=contacts.points * 25.4)
-    says(placed(CORNER, boxes), wrong, "mm given as inches")
+    assert_diagnosis(placed(CORNER, boxes), wrong, "mm given as inches")
 
 
 def test_contacts_that_are_corrected_for_the_tip_already():
     """The points lie on the surface, but the file states a tip radius of 3."""
     _, contacts = touched(PLATE, {"plate": 4, "pin": 5, "ball": 4}, tip=0.0)
-    says(placed(PLATE), replace(contacts, tip_radius=3.0), "tip radius 0 instead of 3")
+    assert_diagnosis(placed(PLATE), replace(contacts, tip_radius=3.0), "tip radius 0 instead of 3")
 
 
 @pytest.mark.parametrize("patches", [PLATE, BUSH], ids=["plate", "bush"])
 def test_a_forgotten_tip_is_estimated(patches):
     _, contacts = touched(patches, dict.fromkeys(patches, 5), tip=3.0)
-    result = says(placed(patches, approach=6.0), replace(contacts, tip_radius=0.0), "tip radius of", "instead of 0")
+    result = assert_diagnosis(
+        placed(patches, approach=6.0), replace(contacts, tip_radius=0.0), "tip radius of", "instead of 0"
+    )
     warning = next(w for w in result.warnings if "tip radius of" in w)
     assert float(warning.split("tip radius of ")[1].split()[0]) == pytest.approx(3.0, abs=0.1)
 
@@ -149,10 +157,10 @@ def test_a_wrong_fixture_is_no_single_mistake():
     """The pin is displaced by 5 mm, and the ball has another radius."""
     built = {**PLATE, "ball": Patch("sphere", (290.0, 190.0, 67.0), radius=15.0, up=-0.4)}
     _, contacts = touched(built, {"plate": 5, "pin": 6, "ball": 6})
-    says(placed(PLATE), contacts, "right fixture file")
+    assert_diagnosis(placed(PLATE), contacts, "right fixture file")
 
 
-def test_planes_touched_in_too_large_a_unit_tell_nothing_and_their_unit_is_asked_for():
+def test_planes_in_too_large_a_unit_ask_for_the_unit():
     """The file states mm but is in metres: no point contradicts another, and all lie within a few sigma."""
     _, contacts = touched(CORNER, dict.fromkeys(CORNER, 3), sigma=0.05)
     result = locate(placed(CORNER), replace(contacts, points=contacts.points * 1e-3))

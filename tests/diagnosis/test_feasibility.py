@@ -108,7 +108,7 @@ def test_contacts_beyond_their_touch_boxes():
 
 
 @pytest.mark.parametrize(("name", "radius"), [("ball", 14.0), ("socket", 13.0), ("pin", 11.0)])
-def test_contacts_that_are_bent_more_than_the_radius_lie_on_nothing(name, radius):
+def test_contacts_curved_more_than_the_radius_fit_no_surface(name, radius):
     """On a ball or bar of their own size the bound is 0; for a twentieth of the radius it is at most the fit's cost."""
     rng = np.random.default_rng(5)
     turns, heights = rng.uniform(0, 2 * np.pi, 8), rng.uniform(-0.9, 0.9, 8)

@@ -32,7 +32,7 @@ MAKERS = (
 
 
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
-def test_the_degrees_of_freedom_are_those_of_what_is_left(make):
+def test_the_degrees_of_freedom_are_those_without_the_mistake(make):
     """Also for a contact on a point (three equations) that is labelled as on another feature (one equation)."""
     rng = np.random.default_rng(1)
     count = len(FEATURES)

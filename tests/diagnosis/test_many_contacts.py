@@ -11,11 +11,11 @@ from tests.support.flange_touches import PLATE, RADIUS, SIGMA, fixture_of, orien
 
 @pytest.mark.parametrize("off", [SIGMA, 2 * SIGMA])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_small_error_of_the_tip_radius_is_told_by_all_contacts(off, seed):
+def test_a_small_error_of_the_tip_radius_is_estimated_from_all_contacts(off, seed):
     """With a tenth of the contacts the radius is three times less certain, and mirrored coordinates fit as well."""
     rng = np.random.default_rng(seed)
     cell = plate_touches(rng, 100)
-    contacts = touched(cell, rng, orientations(1, 0.0), np.zeros(3), said_radius=RADIUS + off).contacts
+    contacts = touched(cell, rng, orientations(1, 0.0), np.zeros(3), stated_radius=RADIUS + off).contacts
     result = locate(fixture_of(PLATE), replace(contacts, flange_rotations=None, tip_offset=None))
     first = result.diagnosis[0]
     assert (first.code, first.one_of) == ("tip_radius", False)

@@ -70,7 +70,7 @@ def test_the_values_are_those_of_the_truth():
     assert (unit.code, unit.value) == ("unit", 1e-3)
 
 
-def test_the_same_is_said_in_another_unit_and_order():
+def test_the_diagnosis_does_not_depend_on_unit_and_order():
     case = case_for("one contact 0.3-3 mm off", "plate, two pins", 7)
     order = np.random.default_rng(1).permutation(len(case.contacts))
     shuffled = locate(placed(case.in_file), case.contacts.subset(order)).diagnosis[0]
@@ -104,7 +104,7 @@ def test_two_bad_contacts_on_three_planes_are_no_other_unit():
     assert (first.code, first.rows, first.one_of) == ("outlier", (3, 14), False)
 
 
-def test_poses_that_a_mistake_leaves_are_one_entry_that_says_so():
+def test_several_poses_of_one_mistake_are_one_entry():
     _, contacts = touched(CROSSED_BARS, (11, 10), np.random.default_rng(0))
     fixture = placed(CROSSED_BARS)
     assert locate(fixture, contacts).status == "ambiguous"
@@ -113,7 +113,7 @@ def test_poses_that_a_mistake_leaves_are_one_entry_that_says_so():
     assert "the result is then ambiguous" in result.diagnosis[0].message
 
 
-def test_two_features_exchanged_are_asked_before_all_other_orders():
+def test_two_exchanged_features_are_tried_before_other_orders():
     """Nine contacts on four bores exclude few orders of the labels; searching all orders would take three seconds."""
     patches = {f"bore_{k}": Patch("cylinder", (90 * k, 11 * k * k, 0), radius=20.0, side="inner") for k in range(4)}
     _, contacts = touched(patches, (3, 2, 2, 2), np.random.default_rng(1))
@@ -135,7 +135,7 @@ def test_two_features_exchanged_are_asked_before_all_other_orders():
         ("all diameters", "bar, ball, plane", 36),
     ],
 )
-def test_what_is_as_likely_by_accident_does_not_hide_what_was_done(mistake, fixture, draw):
+def test_equally_likely_causes_do_not_hide_the_mistake(mistake, fixture, draw):
     """Draws of the study whose mistake was not named."""
     patches, counts = FIXTURES[fixture]
     case = MISTAKES[mistake](patches, counts, np.random.default_rng([draw, len(fixture), len(mistake)]))
@@ -170,14 +170,14 @@ def test_a_probe_that_triggers_late_reports_points_inside_the_material(inside, i
         assert "does the probe trigger late?" in causes[0].message
 
 
-def test_a_tip_in_mm_beside_contacts_in_metres_is_doubted():
+def test_a_tip_in_mm_with_contacts_in_metres_is_questioned():
     """A tip radius of 3 and a sigma of 0.05 in metres are 3000 mm and 50 mm."""
     _, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2))
     warnings = locate(placed(FIXTURES["plate, pin, ball"][0]), replace(contacts, tip_radius=3000.0)).warnings
     assert any("the tip radius, 3000 mm, is larger than the extent of the contacts" in one for one in warnings)
 
 
-def test_a_wrong_unit_is_told_with_what_to_do():
+def test_a_wrong_unit_is_reported_with_a_remedy():
     _, contacts = touched(*FIXTURES["plate, pin, ball"], np.random.default_rng(2))
     lengths = {name: getattr(contacts, name) * 1000 for name in ("points", "sigmas", "tip_radius")}
     patches = placed(FIXTURES["plate, pin, ball"][0])
@@ -188,7 +188,7 @@ def test_a_wrong_unit_is_told_with_what_to_do():
     assert first.message.endswith("If so, write them in the unit of the other lengths")
 
 
-def test_with_two_contacts_too_many_it_is_said_that_more_are_needed():
+def test_two_redundant_contacts_ask_for_more():
     """An error of one of eight contacts is explained as well by a tip radius, a place or two other contacts."""
     patches = FIXTURES["plate, pin, ball"][0]
     truth, contacts = touched(patches, (3, 3, 2), np.random.default_rng(1))
@@ -244,7 +244,7 @@ def test_a_wrong_nest_is_told_from_a_bad_touch(tmp_path, labels, code, rows):
     assert (first.code, first.rows) == (code, rows)
 
 
-def test_no_unit_is_searched_for_in_which_noise_is_all_there_is():
+def test_no_unit_is_tried_in_which_contacts_are_within_noise():
     """Metres taken for millimetres: with sigma scaled too, all contacts lie within five sigma, and any pose fits."""
     case = case_for(
         "coordinates in another unit", "three balls", [1, len("three balls"), len("coordinates in another unit")]

@@ -37,7 +37,7 @@ def test_half_a_millimetre_sideways_is_named_first_with_its_value(seed):
 
 @pytest.mark.parametrize("unknown", ["tip-radius"])
 @pytest.mark.parametrize("seed", range(3))
-def test_it_is_named_too_where_the_radius_is_unknown(seed, unknown):
+def test_a_tip_error_is_named_with_an_unknown_radius(seed, unknown):
     problem = off_sideways(0.5, seed)
     result = locate(fixture_of(PLATE), replace(problem.contacts, tip_radius=RADIUS + 0.3), unknown=[unknown])
     assert result.status == "inconsistent"
@@ -47,7 +47,7 @@ def test_it_is_named_too_where_the_radius_is_unknown(seed, unknown):
 
 
 @pytest.mark.parametrize(("size", "least"), [(0.1, 1), (0.2, 5), pytest.param(0.3, 8, marks=pytest.mark.slow)])
-def test_a_small_one_blames_no_good_contact(size, least):
+def test_a_small_tip_error_blames_no_good_contact(size, least):
     """The tip is also named if residuals are only suspicious; one contact alone is never named."""
     named = 0
     for seed in range(8):
@@ -59,7 +59,7 @@ def test_a_small_one_blames_no_good_contact(size, least):
     assert named >= least
 
 
-def test_one_tool_orientation_tells_nothing_of_the_tip():
+def test_one_tool_orientation_does_not_determine_the_tip():
     """The wrong tip only shifts the pose: the contacts are consistent, and nothing is named."""
     rng = np.random.default_rng(3)
     problem = touched(plate_touches(rng), rng, orientations(1, 0.0), np.array([0.5, 0.0, 0.0]), sigma=SIGMA)

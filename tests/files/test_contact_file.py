@@ -37,7 +37,7 @@ def problem_texts(text: str, fixture: Fixture | None, **options: object) -> list
     return [problem.what for problem in caught.value.problems]
 
 
-def test_what_the_file_says(paper: Fixture) -> None:
+def test_values_of_a_file(paper: Fixture) -> None:
     contacts = read(contact_text(), paper)
     assert contacts.features == ("bar", "bar", "ball")
     np.testing.assert_array_equal(contacts.points, POINTS)
@@ -150,7 +150,7 @@ def test_without_a_fixture_all_contacts_are_on_one_surface() -> None:
     assert named.features == ("any",)
 
 
-def test_without_a_fixture_nothing_but_the_file_can_say_the_units() -> None:
+def test_without_a_fixture_the_file_must_state_the_units() -> None:
     text = "# tip_radius: 0\n# sigma: 1\nx,y,z\n1,2,3\n"
     assert problem_texts(text, None) == ["the units are not given"]
     assert read(text, None, units="m").points[0, 0] == 1.0
@@ -172,7 +172,7 @@ def test_messages_name_the_source(paper: Fixture, tmp_path: Path, monkeypatch: p
         assert caught.value.path == name
 
 
-def test_a_plain_remark_is_no_setting(paper: Fixture) -> None:
+def test_a_plain_comment_is_not_a_setting(paper: Fixture) -> None:
     head = "# truth base_from_fixture: 1 0 0\n# operator: me\n# the tip radius was 3: see below\n# note\n"
     assert len(read(head + contact_text(), paper)) == 3
 
@@ -189,18 +189,18 @@ def test_a_plain_remark_is_no_setting(paper: Fixture) -> None:
         "# tip_radus: 1",
     ],
 )
-def test_what_is_nearly_a_setting_is_not_passed_over(paper: Fixture, line: str) -> None:
+def test_misspelt_settings_are_errors(paper: Fixture, line: str) -> None:
     found = problem_texts(f"{line}\n{contact_text()}", paper)
     assert len(found) == 1
     assert found[0].startswith("unknown key")
 
 
 @pytest.mark.parametrize("value", ["3 mm", "0,5", "nan", "inf", "1_0", "", "0x1", "--1", "1e999", "1e200", "1e-200"])
-def test_settings_that_are_no_length(paper: Fixture, value: str) -> None:
+def test_settings_with_invalid_lengths(paper: Fixture, value: str) -> None:
     assert len(problem_texts(contact_text(head=HEAD.replace("0.000002", value)), paper)) == 1
 
 
-def test_a_decimal_comma_in_a_setting_where_cells_are_divided_otherwise(paper: Fixture) -> None:
+def test_a_decimal_comma_in_a_setting_with_another_separator(paper: Fixture) -> None:
     contacts = read(contact_text(head=HEAD.replace("0.000002", "0,5"), separator=";", decimal=","), paper)
     assert contacts.sigmas[0] == 0.5
 
@@ -251,13 +251,13 @@ def test_one_mistake_in_twelve_rows_is_one_line_with_the_count(paper: Fixture) -
 
 
 @pytest.mark.parametrize("place", ["1e307", "1e200", "-1e40"])
-def test_a_coordinate_that_is_no_length_in_any_unit(paper: Fixture, place: str) -> None:
+def test_a_coordinate_that_is_too_large_in_every_unit(paper: Fixture, place: str) -> None:
     text = HEAD.replace("mm", "m") + f"feature,x,y,z\nbar,{place},2,3\n"
     assert problem_texts(text, paper) == ["too far away for a number"]
 
 
 @pytest.mark.parametrize("sigma", ["1e-200", "1e200"])
-def test_a_sigma_of_a_contact_that_is_no_length(paper: Fixture, sigma: str) -> None:
+def test_an_invalid_sigma_of_a_contact(paper: Fixture, sigma: str) -> None:
     text = HEAD + f"feature,x,y,z,sigma\nbar,1,2,3,\nbar,1,2,3,{sigma}\n"
     with pytest.raises(FileError, match=f"row 2.*sigma is {sigma}, which is no length"):
         read(text, paper)
@@ -307,7 +307,7 @@ def test_rows_count_from_one_and_lines_from_the_top(paper: Fixture) -> None:
         ("# units: inch", "did you mean 'in'"),
     ],
 )
-def test_a_setting_that_is_nearly_right_is_no_comment(paper: Fixture, line: str, right: str) -> None:
+def test_a_misspelt_setting_is_not_a_comment(paper: Fixture, line: str, right: str) -> None:
     text = (
         f"{line}\n"
         + HEAD.replace("# units: mm\n", "" if "nit" in line else "# units: mm\n")
@@ -337,7 +337,7 @@ def test_a_setting_that_is_nearly_right_is_no_comment(paper: Fixture, line: str,
         "#" + " " * 100_000 + "," * 100_000 + "x",
     ],
 )
-def test_a_plain_comment_is_one(paper: Fixture, line: str) -> None:
+def test_plain_comments_are_accepted(paper: Fixture, line: str) -> None:
     assert len(read(f"{line}\n{HEAD}feature,x,y,z\nbar,1,2,3\n", paper)) == 1
 
 
@@ -390,12 +390,12 @@ def test_another_ending_and_a_name_that_is_nearly_right(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("unit", ["MM", "millimeters", "inch"])
-def test_a_unit_that_is_nearly_right_in_an_option(unit: str) -> None:
+def test_a_misspelt_unit_in_an_option(unit: str) -> None:
     with pytest.raises(UsageError, match="did you mean"):
         ContactOptions(units=unit)
 
 
-def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fixture) -> None:
+def test_a_tip_offset_without_orientations_is_an_error(paper: Fixture) -> None:
     """Without flange orientations a tip offset cannot be used; with them it is used, or starts the search."""
     for head, options in (("# tip_offset: 0, 0, 120\n", None), ("", ContactOptions(tip_offset=(0, 0, 120)))):
         with pytest.raises(FileError, match="a tip offset is given, and no column gives the orientation of the flange"):
@@ -410,7 +410,7 @@ def test_a_tip_offset_that_nothing_can_be_done_with_is_not_passed_over(paper: Fi
         ("# units: um", "m", r"is --units m right"),
     ],
 )
-def test_a_tip_that_fits_into_no_bore_that_was_touched_asks_for_the_unit(
+def test_a_tip_too_large_for_a_touched_bore_asks_for_the_unit(
     tmp_path: Path, head: str, units: str | None, pattern: str
 ) -> None:
     """The message names the file; no message if the bore was not touched, or if the tip radius is unknown."""

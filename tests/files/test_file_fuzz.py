@@ -111,7 +111,7 @@ def numbers_by_pyyaml(text: str) -> dict[str, list[float]]:
     return {str(name): flat({key: entry[key] for key in names if key in entry}) for name, entry in features.items()}
 
 
-def not_told(error: FileError, text: str) -> bool:
+def check_remedies(error: FileError, text: str) -> bool:
     """Check that each message states a remedy; returns False."""
     if not error.problems or not all(problem.remedy for problem in error.problems):
         raise AssertionError(f"{text!r}: {error}")
@@ -124,7 +124,7 @@ def check_fixture(folder: Path, random: Random) -> bool:
     try:
         fixture = load_fixture(written(folder, text.encode("utf-8", "replace")))
     except FileError as error:
-        return not_told(error, text)
+        return check_remedies(error, text)
     expected = numbers_by_pyyaml(text)
     assert sorted(expected) == sorted(fixture.features), repr(text)
     for name, feature in fixture.features.items():
@@ -150,7 +150,7 @@ def check_contacts(fixture: Fixture, random: Random) -> bool:
     try:
         contacts = load_contacts(text.encode("utf-8", "replace"), fixture)
     except FileError as error:
-        return not_told(error, text)
+        return check_remedies(error, text)
     expected = rows_by_csv(text)
     assert len(expected) == len(contacts), repr(text)
     cells = [{cell.replace(",", ".") for cell in row if cell} for row in expected]

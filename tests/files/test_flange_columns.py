@@ -60,7 +60,7 @@ def test_tip_poses_stay_where_they_are() -> None:
         np.testing.assert_array_equal(read(text("rx,ry,rz", head)).points, FLANGE)
 
 
-def test_the_offset_has_the_unit_of_where_it_stands() -> None:
+def test_the_tip_offset_is_in_the_unit_of_its_source() -> None:
     content = text("rx,ry,rz", "# pose: flange\n# tip_offset: 1, 2, 3")
     contacts = read(content, ContactOptions(tip_offset=(6.1, -92.5, 307.25)))
     np.testing.assert_allclose(contacts.tip_offset, OFFSET)
@@ -68,7 +68,7 @@ def test_the_offset_has_the_unit_of_where_it_stands() -> None:
     np.testing.assert_allclose(inch.tip_offset, [1, 2, 3])
 
 
-def test_a_decimal_comma_where_cells_are_divided_otherwise() -> None:
+def test_a_decimal_comma_with_another_separator() -> None:
     content = text("rx,ry,rz", "").replace(",", ";").replace(".", ",").replace("0,05", "0.05")
     content = content.replace("# sigma", "# pose: flange\n# tip_offset: 6,1; -92,5; 307,25\n# sigma")
     np.testing.assert_allclose(read(content).tip_offset, OFFSET)
@@ -109,11 +109,11 @@ def test_subsets_keep_how_the_flange_stood() -> None:
         ),
     ],
 )
-def test_what_cannot_be_meant_is_refused(content: str, words: str) -> None:
+def test_contradictory_input_is_rejected(content: str, words: str) -> None:
     assert words in refusal(content)
 
 
-def test_an_unknown_tip_need_not_be_said_but_orientations_must() -> None:
+def test_an_unknown_tip_needs_no_offset_but_orientations() -> None:
     unknown = ContactOptions(unknown=frozenset({"tip"}))
     contacts = read(text("rx,ry,rz", "# pose: flange"), unknown)
     np.testing.assert_array_equal(contacts.points, FLANGE)

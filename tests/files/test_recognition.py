@@ -16,14 +16,14 @@ AT[:3, 3] = [300, 200, -50]
 
 
 @pytest.mark.parametrize("name", DIALECTS)
-def test_what_is_written_is_recognized_unless_it_is_numbers_alone(name):
+def test_written_poses_are_recognized_unless_they_are_only_numbers(name):
     text = write_pose(name, Pose(AT, "mm", np.eye(6) * 1e-6, "plate"), force=True).text
     if not isinstance(text, bytes):
         assert recognized(text) == (None if name in NUMBERS_ALONE else name)
 
 
 @pytest.mark.parametrize("case", [case for case, (name, _) in FORMS.items() if name not in NUMBERS_ALONE | {"yaml"}])
-def test_what_people_write_is_recognized(case):
+def test_poses_in_common_forms_are_recognized(case):
     name, text = FORMS[case]
     assert recognized(text) == name
     assert recognized(text.replace("\n", "\r\n")) == name

@@ -24,7 +24,7 @@ def test_a_new_file_and_an_old_one(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_link_keeps_pointing_where_it_did(tmp_path: Path) -> None:
+def test_a_symbolic_link_keeps_its_target(tmp_path: Path) -> None:
     path, link = tmp_path / "a.txt", tmp_path / "link"
     path.write_text("old")
     link.symlink_to(path)
@@ -33,7 +33,7 @@ def test_a_link_keeps_pointing_where_it_did(tmp_path: Path) -> None:
     assert path.read_text() == "new"
 
 
-def test_what_is_no_regular_file_is_written_to() -> None:
+def test_special_files_are_written_directly() -> None:
     write_whole(os.devnull, "gone")
     assert Path(os.devnull).is_char_device()
 

@@ -48,7 +48,7 @@ def test_bar_and_bore_with_a_tip(side, radius):
 
 @pytest.mark.parametrize("side", ["outer", "inner"])
 @pytest.mark.parametrize("radius", [6.0, None])
-def test_the_side_that_would_fit_is_told(side, radius):
+def test_the_side_that_would_fit_is_named(side, radius):
     points, approaches = _bar(np.random.default_rng(1), 9, 6.0, 1.5, side, 1e-4)
     wrong = "inner" if side == "outer" else "outer"
     result = fit("cylinder", _contacts(points, approaches, tip=1.5), radius, wrong)
@@ -57,7 +57,7 @@ def test_the_side_that_would_fit_is_told(side, radius):
 
 
 @pytest.mark.parametrize("radius", [1.0, None])
-def test_no_side_is_told_where_neither_fits(radius):
+def test_no_side_is_proposed_if_neither_fits(radius):
     """One approach from inside among others from outside; a tip of 1.5, which does not fit into a bore of radius 1."""
     points, approaches = _bar(np.random.default_rng(1), 9, 6.0, 1.5, "outer", 1e-4)
     approaches[4] *= -1
@@ -163,7 +163,7 @@ def test_double_root_is_located_once_with_a_warning_and_an_honest_sigma():
         assert result.sigma["center"][2] == pytest.approx(np.sqrt(2e-5), rel=0.5)
 
 
-def test_what_cannot_be():
+def test_invalid_input():
     points, approaches = _bar(np.random.default_rng(5), 8, 2.0, -3.0, "inner")
     with pytest.raises(TipDoesNotFitError):
         fit("cylinder", _contacts(points, approaches, tip=3.0), 2.0, "inner")

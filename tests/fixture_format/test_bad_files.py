@@ -25,19 +25,19 @@ def test_no_bad_file_is_without_its_message() -> None:
     assert len(NAMES) >= 100
 
 
-def test_the_fixture_beside_them_is_good() -> None:
+def test_the_fixture_next_to_them_is_valid() -> None:
     assert list(load_fixture("fixture.yaml").features) == ["bar", "ball"]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_message_is_the_one_that_stands_beside_it(name: str) -> None:
+def test_the_message_is_the_expected_one(name: str) -> None:
     with pytest.raises(FileError) as caught:
         load_fixture(name) if name.endswith(".yaml") else load_contacts(name, load_fixture("fixture.yaml"))
     assert f"{caught.value.on_command_line}\n" == (BAD / f"{name}.expected").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_command_line_says_it_and_leaves_with_three(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_message_and_exits_with_3(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [name, "nowhere.csv"] if name.endswith(".yaml") else ["fixture.yaml", name]
     status = main(["locate", *arguments])
     out, err = capsys.readouterr()

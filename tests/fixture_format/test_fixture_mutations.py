@@ -101,7 +101,7 @@ def test_no_mutant_ends_in_an_exception(name: str, share: int) -> None:
     assert refused > 1000 / share
 
 
-def test_a_malformed_file_is_told_all_its_malformations() -> None:
+def test_all_errors_of_a_malformed_file_are_reported() -> None:
     """Two malformed features that relations, boxes and frame use: their errors are reported, and all others as well."""
     text = DOCUMENTS["places"].replace("radius: 8", "radius: -8").replace("normal: [0, 0, 2]", "normal: [0, 0]")
     text = (

@@ -76,7 +76,7 @@ KEYS = [
 ]
 
 
-def test_the_one_schema_file_is_what_the_models_say() -> None:
+def test_the_shipped_schema_is_that_of_the_models() -> None:
     """If this fails, the models have changed: write the new schema to fixtures/tactfix.schema.json."""
     assert fixture_schema() == schema_text(FixtureDocument, "tactfix fixture")
     kept = [path for path in ROOT.rglob("*.schema.json") if not {".git", "venv", ".venv"} & set(path.parts)]
@@ -92,7 +92,7 @@ def test_every_key_has_a_description() -> None:
 
 
 @pytest.mark.parametrize("path", sorted(FIXTURES.glob("*.yaml")), ids=lambda path: path.stem)
-def test_the_fixtures_keep_to_it_and_say_where_it_is(path: Path) -> None:
+def test_the_fixtures_conform_to_the_schema_and_refer_to_it(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.startswith("# yaml-language-server: $schema=tactfix.schema.json\n")
     value = read_tree(text).value
@@ -133,7 +133,7 @@ def test_the_full_document_is_well_formed() -> None:
 
 
 @pytest.mark.parametrize("value", [0, -1, None, "bar"], ids=str)
-def test_so_with_one_value_anywhere(value: Any) -> None:
+def test_conformity_equals_acceptance_with_one_changed_value(value: Any) -> None:
     """One value at a time, because random changes seldom reach the limits of numbers."""
     for *way, key in places(FULL)[1:]:
         document = copy.deepcopy(FULL)
@@ -146,14 +146,14 @@ def test_so_with_one_value_anywhere(value: Any) -> None:
 
 @settings(max_examples=250, deadline=None)
 @given(changed())
-def test_to_keep_to_the_schema_is_to_be_taken_by_pydantic(document: Any) -> None:
+def test_conformity_equals_acceptance_by_pydantic(document: Any) -> None:
     assert is_well_formed(document) == (malformations(document) == [])
 
 
 @pytest.mark.slow
 @settings(max_examples=10_000, deadline=None)
 @given(changed())
-def test_and_so_in_ten_thousand_documents(document: Any) -> None:
+def test_conformity_equals_acceptance_in_ten_thousand_documents(document: Any) -> None:
     assert is_well_formed(document) == (malformations(document) == [])
 
 

@@ -33,7 +33,7 @@ def refusal(folder: Path, text: str) -> str:
     return problem.what
 
 
-def test_none_where_the_file_says_nothing(tmp_path: Path) -> None:
+def test_no_placement_without_the_block(tmp_path: Path) -> None:
     assert load_fixture(written(tmp_path, PLACED)).placement is None
 
 
@@ -79,7 +79,7 @@ def test_pose_and_covariance_of_a_file_beside_the_fixture(tmp_path: Path, monkey
     assert "no covariance" in refusal(tmp_path, "{near: {file: old.json}, sigma: {file: old.json}}")
 
 
-def test_it_travels_to_other_processes(tmp_path: Path) -> None:
+def test_a_placement_can_be_pickled(tmp_path: Path) -> None:
     fixture = load_fixture(written(tmp_path, PLACED + f"placement: {{near: {KUKA}, free: [x]}}\n"))
     known = pickle.loads(pickle.dumps(fixture)).placement
     np.testing.assert_allclose(known.near, NEAR, atol=1e-12)
@@ -113,7 +113,7 @@ def test_it_travels_to_other_processes(tmp_path: Path) -> None:
         ("{near: {matrix: [[2, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}", "does not rotate"),
     ],
 )
-def test_what_cannot_be(tmp_path: Path, text: str, expected: str) -> None:
+def test_invalid_input(tmp_path: Path, text: str, expected: str) -> None:
     assert expected in refusal(tmp_path, text)
 
 
@@ -131,6 +131,6 @@ def test_the_tip_of_the_probe(tmp_path: Path) -> None:
         ("{tip_offset: [0, 0, 1], tip_within: 0}", "tip_within is 0"),
     ],
 )
-def test_a_tip_that_cannot_be(tmp_path: Path, probe: str, expected: str) -> None:
+def test_invalid_tips(tmp_path: Path, probe: str, expected: str) -> None:
     with pytest.raises(FileError, match=re.escape(expected)):
         load_fixture(written(tmp_path, PLACED + f"probe: {probe}\n"))

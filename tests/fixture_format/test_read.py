@@ -89,7 +89,7 @@ def test_angles_arrive_in_rad(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("written", "read"), [("2.5e-15", 0.0), ("1e-6", 1e-6)])
-def test_what_rounding_leaves_of_a_distance_of_zero(tmp_path: Path, written: str, read: float) -> None:
+def test_a_distance_of_zero_within_rounding(tmp_path: Path, written: str, read: float) -> None:
     text = PAPER.replace("distances:\n", f"distances:\n  - {{between: [ball, other], value: {written}}}\n")
     text = text.replace("features:\n", "features:\n  other: {type: sphere, radius: 1.0}\n")
     assert loaded(tmp_path, text).relations[0].value == read
@@ -108,7 +108,7 @@ def test_ways_to_write_a_number(tmp_path: Path, number: str) -> None:
 @pytest.mark.parametrize(
     "text", ["0x10", "1_000", "1:30", "yes", "on", "~", "true", "2001-01-01", '"3"', "1,5", "1e", ".", "1e999"]
 )
-def test_what_is_no_number(tmp_path: Path, text: str) -> None:
+def test_invalid_numbers(tmp_path: Path, text: str) -> None:
     problems = refusal(tmp_path, PAPER.replace("value: 3.0", f"value: {text}")).problems
     assert [(p.line, p.column) for p in problems] == [(8, 35)] or text == "1,5"
 

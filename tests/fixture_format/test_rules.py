@@ -72,7 +72,7 @@ def test_distances_from_a_plane(tmp_path: Path, between: str, value: str, is_rig
         "touch:\n  ball: {{y: [{}, null]}}\n",
     ],
 )
-def test_a_length_beyond_all_units(tmp_path: Path, line: str, length: str) -> None:
+def test_a_length_that_is_too_large_in_every_unit(tmp_path: Path, line: str, length: str) -> None:
     (message,) = problems(tmp_path, PLACED + line.format(length))
     assert "no length in any unit" in message
 
@@ -90,7 +90,7 @@ def test_a_length_beyond_all_units(tmp_path: Path, line: str, length: str) -> No
         ("approach_distance", "1e-200", False),
     ],
 )
-def test_sizes_that_are_no_length(tmp_path: Path, key: str, value: str, is_right: bool) -> None:
+def test_invalid_sizes(tmp_path: Path, key: str, value: str, is_right: bool) -> None:
     in_probe = key in ("tip_radius", "approach_distance")
     radius = value if key == "radius" else "8"
     rest = f", sigma: {value}" if key == "sigma" else ""
@@ -102,7 +102,7 @@ def test_sizes_that_are_no_length(tmp_path: Path, key: str, value: str, is_right
 
 
 @pytest.mark.parametrize(("place", "is_right"), [("1e40", False), ("-1e31", False), ("1e-300", True)])
-def test_a_place_that_is_none(tmp_path: Path, place: str, is_right: bool) -> None:
+def test_invalid_places(tmp_path: Path, place: str, is_right: bool) -> None:
     text = "tactfix: 1\nunits: mm\nfeatures:\n"
     text += f"  top: {{type: plane, point: [0, {place}, 0], normal: [0, 0, 1e200]}}\n"
     assert (problems(tmp_path, text) == []) == is_right
@@ -159,7 +159,7 @@ def test_axes_have_a_distance_where_they_are_parallel_or_clearly_askew(
     assert is_right or "only if clearly skew or parallel" in found[0]
 
 
-def test_a_frame_that_agrees_with_the_places_may_stand_there(tmp_path: Path) -> None:
+def test_a_frame_that_agrees_with_the_places_is_accepted(tmp_path: Path) -> None:
     frame = "frame:\n  origin: {foot_of: ball, on: bar}\n  y: {along: bar}\n  x: {from: bar, to: ball}\n"
     assert problems(tmp_path, PLACED + frame) == []
     # An axis has no sign; a direction between features and a normal have one.
@@ -186,7 +186,7 @@ def test_a_frame_that_agrees_with_the_places_may_stand_there(tmp_path: Path) -> 
         ("{}", True),
     ],
 )
-def test_what_a_box_leaves_of_a_ball(tmp_path: Path, box: str, leaves_something: bool) -> None:
+def test_boxes_that_contain_no_point_of_a_ball(tmp_path: Path, box: str, leaves_something: bool) -> None:
     assert (problems(tmp_path, PLACED + f"touch:\n  ball: {box}\n") == []) == leaves_something
 
 
@@ -201,14 +201,14 @@ def test_what_a_box_leaves_of_a_ball(tmp_path: Path, box: str, leaves_something:
         ("{x: [5.6, null], z: [5.6, null], y: [1, 2]}", True),
     ],
 )
-def test_what_a_box_leaves_of_a_bar(tmp_path: Path, box: str, leaves_something: bool) -> None:
+def test_boxes_that_contain_no_point_of_a_bar(tmp_path: Path, box: str, leaves_something: bool) -> None:
     assert (problems(tmp_path, PLACED + f"touch:\n  bar: {box}\n") == []) == leaves_something
 
 
 @pytest.mark.parametrize(
     ("box", "leaves_something"), [("{z: [15, 16]}", True), ("{z: [15.1, 16]}", False), ("{x: [1, 2]}", True)]
 )
-def test_what_a_box_leaves_of_a_face(tmp_path: Path, box: str, leaves_something: bool) -> None:
+def test_boxes_that_contain_no_point_of_a_face(tmp_path: Path, box: str, leaves_something: bool) -> None:
     assert (problems(tmp_path, PLACED + f"touch:\n  top: {box}\n") == []) == leaves_something
 
 
@@ -275,7 +275,7 @@ def test_points_carry_their_place(tmp_path: Path) -> None:
         ("frame: {origin: {foot_of: a, on: b}, x: {from: a, to: b}, z: {along: top}}", "a, a point, has no foot on b"),
     ],
 )
-def test_what_goes_with_points(tmp_path: Path, rest: str, expected: str) -> None:
+def test_relations_of_points(tmp_path: Path, rest: str, expected: str) -> None:
     rest = rest.replace("116", repr((100**2 + 50**2 + 30**2) ** 0.5))
     found = problems(tmp_path, f"{SEATS}{rest}\n")
     assert len(found) == bool(expected)
@@ -283,7 +283,7 @@ def test_what_goes_with_points(tmp_path: Path, rest: str, expected: str) -> None
 
 
 @pytest.mark.parametrize("rest", ["radius: 3", "side: inner", "center: [0, 0, 0]", "normal: [0, 0, 1]"])
-def test_what_a_point_has_not(tmp_path: Path, rest: str) -> None:
+def test_keys_that_a_point_does_not_have(tmp_path: Path, rest: str) -> None:
     (message,) = problems(tmp_path, SEATS.replace("sigma: 0.01", rest))
     assert "unknown key" in message
 

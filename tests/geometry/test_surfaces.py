@@ -64,7 +64,7 @@ def test_a_point_on_the_axis_or_centre_has_a_normal_too(kind, side):
 
 
 @pytest.mark.parametrize(("kind", "side"), KINDS)
-def test_a_motion_moves_everything_alike(kind, side):
+def test_surfaces_and_points_move_together(kind, side):
     rng = np.random.default_rng(2)
     surface, pose = any_surface(kind, rng, side), random_pose(rng)
     points = rng.normal(size=(20, 3)) * 20
@@ -165,7 +165,7 @@ def ordinary_directions():
     return np.vstack([np.transpose(angles), whole / np.linalg.norm(whole, axis=1, keepdims=True)])
 
 
-def test_an_axis_has_one_direction_whichever_end_it_is_given_from():
+def test_both_senses_of_an_axis_give_one_direction():
     for direction in ordinary_directions():
         np.testing.assert_array_equal(signed_axis(direction), signed_axis(-direction))
         assert np.abs(signed_axis(direction)).tolist() == np.abs(direction).tolist()

@@ -94,7 +94,7 @@ def test_the_corrected_file_is_the_robot_with_its_errors(only: str | None) -> No
     assert '<visual><origin xyz="9 9 9"/></visual>' in text
 
 
-def test_the_comment_stands_before_the_robot_wherever_else_it_is_named() -> None:
+def test_the_comment_is_before_the_robot_element() -> None:
     text = ARM.replace("<!-- an arm -->", "").replace("<robot", "<!-- what a <robot> -->\n<robot", 1)
     written = corrected_urdf(urdf_robot(text, "ball", None, 1000.0), np.zeros(21), ["a---b"])
     assert tips(written, Q) == pytest.approx(tips(ARM, Q), abs=1e-9)
@@ -141,7 +141,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("text", "tip", "base", "message"), BAD.values(), ids=BAD.keys())
-def test_what_cannot_be_used_is_refused_with_its_place(text: str, tip: str, base: str | None, message: str) -> None:
+def test_unusable_files_are_rejected_with_line_numbers(text: str, tip: str, base: str | None, message: str) -> None:
     with pytest.raises(UrdfError, match=message):
         urdf_robot(text, tip, base, 1000.0)
 

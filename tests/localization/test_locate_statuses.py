@@ -287,7 +287,7 @@ def test_many_contacts_that_leave_a_motion_free_do_not_locate():
 
 
 @pytest.mark.parametrize("gap", [0.05, 0.2])
-def test_known_so_weakly_that_it_is_worthless(gap):
+def test_a_weakly_determined_pose_is_underdetermined(gap):
     """Two contacts on the side face nearly coincide: full rank, but the turn about the top's normal is unknown."""
     rng = np.random.default_rng(13)
     truth = touch_all(CORNER, {"top": 3, "back": 2, "right": 1}, rng, pose=np.eye(4), sigma=0.05)
@@ -299,7 +299,7 @@ def test_known_so_weakly_that_it_is_worthless(gap):
     assert "in the linear model" not in result.free_motions[0].message
 
 
-def test_a_pose_next_to_a_fold_is_not_refused_for_its_small_sigma():
+def test_the_status_near_a_fold_is_explained_despite_a_small_sigma():
     """Its linear sigma is within the limits, so the reason for underdetermined must be stated."""
     fixture = tactfix.load_fixture(PLATE_FILE)
     contacts = tactfix.load_contacts(ROOT / "samples" / "robot-cell-plate" / "contacts.csv", fixture)
@@ -347,7 +347,7 @@ def test_the_half_turn_of_bar_and_ball_is_settled_by_the_box_alone():
 
 
 @pytest.mark.parametrize("off", [-0.04, 0.0, 0.04])
-def test_a_contact_at_the_edge_of_its_box_is_doubted_not_judged(off):
+def test_a_contact_at_the_edge_of_its_box_gives_a_doubt_not_a_rejection(off):
     """One contact lies a fraction of sigma inside or outside the box: the true pose is kept."""
     rng = np.random.default_rng(16)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0)
@@ -359,7 +359,7 @@ def test_a_contact_at_the_edge_of_its_box_is_doubted_not_judged(off):
         assert any("touch box" in warning for warning in result.warnings)
 
 
-def test_a_contact_far_outside_its_box_speaks_against_the_pose():
+def test_a_contact_far_outside_its_box_rejects_the_pose():
     rng = np.random.default_rng(17)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0)
     result = locate(placed(PLATE, {"pin": box(z=(200.0, 300.0))}), truth.contacts(rng), explain=False)
@@ -368,7 +368,7 @@ def test_a_contact_far_outside_its_box_speaks_against_the_pose():
 
 
 @pytest.mark.parametrize("degrees", [89.9, 90.0, 90.1])
-def test_a_grazing_approach_is_doubted_not_judged(degrees):
+def test_a_grazing_approach_gives_a_doubt_not_a_rejection(degrees):
     """The approach to one contact on the pin is nearly tangential, slightly into or out of the material."""
     rng = np.random.default_rng(18)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0, cone=0.0)
@@ -381,7 +381,7 @@ def test_a_grazing_approach_is_doubted_not_judged(degrees):
     assert any("grazes pin" in warning for warning in result.warnings)
 
 
-def test_an_approach_from_within_the_material_speaks_against_the_pose():
+def test_an_approach_from_within_the_material_rejects_the_pose():
     rng = np.random.default_rng(19)
     truth = touch_all(PLATE, {"plate": 4, "pin": 5, "ball": 4}, rng, sigma=0.05, tip=2.0)
     approaches = truth.approaches.copy()
@@ -392,7 +392,7 @@ def test_an_approach_from_within_the_material_speaks_against_the_pose():
     assert [(reason.code, reason.row) for reason in true[0].reasons] == [("approach", 6)]
 
 
-def test_a_path_through_another_feature_speaks_against_the_pose():
+def test_a_path_through_another_feature_rejects_the_pose():
     """The approach to the ball passes through the bar."""
     rng = np.random.default_rng(20)
     truth = touch_all(CYLINDER_SPHERE, {"bar": 7, "ball": 4}, rng, sigma=1e-4)
@@ -429,7 +429,7 @@ def test_planes_touched_from_below_are_the_other_side():
     assert locate(placed(CORNER), truth.contacts(rng), explain=False).status == "inconsistent"
 
 
-def test_a_pose_that_is_all_but_free_is_not_judged_by_its_approaches():
+def test_a_nearly_free_pose_is_not_rejected_by_approaches():
     """Four contacts on one bar and two on the other, next to a double root: the best fit is 20 degrees off.
 
     Chi-square hardly changes from there to the true pose, so an impossible approach at the best fit proves nothing.
@@ -479,7 +479,7 @@ def test_axes_that_only_seem_parallel_are_doubted(known, warned):
     assert not warned or "a and b are 0.5 deg from parallel" in doubts[0]
 
 
-def test_a_tip_that_does_not_fit_is_told_in_the_words_of_the_fixture():
+def test_a_tip_that_does_not_fit_is_reported_in_the_fixtures_unit():
     """Also with many contacts, when each feature is located alone first."""
     contacts = touch_all(BUSH, {"face": 4, "bush": 6, "ball": 5}, np.random.default_rng(2), tip=2.0).contacts()
     with pytest.raises(TipDoesNotFitError, match=r"^bush: a tip of radius 16 does not fit into .* of radius 15;"):

@@ -30,7 +30,7 @@ def ambiguous_cases(name, most=2):
 
 
 @pytest.mark.parametrize("name", AMBIGUOUS)
-def test_it_lies_on_the_first_pose_in_its_box_and_off_all_others(name):
+def test_the_next_contact_lies_on_the_first_pose_and_off_all_others(name):
     sigma, tip = AMBIGUOUS[name][3:]
     for _, touch, _, _, result in ambiguous_cases(name):
         proposal = result.next_contact
@@ -57,7 +57,7 @@ def test_it_lies_on_the_first_pose_in_its_box_and_off_all_others(name):
 
 
 @pytest.mark.parametrize("name", AMBIGUOUS)
-def test_made_on_the_first_pose_it_leaves_fewer(name):
+def test_the_next_contact_leaves_fewer_poses(name):
     patches, _, touch, sigma, tip = AMBIGUOUS[name]
     for _, _, truth, contacts, result in ambiguous_cases(name):
         proposal = result.next_contact
@@ -85,7 +85,7 @@ def test_located_needs_no_next_contact():
     assert locate(placed(PLATE), truth.contacts(rng)).next_contact is None
 
 
-def test_poses_that_no_contact_can_tell_apart_get_none():
+def test_indistinguishable_poses_get_no_next_contact():
     """Bar and ball without a touch box: the half-turn maps all features onto themselves."""
     rng = np.random.default_rng(2)
     truth = touch_all(CYLINDER_SPHERE, {"bar": 7, "ball": 4}, rng, sigma=1e-4)

@@ -25,7 +25,7 @@ def codes(assessment):
     return [(reason.code, reason.feature, reason.row) for reason in assessment.reasons]
 
 
-def test_nothing_speaks_against_the_truth():
+def test_the_true_pose_is_accepted():
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS)
     assessment = assess(fixture, contacts, trial)
     assert assessment.reasons == ()
@@ -69,7 +69,7 @@ def test_contacts_without_approach_eliminate_nothing():
 
 
 @pytest.mark.parametrize("sigmas_inside", [-50.0, -3.0, 3.0, 50.0])
-def test_the_box_judges_beyond_its_margin_only(sigmas_inside):
+def test_the_box_rejects_only_beyond_its_margin(sigmas_inside):
     """The pin's lowest contact lies this number of sigma above the lower end of its box."""
     truth = touch_all(PLATE, COUNTS, np.random.default_rng(0), pose=np.eye(4), sigma=0.05, tip=2.0)
     lowest = int(np.argmin(truth.points[5:11, 2])) + 6
@@ -80,7 +80,7 @@ def test_the_box_judges_beyond_its_margin_only(sigmas_inside):
     assert bool(assessment.warnings) == (sigmas_inside == -3)
 
 
-def test_the_box_is_asked_of_the_surface_not_of_the_centre_of_the_tip():
+def test_the_box_applies_to_the_surface_point_not_the_tip_centre():
     """The centre of a tip of radius 2 that touches the top of the ball is above the box."""
     fixture, _, contacts, trial = trial_of(PLATE, COUNTS, {"ball": box(z=(-1e3, 60.0 + 19.05 + 0.01))})
     assert assess(fixture, contacts, trial).reasons == ()
@@ -99,7 +99,7 @@ def test_a_path_through_a_ball():
     assert assess(near, below, trial).reasons == ()
 
 
-def test_the_path_is_asked_only_of_poses_that_nothing_else_speaks_against():
+def test_the_path_is_tested_only_for_otherwise_accepted_poses():
     fixture, truth, contacts, trial = trial_of(PLATE, COUNTS)
     points, approaches = contacts.points.copy(), truth.approaches.copy()
     points[0], approaches[0] = (300.0, 180.0, 2.0), (0, 0, -1)
@@ -108,7 +108,7 @@ def test_the_path_is_asked_only_of_poses_that_nothing_else_speaks_against():
     assert [code for code, _, _ in codes(assessment)] == ["approach"]
 
 
-def test_a_worse_known_pose_is_judged_less():
+def test_an_uncertain_pose_is_doubted_instead_of_rejected():
     """Two contacts determine the ball's place weakly: a deviation within that uncertainty only raises a doubt."""
     seed = 3
     truth = touch_all(CYLINDER_SPHERE, {"bar": 5, "ball": 3}, np.random.default_rng(seed), pose=np.eye(4), sigma=1e-3)

@@ -108,7 +108,7 @@ def mixed(at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Fixture, Co
     return placed(surfaces), contacts, np.concatenate([turn.as_rotvec(), shift])
 
 
-def test_with_other_features_it_is_the_least_squares_of_all_equations() -> None:
+def test_points_and_other_features_give_the_joint_least_squares() -> None:
     fixture, contacts, truth = mixed()
 
     def equations(pose: np.ndarray) -> np.ndarray:
@@ -125,7 +125,7 @@ def test_with_other_features_it_is_the_least_squares_of_all_equations() -> None:
     np.testing.assert_allclose(best.base_from_fixture[:3, 3], least.x[3:], atol=1e-5)
 
 
-def test_an_approach_to_a_point_speaks_against_nothing() -> None:
+def test_an_approach_to_a_point_rejects_nothing() -> None:
     fixture, contacts, _ = mixed()
     back = contacts.approaches.copy()
     back[0] *= -1
@@ -137,7 +137,7 @@ def words(result: LocateResult) -> list[str]:
     return [motion.message for motion in result.free_motions]
 
 
-def test_what_one_and_two_points_leave_free_is_named() -> None:
+def test_motions_left_free_by_one_and_two_points_are_named() -> None:
     one, _, _ = touched(2, ["a"])
     result = locate(seats(), one)
     assert result.status == "underdetermined"
@@ -149,7 +149,7 @@ def test_what_one_and_two_points_leave_free_is_named() -> None:
     assert turn.startswith("the fixture rotates about the line through a and b")
 
 
-def test_a_point_that_stands_elsewhere_is_inconsistent() -> None:
+def test_a_displaced_point_is_inconsistent() -> None:
     contacts, _, _ = touched(4, list(SEATS) * 2, SEATS | {"b": (203.0, 0.0, 0.0)})
     assert locate(seats(), contacts).status == "inconsistent"
 
@@ -186,7 +186,7 @@ def test_exchanged_coordinates_of_a_seat_are_named(name: str) -> None:
     assert "x and y" in first.message
 
 
-def test_three_seats_touched_once_are_told_what_may_be_wrong() -> None:
+def test_three_seats_touched_once_list_possible_causes() -> None:
     """Nine equations: without one contact six remain, without two not even a pose."""
     wrong = placed({n: Point(np.array(at)) for n, at in (SEATS | {"b": (205.0, 0.0, 0.0)}).items()})
     contacts, _, _ = touched(3, list(SEATS))
@@ -196,7 +196,7 @@ def test_three_seats_touched_once_are_told_what_may_be_wrong() -> None:
 
 
 @pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.6, 0.64, 0.48), (0.0, -0.6, 0.8)])
-def test_a_slip_from_a_point_is_judged_by_its_length_whatever_the_axes(way: tuple[float, ...]) -> None:
+def test_an_error_at_a_point_is_tested_by_its_length(way: tuple[float, ...]) -> None:
     """Twelve contacts of three equations each: the squared normalised length has three degrees of freedom."""
     names = list(SEATS) * 4
     clean, turn, _ = touched(9, names, sigma=1e-9)
@@ -303,7 +303,7 @@ def test_fewer_contacts_than_the_points_need_are_no_plan_and_more_are_shared_out
     assert sorted(shared) == ["a", "a", "b", "b", "c", "c"]
 
 
-def test_a_design_of_points_alone_is_judged_and_no_tip_spoils_it() -> None:
+def test_a_design_of_points_alone_does_not_depend_on_the_tip() -> None:
     report = design_check(seats(), wishes=Wishes(sigma=SIGMA, tip_radius=2.0))
     # Three points are their own mirror image, so mirrored coordinates cannot be detected.
     assert {finding.code for finding in report.findings if finding.status != "ok"} == {"blind_mirrored"}

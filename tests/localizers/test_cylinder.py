@@ -160,7 +160,7 @@ def test_contacts_in_one_place_and_a_few_others_are_answered():
 # distinct places.
 @pytest.mark.parametrize("seed", [*range(9), *range(10, 30), 33, 57, 129, 155])
 @pytest.mark.parametrize("radius", [1.0, None])
-def test_a_glance_that_calls_its_cylinders_all_is_right(seed, radius, monkeypatch):
+def test_an_early_end_of_the_search_misses_no_cylinder(seed, radius, monkeypatch):
     """If the search stops early because one minimal subset explains all contacts, a full search finds nothing more."""
     rng = np.random.default_rng(seed)
     sigma = 10 ** rng.uniform(-5, -2.5)

@@ -37,7 +37,7 @@ def test_section_4_2_both_centers():
 
 
 @pytest.mark.parametrize(("q", "falls"), [((-4, 1, 1), False), ((1, 1, -4), True)])
-def test_section_4_2_eliminates_with_the_direction_it_computes_with_not_the_one_it_states(q, falls):
+def test_section_4_2_eliminates_with_the_computed_direction(q, falls):
     # Misprint: q = (-4, 1, 1) is stated, eq. 15 computes with (1, 1, -4).
     upper = max(localize_sphere(np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0]]), 2.0), key=lambda c: c.surface.center[2])
     assert ((np.array([1.0, 0, 0]) - upper.surface.center) @ np.array(q) > 0) == falls

@@ -35,7 +35,7 @@ def day(rng: np.random.Generator, shift=(0.0, 0.0, 0.0), turn_deg=(0.0, 0.0, 0.0
     return replace(NOMINAL, points=points + noise[:, None] * NOMINAL.approaches, approaches=NOMINAL.approaches @ turn.T)
 
 
-def test_one_that_stands_still_has_not_moved_and_one_that_moved_has() -> None:
+def test_a_fixture_has_moved_only_if_it_was_moved() -> None:
     rng = np.random.default_rng(1)
     still = check(FIXTURE, day(rng), POSE)
     assert still.has_moved is False
@@ -85,7 +85,7 @@ def test_the_bound_holds_on_19_days_of_20(turn: float) -> None:
     assert held >= 33  # of 40 days with 95 per cent each; fewer occur once in 3,000
 
 
-def test_a_reference_of_another_fixture_is_refused_and_compare_refuses_it_too() -> None:
+def test_check_and_compare_reject_a_reference_of_another_fixture() -> None:
     other = replace(POSE, fixture="three-planes")
     with pytest.raises(OtherFixtureError, match="three-planes"):
         check(FIXTURE, NOMINAL, other)
@@ -94,7 +94,7 @@ def test_a_reference_of_another_fixture_is_refused_and_compare_refuses_it_too() 
     assert compare(POSE, replace(POSE, fixture="")).distance == 0.0
 
 
-def test_a_reference_without_covariance_is_exact_and_said_to_be() -> None:
+def test_a_reference_without_covariance_counts_as_exact_with_a_note() -> None:
     found = check(FIXTURE, NOMINAL, Pose(POSE.base_from_fixture, None))
     assert any("exact" in warning for warning in found.warnings)
     assert found.movement is not None
@@ -108,14 +108,14 @@ def test_a_reference_in_metres_is_the_same() -> None:
     assert other.movement.distance == pytest.approx(one.movement.distance)
 
 
-def test_contacts_that_do_not_locate_are_told() -> None:
+def test_contacts_that_do_not_locate_are_reported() -> None:
     found = check(FIXTURE, NOMINAL.subset([0, 1, 2]), POSE)
     assert found.has_moved is None
     assert found.result.status == "underdetermined"
     assert found.record is None
 
 
-def test_what_is_appended_is_read_back(tmp_path: Path) -> None:
+def test_appended_checks_are_read_back(tmp_path: Path) -> None:
     path = tmp_path / "history.jsonl"
     assert read_history(path) == ()
     for seed in (1, 2):
@@ -128,7 +128,7 @@ def test_what_is_appended_is_read_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("bad", ['{"schema": "tactfix/check-history/1"}', "no json", '{"schema": "x"}', "[1]", "null"])
-def test_a_line_that_is_no_check_is_named(tmp_path: Path, bad: str) -> None:
+def test_an_invalid_line_of_a_history_is_named(tmp_path: Path, bad: str) -> None:
     path = tmp_path / "history.jsonl"
     append_history(path, check(FIXTURE, NOMINAL, POSE).record)
     with path.open("a") as file:
@@ -174,14 +174,14 @@ def runs(rng: np.random.Generator, days: int, count: int, slope: np.ndarray) -> 
 
 
 @pytest.mark.parametrize("days", [3, 20])
-def test_a_fixture_that_stands_still_drifts_by_chance_as_often_as_said(days: int) -> None:
+def test_the_rate_of_false_drifts_is_the_stated_one(days: int) -> None:
     chances = [drift_of(run).chance for run in runs(np.random.default_rng(7), days, 2000, np.zeros(6))]
     for level in (0.5, 0.1, 0.01):
         expected = 2000 * level
         assert abs(sum(c < level for c in chances) - expected) < 4 * np.sqrt(expected)
 
 
-def test_a_drift_that_no_single_day_shows_is_told() -> None:
+def test_a_drift_that_no_single_day_shows_is_detected() -> None:
     """A fifth of a sigma a day in one coordinate for twenty days: a significant slope, but few significant days."""
     slope = np.array([0.0, 0.0, 0.0, 0.0, 0.2 * SIGMAS[4], 0.0])
     drifting = runs(np.random.default_rng(8), 20, 300, slope)

@@ -32,7 +32,7 @@ def of_the_sample() -> tuple[int, list[dict]]:
     return statuses(CONTACTS_PATH)
 
 
-def test_each_step_is_what_locate_says_of_the_touches_so_far() -> None:
+def test_each_step_equals_locate_of_the_touches_so_far() -> None:
     status, steps = of_the_sample()
     assert status == 0
     assert [step["touches"] for step in steps] == list(range(1, len(steps) + 1))
@@ -44,7 +44,7 @@ def test_each_step_is_what_locate_says_of_the_touches_so_far() -> None:
     assert all(step["transform"] is None for step in steps[:-1])
 
 
-def test_standard_input_says_the_same_as_the_file() -> None:
+def test_guide_reads_standard_input_like_a_file() -> None:
     assert statuses(stdin=CONTACTS_PATH.read_text()) == of_the_sample()
     # The last line counts although it has no line end.
     _, steps = statuses("-", stdin="".join(LINES[: HEADER + 4]).rstrip("\n"))
@@ -52,7 +52,7 @@ def test_standard_input_says_the_same_as_the_file() -> None:
 
 
 @pytest.mark.parametrize(("touches", "status"), [(0, 4), (3, 4), (8, 4)])
-def test_touches_that_end_too_early_leave_with_the_status_of_what_is_left(touches: int, status: int) -> None:
+def test_too_few_touches_exit_with_the_status_of_the_last_step(touches: int, status: int) -> None:
     done = tactfix("guide", FIXTURE_PATH, stdin="".join(LINES[: HEADER + touches]))
     assert done.returncode == status
     assert len(done.stdout.splitlines()) == touches
@@ -67,7 +67,7 @@ def test_a_step_is_one_touch_to_make() -> None:
     assert first["advice"].endswith("at least 5 contacts are missing")
 
 
-def test_gates_keep_it_going() -> None:
+def test_guide_continues_until_gates_are_met() -> None:
     _, steps = of_the_sample()
     status, gated = statuses(CONTACTS_PATH, "--max-sigma", "1e-6")
     assert status == 1
@@ -86,7 +86,7 @@ def test_a_wrong_touch_is_told_and_guidance_goes_on() -> None:
     assert steps[-1]["status"] == "inconsistent"
 
 
-def test_a_row_that_is_none_ends_it_with_its_place() -> None:
+def test_an_invalid_row_ends_guide_with_its_position() -> None:
     done = tactfix("guide", FIXTURE_PATH, stdin="".join([*LINES[: HEADER + 2], "plate,1,2\n"]))
     assert done.returncode == 3
     assert "standard input" in done.stderr
@@ -116,7 +116,7 @@ def test_a_growing_file_is_followed_until_the_fixture_is_located(tmp_path: Path)
         assert process.wait(10) == 0
 
 
-def test_a_machine_log_tells_its_features_beforehand(tmp_path: Path) -> None:
+def test_a_machine_log_with_features_given_beforehand(tmp_path: Path) -> None:
     log = tmp_path / "probe.txt"
     rows = [f"[PRB:{x:.4f},{y:.4f},{z:.4f}:1]\n" for x, y, z in CONTACTS.points]
     runs: list[tuple[str, int]] = []
@@ -130,7 +130,7 @@ def test_a_machine_log_tells_its_features_beforehand(tmp_path: Path) -> None:
     assert [step["touches"] for step in steps] == [1, 2, 3, 4]
 
 
-def test_a_second_touch_of_a_place_takes_the_place_of_the_first(tmp_path: Path) -> None:
+def test_a_repeated_touch_replaces_the_first(tmp_path: Path) -> None:
     """A fast touch, then a slow one: with --repeats last each is a step, but each place is one contact."""
     log = tmp_path / "probe.txt"
     points = CONTACTS.points[:3]
@@ -174,7 +174,7 @@ def test_check_has_a_verdict_in_words_and_an_exit_status(reference: Path, tmp_pa
     assert answer["drift"] is None
 
 
-def test_a_history_of_three_checks_tells_of_a_drift(reference: Path, tmp_path: Path) -> None:
+def test_a_history_of_three_checks_reports_a_drift(reference: Path, tmp_path: Path) -> None:
     history = tmp_path / "history.jsonl"
     words = ("check", FIXTURE_PATH, CONTACTS_PATH, "--reference", reference, "--history", history)
     outputs = [tactfix(*words).stdout for _ in range(3)]
@@ -182,7 +182,7 @@ def test_a_history_of_three_checks_tells_of_a_drift(reference: Path, tmp_path: P
     assert len(history.read_text().splitlines()) == 3
 
 
-def test_check_refuses_another_fixture_and_so_does_compare(reference: Path, tmp_path: Path) -> None:
+def test_the_commands_check_and_compare_reject_another_fixture(reference: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(reference.read_text().replace(FIXTURE.name, "another"))
     refused = tactfix("check", FIXTURE_PATH, CONTACTS_PATH, "--reference", other)

@@ -55,7 +55,7 @@ def test_chosen_touches_keep_apart(fixture):
                 assert gap >= search.pool.apart[touches.which[i]] * (1 - 1e-9)
 
 
-def test_what_is_made_already_counts():
+def test_existing_touches_count():
     search = search_on(ball_and_bar())
     touches = polished(search, exchanged(search, start(search, 7))).touches
     extended = Search(search.objective, search.pool, touches.take(np.arange(5)))

@@ -31,7 +31,7 @@ def information(contacts):
     return rows.T @ rows
 
 
-def test_the_tip_is_as_sure_as_an_independent_matrix_says(four):
+def test_the_sigma_of_the_tip_is_that_of_an_independent_matrix(four):
     covariance = np.linalg.inv(information(four.contacts))[6:, 6:]
     assert four.tip_sigma == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), rel=1e-6)
     assert len(np.unique(np.round(four.contacts.flange_rotations, 9), axis=0)) == 4
@@ -66,7 +66,7 @@ def test_one_and_two_orientations_do_not_tell_the_tip_unless_a_measurement_does(
     assert np.isfinite(plan(known, 9, starts=1, orientations=1).tip_sigma)
 
 
-def test_what_cannot_be_asked_is_refused():
+def test_impossible_requests_are_rejected():
     with pytest.raises(UsageError, match="one or more"):
         plan(CELL, 9, starts=1, orientations=0)
     with pytest.raises(UsageError, match="flange orientations"):

@@ -166,7 +166,7 @@ def test_existing_contacts_that_give_no_pose_are_refused():
 
 
 @pytest.mark.parametrize("rows", [[0, 1, 2], *(pytest.param(r, marks=pytest.mark.slow) for r in ([0], [0, 1, 2, 7]))])
-def test_contacts_that_leave_motions_free_are_extended_by_what_holds_them(rows):
+def test_contacts_that_leave_motions_free_are_extended_to_constrain_them(rows):
     """As many contacts as there are free motions, in the fixture frame; made at the true pose they locate it."""
     fixture = plate_with_all()
     right = simulate(fixture, seed=1)

@@ -20,7 +20,7 @@ CELL = str(FIXTURES / "robot-cell-plate.yaml")
 RUN = [sys.executable, "-c", "import sys; from tactfix.cli import main; sys.exit(main())"]
 
 
-def test_a_plan_is_a_contact_file_at_which_the_fixture_stands_in_its_own_frame(tmp_path, capsys):
+def test_a_plan_is_a_contact_file_in_the_fixture_frame(tmp_path, capsys):
     path = tmp_path / "plan.csv"
     assert main(["plan", CELL, "--contacts", "8", "--output", str(path)]) == 0
     assert not capsys.readouterr().out
@@ -40,7 +40,7 @@ def test_plan_simulate_locate(tmp_path, capsys):
     assert np.linalg.norm(pose[:3, 3]) > 900
 
 
-def test_json_says_what_the_plan_is_worth(capsys):
+def test_json_states_the_quality_of_the_plan(capsys):
     assert main(["plan", CELL, "--contacts", "8", "--json", "--criterion", "d"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["schema"] == "tactfix/plan/1"
@@ -66,7 +66,7 @@ def test_refusals(arguments, message, capsys):
     assert message in err
 
 
-def test_a_fixture_that_looks_the_same_turned_round_cannot_be_planned_uniquely(tmp_path, capsys):
+def test_a_symmetric_fixture_has_no_unique_plan(tmp_path, capsys):
     path = tmp_path / "plan.csv"
     fixture = tmp_path / "symmetric.yaml"
     text = (FIXTURES / "cylinder-sphere.yaml").read_text()

@@ -60,7 +60,7 @@ def at_corners(covariance, corners):
     ],
     ids=["flat", "rx z", "measured", "measured and flat", "turn"],
 )
-def test_the_worst_sigma_is_that_of_the_pose_with_what_is_known(placement):
+def test_the_worst_sigma_includes_prior_knowledge(placement):
     points, normals, rows = contacts_and_rows()
     corners = np.random.default_rng(5).uniform(-1, 1, (8, 3))
     plain = in_base(points, normals)
@@ -111,7 +111,7 @@ def test_the_promised_covariance_is_that_of_locate_in_the_fixture_frame():
     assert found.worst_sigma < plan(plate_with_all(), 6).worst_sigma
 
 
-def test_limits_settle_what_nothing_else_does():
+def test_limits_resolve_a_symmetry():
     """A bar and a ball without a touch box have a half-turn that maps both onto themselves."""
     bare = replace(ball_and_bar(), touch={})
     assert plan(bare, 7).rivals
@@ -130,7 +130,7 @@ def test_contacts_in_base_touch_the_fixture_where_it_is_thought_to_stand():
     assert locate(cell, found.in_base).status == "located"
 
 
-def test_contacts_already_made_say_more_than_the_placement():
+def test_existing_contacts_override_the_placement():
     fixture = replace(plate_with_all(), placement=Placement(NEAR, (20.0, 0.1), free=FLAT))
     simulation = simulate(fixture, seed=3)
     first = simulation.contacts.subset(range(5))

@@ -132,7 +132,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
-def test_what_would_be_read_wrongly_is_refused(name, text, pattern):
+def test_ambiguous_texts_are_rejected(name, text, pattern):
     with pytest.raises(PoseSyntaxError, match=pattern):
         DIALECTS[name].read(text)
 

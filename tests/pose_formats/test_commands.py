@@ -24,7 +24,7 @@ def moved(dx):
     return matrix.tolist()
 
 
-def test_convert_writes_a_text_and_tells_rounding_apart(tmp_path, capsys):
+def test_convert_writes_a_text_and_notes_rounding(tmp_path, capsys):
     assert run(["convert", located(tmp_path / "a.json"), "--to", "kuka"]) == 0
     out, err = capsys.readouterr()
     assert out == "{X 10.123457,Y 20.000000,Z 30.000000,A 90.000000,B 0.000000,C 0.000000}\n"
@@ -66,7 +66,7 @@ def test_convert_refuses_and_is_forced(tmp_path, capsys):
         (["--to", "kuka", "--from", "ur"], 3, "no pose of this form"),
     ],
 )
-def test_convert_says_what_it_cannot_do(arguments, status, message, tmp_path, capsys):
+def test_convert_rejects_impossible_requests(arguments, status, message, tmp_path, capsys):
     assert run(["convert", located(tmp_path / "a.json"), *arguments]) == status
     out, err = capsys.readouterr()
     assert out == ""

@@ -54,7 +54,7 @@ def test_an_inverse_is_one_and_its_covariance_is_that_of_sampled_inverses():
     assert_like(back.covariance, np.array(found))
 
 
-def test_a_pose_upon_another_and_the_covariance_of_both():
+def test_composed_poses_and_their_covariance():
     outer, inner = some_pose(), some_pose()
     both = composed(outer, inner)
     np.testing.assert_allclose(both.base_from_fixture, outer.base_from_fixture @ inner.base_from_fixture, atol=1e-10)
@@ -82,7 +82,7 @@ def test_convert_composes_a_new_offset_from_an_old_one(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("of_sigma", "held"), [(1.0, True), (2.5, True), (3.5, False), (100.0, False)])
-def test_a_tilt_within_its_sigma_is_left_out_and_told(of_sigma, held):
+def test_an_insignificant_tilt_is_left_out_with_a_note(of_sigma, held):
     sigma = np.deg2rad(0.0064)
     tilted = matrix(Rotation.from_euler("z", 30, degrees=True), [10, 20, 30])
     tilted = matrix(Rotation.from_rotvec([of_sigma * sigma, 0, 0]), np.zeros(3)) @ tilted

@@ -16,7 +16,7 @@ def covariance(sigma_rot, sigma_t):
     return np.diag([sigma_rot**2] * 3 + [sigma_t**2] * 3)
 
 
-def test_rounding_is_told_at_a_named_lever_arm():
+def test_rounding_is_reported_at_a_lever_arm():
     (note,) = write_pose("fanuc", pose(TILTED, SPOT)).notes
     assert "rounds" in note
     assert "at 500 mm from the fixture's origin" in note
@@ -30,7 +30,7 @@ def test_lever_arm_is_in_the_units_of_the_dialect():
     assert "at 0.5 m from the fixture's origin" in note
 
 
-def test_an_exact_dialect_says_nothing():
+def test_an_exact_format_gives_no_note():
     assert write_pose("json", pose(TILTED, SPOT)).notes == ()
     assert write_pose("kuka", pose(np.eye(3), (1.0, 2.0, 3.0))).notes == ()
 
@@ -44,7 +44,7 @@ def test_rounding_beyond_a_tenth_of_sigma_is_refused_unless_forced():
     assert "sigma" in write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-4, 0.01))).notes[0]
 
 
-def test_rounding_that_no_check_shows_is_not_told():
+def test_negligible_rounding_is_not_reported():
     # The rounding of fanuc is reported without a covariance, and above with a tenth of this sigma.
     notes = write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(2e-3, 0.1))).notes
     assert not any("rounds" in note for note in notes)
@@ -56,14 +56,14 @@ def test_either_part_of_the_rounding_is_enough_to_refuse(sigma_rot, sigma_t):
         write_pose("fanuc", pose(TILTED, SPOT, covariance=covariance(sigma_rot, sigma_t)), lever_arm_mm=1e7 * sigma_t)
 
 
-def test_a_forced_tilt_says_what_is_lost():
+def test_a_forced_tilt_states_what_is_lost():
     written = write_pose("g10", pose(turn("x", 0.5)), force=True)
     assert "G10 L2 P1" in written.text
     assert "0.5 deg of tilt" in written.notes[0]
 
 
 @pytest.mark.parametrize("name", ["g10", "kuka", "ur"])
-def test_a_unit_that_nothing_says_is_asked_for(name):
+def test_an_unstated_unit_is_asked_for(name):
     with pytest.raises(UsageError, match="give units"):
         write_pose(name, pose(np.eye(3), units=None))
 
@@ -108,7 +108,7 @@ def test_sigmas_are_the_scatter_of_poses(name, rotation):
     )
 
 
-def test_sigmas_stand_in_a_comment_where_there_are_comments():
+def test_sigmas_are_written_as_comments():
     sure = covariance(1e-3, 0.1)
     kuka = write_pose("kuka", pose(np.eye(3), covariance=sure)).text
     assert kuka.splitlines()[0] == "; sigma: X 0.1 mm, Y 0.1 mm, Z 0.1 mm, A 0.057 deg, B 0.057 deg, C 0.057 deg"

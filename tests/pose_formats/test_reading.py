@@ -84,7 +84,7 @@ def test_blanks_case_and_context_do_not_matter(name, text):
         ("yaml", "transform: 2001-99-99", "not a number"),
     ],
 )
-def test_what_is_no_pose_is_refused_and_named(name, text, pattern):
+def test_invalid_poses_are_rejected_with_a_reason(name, text, pattern):
     with pytest.raises(PoseSyntaxError, match=pattern):
         DIALECTS[name].read(text)
 
@@ -123,7 +123,7 @@ def test_files_are_known_by_their_ending_or_content(tmp_path, name):
         assert np.array_equal(loaded.covariance, np.eye(6))
 
 
-def test_a_file_says_its_name_and_a_wrong_unit_is_not_taken(tmp_path):
+def test_errors_name_the_file_and_a_wrong_unit_is_rejected(tmp_path):
     path = tmp_path / "pose.json"
     path.write_text(result(status="inconsistent", transform=None))
     with pytest.raises(FileError, match=r"pose\.json: status is 'inconsistent'"):

@@ -78,7 +78,7 @@ def test_ends_are_zeros_and_what_is_left_above_the_limit_is_not_among_them():
 
 
 @pytest.mark.parametrize("geometric", [False, True])
-def test_curvature_is_what_the_gradient_changes_by_beyond_gauss_and_newton(geometric):
+def test_curvature_completes_the_gauss_newton_hessian(geometric):
     """Against differences of the gradient of half the sum of squares, at random poses, for all types of features."""
     rng = np.random.default_rng(7)
     surfaces = [

@@ -68,7 +68,7 @@ def test_nothing_where_no_feature_gives_a_direction(patches, counts):
     assert rotations_for(patches, counts, 1)[0] is None
 
 
-def test_features_known_badly_are_not_relied_on():
+def test_weakly_determined_features_are_not_used():
     """A plane whose contacts have an extent of the size of the noise has no direction."""
     tight = {**CORNER, "right": Patch("plane", (0, -50, -50), (1, 0, 0), length=0.05)}
     rotations, true = rotations_for(tight, {"right": 4, "back": 4, "top": 1}, 3, sigma=0.01)
@@ -76,7 +76,7 @@ def test_features_known_badly_are_not_relied_on():
     assert nearest(rotations, true) < np.radians(180 / TURNS) + 0.01
 
 
-def test_a_pin_touched_on_a_short_arc_is_not_relied_on():
+def test_a_pin_touched_on_a_short_arc_is_not_used():
     rng = np.random.default_rng(4)
     truth = touch_all(PLATE, {"plate": 4, "pin": 4, "ball": 5}, rng, sigma=0.0)
     contacts = truth.contacts(rng)
@@ -108,7 +108,7 @@ def test_the_place_is_fixed_where_the_features_leave_one_translation(patches, co
     assert feature_rotations(surfaces, contacts, contacts.sigmas).fix_place is fixed
 
 
-def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_relied_on():
+def test_a_tall_pin_on_a_plate_of_uncertain_tilt_is_not_used():
     """Within a square centimetre the plate's normal has errors of 10 mrad, which a pin of 400 mm would share."""
     tall = {
         "plate": Patch("plane", (0, 0, 0), (0, 0, 1), length=5.0),

@@ -122,7 +122,7 @@ FAR_TOO = ("x y rz", "rx ry rz")
         for far in (False, True)
     ],
 )
-def test_so_many_contacts_as_directions_are_free_leave_the_truth(patches, counts, free, far):
+def test_as_many_contacts_as_free_directions_leave_the_truth(patches, counts, free, far):
     rng = np.random.default_rng(8)
     free = free.split()
     for _ in range(3):
@@ -187,7 +187,7 @@ def test_of_held_directions_no_contact_is_missing():
 
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 180.0])
-def test_a_placement_turned_by_half_a_turn_is_no_special_place(degrees):
+def test_a_placement_rotated_by_a_half_turn_is_not_singular(degrees):
     rng = np.random.default_rng(10)
     near = random_pose(rng)
     turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
@@ -248,7 +248,7 @@ def test_a_ball_and_a_badly_measured_pose_leave_the_nearest_pose(turn):
 
 @pytest.mark.parametrize("patches", [CORNER, PLATE, BALLS])
 @pytest.mark.parametrize("offset", [0.0, 60.0])
-def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patches, offset):
+def test_poses_left_by_contacts_alone_are_those_without_a_measurement(patches, offset):
     """Three faces leave four poses, in pairs of mirror images; a measurement 60 mm off contradicts all four."""
     rng = np.random.default_rng(21)
     truth = touch_all(patches, dict.fromkeys(patches, 4), rng, sigma=0.02)
@@ -265,7 +265,7 @@ def test_what_contacts_alone_leave_is_what_they_leave_without_a_measurement(patc
 
 
 @pytest.mark.parametrize("with_approach", [("top",), ("top", "right"), ("right", "back", "top")])
-def test_what_contacts_alone_leave_is_counted_by_their_approaches_too(with_approach):
+def test_poses_left_by_contacts_alone_respect_approaches(with_approach):
     """Of the four poses of three faces those with possible approaches remain; other poses are not searched."""
     rng = np.random.default_rng(22)
     truth = touch_all(CORNER, dict.fromkeys(CORNER, 4), rng, sigma=0.02)
@@ -299,7 +299,7 @@ def test_the_place_that_is_known_spares_descents_where_features_fix_the_place(mo
     assert begun[1] < begun[0] / 2
 
 
-def test_a_direction_that_cannot_be_held_is_named():
+def test_a_constrained_direction_that_contradicts_contacts_is_named():
     rng = np.random.default_rng(12)
     near = random_pose(rng)
     true = pose_of(near[:3, :3], near[:3, 3] + (4.0, -2.0, 3.02))
@@ -396,7 +396,7 @@ def test_covariances_cover_the_truth(counts, free, sigma):
     assert 0.935 < inside / 2000 < 0.965
 
 
-def test_a_pose_turned_by_exactly_half_a_turn_is_that_far_from_near():
+def test_a_half_turn_has_the_distance_of_a_half_turn_from_near():
     from tactfix.poses.prior import deviation
 
     for axis in np.eye(3):

@@ -76,7 +76,7 @@ def depths(patches, names):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_it_covers_what_the_pose_may_be_where_a_linear_covariance_does_not(name):
+def test_the_covariance_covers_possible_poses_where_a_linear_one_does_not(name):
     patches, counts, sigma, seed = CASES[name]
     rng = np.random.default_rng(seed)
     truth = touch_all(patches, counts, rng, sigma=sigma, cone=0.0)
@@ -93,7 +93,7 @@ def test_it_covers_what_the_pose_may_be_where_a_linear_covariance_does_not(name)
     assert outside.mean() > 0.11
 
 
-def test_it_is_the_linear_one_where_contacts_are_spread():
+def test_the_covariance_is_linear_for_well_distributed_contacts():
     rng = np.random.default_rng(4)
     truth = touch_all(CORNER, {"right": 3, "back": 3, "top": 3}, rng, sigma=0.002)
     contacts = truth.contacts()
@@ -149,7 +149,7 @@ def toy(second_order, missing=0.0, centre=(0.0, 0.0, 0.0)):
     )
 
 
-def test_flat_residuals_are_not_looked_at_again():
+def test_no_search_if_residuals_are_linear():
     searched, spread = toy(0.5)
     assert np.array_equal(spread(0.1).factor, 1e-3 * np.eye(6))
     assert not searched
@@ -182,7 +182,7 @@ def test_an_origin_far_from_the_contacts_runs_along_an_arc():
 
 
 @pytest.mark.parametrize(("second_order", "missing"), [(0.2, 2 * MOST_MISSING), (2 * FOLDED / 6**0.5, 0.0)])
-def test_what_cannot_be_reached_or_is_far_off_is_not_trusted(second_order, missing):
+def test_unreachable_and_distant_sigma_points_are_not_trusted(second_order, missing):
     _, spread = toy(second_order, missing)
     assert not spread(1.0).trusted
 

@@ -96,7 +96,7 @@ def test_scatter_of_many_poses():
         ("turn about the ball", {"plate", "pin", "bore"}, {"plate", "pin", "bore"}),
     ],
 )
-def test_a_free_motion_makes_unsure_what_it_changes_and_nothing_else(name, unsure_places, unsure_normals):
+def test_a_free_motion_makes_only_what_it_changes_uncertain(name, unsure_places, unsure_normals):
     """A rotation about the pin maps plate and pin onto themselves, so their normals stay known."""
     truth, contacts, surfaces, _ = setting(1)
     up, origin = truth.pose[:3, 2], truth.pose[:3, 3]

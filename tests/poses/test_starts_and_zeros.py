@@ -97,7 +97,7 @@ def solved(kind, layout, number=0):
     return equations, rotations, offsets, answer
 
 
-def exact(rotations, offsets):
+def zeros_at(rotations, offsets):
     """These poses (3, 3, k), (3, k) as zeros, each found once."""
     count = offsets.shape[1]
     return Zeros(rotations, offsets, np.zeros(count), np.ones(count, dtype=np.intp))
@@ -118,21 +118,21 @@ def exact(rotations, offsets):
 def test_all_poses_balance_and_all_but_one_do_not(kind, layout):
     equations, rotations, offsets, answer = solved(kind, layout)
     assert not answer.multiple.any()
-    zeros = exact(rotations, offsets)
+    zeros = zeros_at(rotations, offsets)
     assert are_balanced(equations, zeros)
     for missing in range(len(zeros)):
         assert not are_balanced(equations, zeros.subset(np.delete(np.arange(len(zeros)), missing)))
 
 
-def test_what_may_have_either_sign_may_stand_for_what_is_missing():
+def test_a_zero_of_uncertain_sign_may_replace_a_missing_one():
     """A minimum that is not a zero, as that of two nearly equal poses with noise."""
     equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
-    zeros = exact(rotations, offsets)
+    zeros = zeros_at(rotations, offsets)
     zeros.costs[1] = 1e-8
     assert are_balanced(equations, zeros.since(1))
 
 
-def test_seven_contacts_say_nothing():
+def test_seven_contacts_have_no_sum_of_signs():
     equations, rotations, offsets, _ = solved("sphere3+sphere2+sphere1", "loose")
     seven = equations.subset([0, 1, 2, 3, 4, 5, 5])
-    assert are_balanced(seven, exact(rotations, offsets).since(1))
+    assert are_balanced(seven, zeros_at(rotations, offsets).since(1))

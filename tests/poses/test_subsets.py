@@ -17,14 +17,14 @@ def contacts_of(each, **patches):
     return truth, truth.contacts(np.random.default_rng(4))
 
 
-def test_a_part_is_shared_between_the_features():
+def test_a_subset_contains_every_feature():
     _, contacts = contacts_of(40)
     part = blind_part(contacts, PART_CONTACTS, 0)
     assert len(set(part.tolist())) == PART_CONTACTS
     assert [sum(i in part for i in index) for index in contacts.by_feature.values()] == [4, 4, 4]
 
 
-def test_parts_are_others_each_time_also_where_there_are_more_features_than_contacts_in_one():
+def test_subsets_differ_even_with_more_features_than_contacts():
     _, contacts = contacts_of(40)
     assert (
         len({tuple(blind_part(contacts, PART_CONTACTS, number)) for number in range(PARTS_SEARCHED)}) == PARTS_SEARCHED
@@ -34,7 +34,7 @@ def test_parts_are_others_each_time_also_where_there_are_more_features_than_cont
     assert len(drawn) == PART_CONTACTS * PARTS_SEARCHED
 
 
-def test_some_part_is_free_of_a_few_wrong_contacts():
+def test_some_subset_contains_no_wrong_contact():
     """In 99 of 100 cases some subset contains neither of two wrong contacts among forty, wherever they are."""
     _, contacts = contacts_of(14)
     rng = np.random.default_rng(9)

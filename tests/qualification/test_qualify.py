@@ -53,7 +53,7 @@ def test_places_are_pooled_and_targets_tell_them_apart() -> None:
     assert qualify(readings(values)).sigma > 4
 
 
-def test_noise_alone_is_told_of_seldom_and_the_interval_covers() -> None:
+def test_noise_alone_is_seldom_flagged_and_the_interval_covers() -> None:
     flagged, inside = 0, 0
     for seed in range(400):
         found = qualify(readings(noise(seed)))
@@ -63,7 +63,7 @@ def test_noise_alone_is_told_of_seldom_and_the_interval_covers() -> None:
     assert 0.92 <= inside / 400 <= 0.98
 
 
-def test_outliers_are_told_by_row_also_where_two_hide_each_other() -> None:
+def test_outliers_are_reported_by_row_even_if_two_mask_each_other() -> None:
     values = noise(3)
     values[[7, 20]] += 0.6
     found = qualify(readings(values))
@@ -116,21 +116,21 @@ def test_sigma_without_an_outlier_on_a_ball_is_that_of_the_ball_of_the_others() 
     assert sigma_without_outliers(found.warnings) == pytest.approx(rest.sigma, rel=5e-3)
 
 
-def test_drift_and_step_are_told_with_their_unit() -> None:
+def test_drift_and_step_are_reported_with_their_unit() -> None:
     drifts = qualify(readings(noise(4) + 0.02 * np.arange(30)), units="mm").warnings
     assert any(re.search(r"drift by [\d.]+ mm a touch", text) for text in drifts)
     steps = qualify(readings(noise(5) + 0.3 * (np.arange(30) >= 18)), units="mm").warnings
     assert any(re.search(r"are [\d.]+ mm more", text) for text in steps)
 
 
-def test_a_drift_is_told_with_its_sigma() -> None:
+def test_a_drift_is_reported_with_its_sigma() -> None:
     found = qualify(readings(noise(4) + 0.02 * np.arange(30)))
     assert found.drift.per_touch == pytest.approx(0.02, abs=3 * found.drift.sigma)
     assert found.drift.sigma == pytest.approx(0.05 / np.sqrt(np.sum((np.arange(30) - 14.5) ** 2)), rel=0.4)
     assert any("drift" in warning for warning in found.warnings)
 
 
-def test_a_step_is_told_where_it_is() -> None:
+def test_a_step_is_reported_with_its_place() -> None:
     found = qualify(readings(noise(5) + 0.3 * (np.arange(30) >= 18)))
     (step,) = found.steps
     assert step.row == 19
@@ -148,7 +148,7 @@ def test_the_same_along_any_direction_in_any_unit_and_far_away() -> None:
     assert qualify(readings(values * 1e-3)).sigma == pytest.approx(base.sigma * 1e-3)
 
 
-def test_without_approaches_it_is_the_spread_in_all_directions() -> None:
+def test_without_approaches_sigma_is_the_scatter_in_all_directions() -> None:
     points = np.random.default_rng(7).normal(0, 0.05, (200, 3))
     found = qualify(contacts_from_arrays("p", points, sigma=1.0, tip_radius=0.0))
     assert found.sigma == pytest.approx(np.sqrt(points.var(axis=0, ddof=1).mean()), rel=1e-9)
@@ -194,7 +194,7 @@ def test_touches_from_directions_too_different_are_no_repeats() -> None:
         assert any("reference ball" in warning for warning in qualify(touched).warnings) == warned
 
 
-def test_what_says_nothing_of_a_probe_is_refused() -> None:
+def test_touches_that_do_not_qualify_a_probe_are_rejected() -> None:
     with pytest.raises(NotQualifiedError, match="no place is touched twice"):
         qualify(readings([1.0, 2.0], ["a", "b"]))
     with pytest.raises(NotQualifiedError, match="4 touches of the ball"):
@@ -308,7 +308,7 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
     assert "no place is touched twice" in capsys.readouterr().err
 
 
-def test_a_ball_of_a_fixture_is_a_reference_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_ball_of_a_fixture_is_a_reference(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In the fixture's units, with other features touched as well; the side of the ball matters."""
     fixture = tmp_path / "f.yaml"
     fixture.write_text(

@@ -163,7 +163,7 @@ UPRIGHT = {
 @pytest.mark.parametrize("sigma", [1e-4, pytest.param(0.005, marks=pytest.mark.slow), 0.05])
 @pytest.mark.parametrize("said_twice", [False, True])
 @pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 6), marks=pytest.mark.slow)])
-def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twice, seeds):
+def test_redundant_relations_of_parallel_features_change_nothing(sigma, said_twice, seeds):
     """Three features are pairwise parallel: two of the angles imply the third, but only if they hold exactly."""
     spaced = [
         ("pin", "post", np.hypot(110, 40)),
@@ -189,7 +189,7 @@ def test_what_is_said_twice_of_parallel_features_changes_nothing(sigma, said_twi
         assert at_ball < 10 * sigma
 
 
-def test_a_relation_that_is_less_sure_than_the_contacts_loses_no_pose():
+def test_a_relation_less_accurate_than_the_contacts_loses_no_pose():
     """The bar is not located without the ball: the fixture is searched as one body, with a distance off by a tenth."""
     fixture = related(
         CYLINDER_SPHERE, [distance("bar", "ball", 3.0, 0.05)], CYLINDER_SPHERE_RECIPE, CYLINDER_SPHERE_TOUCH

@@ -171,14 +171,14 @@ def test_of_many_open_branches_the_cheapest_are_followed(monkeypatch):
         assert [e.relation for e in equations] == list(fixture.relations)
 
 
-def test_branches_that_are_not_followed_are_told():
+def test_branches_not_followed_are_reported():
     _, fixture, contacts = leaning_bars()
     result = tactfix.locate(fixture, contacts)
     assert result.status == "ambiguous"
     assert any("a pose may have been missed" in warning for warning in result.warnings)
 
 
-def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
+def test_a_branch_pruned_before_the_last_relation_counts_as_left_out():
     """The 96 of 256 branches kept have the first bar at 89.9 deg, as its contacts favour; a post then requires 90.1."""
     bars = {f"bar_{n}": Cylinder([60 * n, 90, 30], turn.apply(leaning(90.0)), 8.0) for n, turn in enumerate(ALONG)}
     bars["bar_0"] = Cylinder([0, 90, 30], leaning(89.99), 8.0)
@@ -199,7 +199,7 @@ def test_a_branch_that_falls_before_the_last_relation_counts_as_left_out():
     assert found.left_out < limit
 
 
-def test_what_sure_contacts_leave_free_is_known_to_one_fixture_size():
+def test_directions_left_free_by_exact_contacts_have_the_sigma_of_the_size():
     """The contacts are 1e11 times as accurate as the free directions: normal equations would be singular."""
     surfaces = {"face": Plane(np.zeros(3), np.array([0.6, 0.0, 0.8])), "ball": Sphere(np.array([5.0, 0.0, 3.0]), 1.0)}
     u = np.array([0.8, 0.0, -0.6])

@@ -77,7 +77,7 @@ def test_with_few_contacts_a_feature_the_pose_is_still_found(kind, seed, tmp_pat
     assert min(apart) < 0.02
 
 
-def test_a_scan_of_one_feature_is_placed_by_a_part_of_its_contacts_and_fitted_by_all(tmp_path, monkeypatch):
+def test_a_scan_is_placed_by_some_contacts_and_fitted_by_all(tmp_path, monkeypatch):
     """128 placements need a row of numbers for each contact, so only a part of the contacts is used."""
     _, touched, fixture, contacts = touched_part("bar beside ball on plate", tmp_path, seed=1, noise=1.0, most=3)
     first = contacts.by_feature["plate"]

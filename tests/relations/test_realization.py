@@ -70,11 +70,11 @@ def test_a_corner_known_by_its_angles_has_a_mirror_image():
     ],
     ids=["no distance", "two of three distances", "two of three angles", "five of six distances"],
 )
-def test_what_leaves_something_free_has_no_shape(fixture):
+def test_relations_that_leave_a_motion_free_have_no_shape(fixture):
     assert realize(fixture) == ()
 
 
-def test_what_contradicts_itself_has_no_shape():
+def test_contradictory_relations_have_no_shape():
     assert (
         realize(related(BALLS, [distance("a", "b", 10), distance("a", "c", 10), distance("b", "c", 30)], BALLS_RECIPE))
         == ()

@@ -134,7 +134,7 @@ def test_distances_that_do_not_hold_miss_by_the_difference():
     assert np.linalg.norm(missing_to(distance("a", "b", 0.0), bar([0, 0, 0]), bar([3, 4, 9]))) == pytest.approx(5)
 
 
-def test_parallel_is_also_what_others_make_parallel():
+def test_features_are_parallel_if_other_relations_imply_it():
     relations = (angle("plate", "one", 0), angle("two", "plate", 0), angle("slope", "plate", 30), angle("x", "y", 180))
     assert parallel_pairs(relations) == {
         frozenset(pair) for pair in (("plate", "one"), ("plate", "two"), ("one", "two"), ("x", "y"))
@@ -152,7 +152,7 @@ ALONG_THE_AXES = [UP, EAST, np.array([0.0, 1.0, 0.0]), -UP]
 
 @pytest.mark.parametrize("axis", ALONG_THE_AXES)
 @pytest.mark.parametrize("relation", [angle("a", "b", 0), distance("a", "b", 0.0)], ids=["parallel", "coaxial"])
-def test_what_two_numbers_hold_is_smooth_across_a_tie_of_components(axis, relation):
+def test_residuals_are_smooth_where_basis_vectors_switch(axis, relation):
     """The basis perpendicular to a direction along a coordinate axis may be chosen in two ways."""
     one, other = bar([1, 2, 3], axis), bar([1.01, 2.01, 3], axis + 1e-3 * np.roll(axis, 1))
     branch = nearest_branch((relation,), {"a": one, "b": other})[0]

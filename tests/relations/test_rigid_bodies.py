@@ -48,7 +48,7 @@ def test_a_shape_that_the_coverings_overlook_leaves_the_search_incomplete(tmp_pa
     assert lost
 
 
-def test_a_miss_of_a_measured_shape_has_the_chi_square_of_the_contacts_own_sigma(tmp_path):
+def test_chi_square_of_a_miss_uses_the_contacts_own_sigma(tmp_path):
     """The shape is searched with a larger sigma of the contacts, but chi-square is reported for their own sigma."""
     fixture, contacts, _ = few_contacts_on("three bars", 1, tmp_path, angle=(60.0, 0.1))
     points = contacts.points.copy()

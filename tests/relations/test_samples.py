@@ -67,7 +67,7 @@ def test_solutions_a_few_sigma_apart_are_both_found(seed, tmp_path):
 
 
 @pytest.mark.parametrize("thinned", [False, True])
-def test_candidates_that_were_left_out_are_told(thinned, tmp_path, monkeypatch):
+def test_candidates_left_out_are_reported(thinned, tmp_path, monkeypatch):
     """Only a few candidates are kept for a feature whose contacts are coplanar within noise."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
     located_alone = combined.located_alone
@@ -119,7 +119,7 @@ def test_a_pose_that_one_placement_in_fifty_leads_to_is_found(seed, tmp_path):
     assert min(off) < 0.2
 
 
-def test_a_fit_that_does_not_keep_the_relations_is_no_miss(tmp_path):
+def test_a_fit_that_violates_relations_is_not_a_miss(tmp_path):
     """Such a fit has not converged, and does not show whether the contacts can be explained."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=5)
     problem = JointProblem(contacts, residual_sigmas(fixture, contacts), fixture.relations, fixture_scale(fixture))

@@ -133,7 +133,7 @@ def test_one_bad_contact_is_named_where_a_feature_cannot_be_located_alone(seed, 
     assert any(contacts.rows[2] in cause.rows for cause in result.diagnosis)
 
 
-def test_a_correction_that_loses_a_feature_leaves_the_others_their_fits(tmp_path):
+def test_a_correction_that_removes_a_feature_keeps_the_fits_of_others(tmp_path):
     """Fits from the nearest miss have a limit of their own."""
     part, touched, noise = touched_part("bar on plate")
     fixture, contacts = read(part, touched, noise, tmp_path)

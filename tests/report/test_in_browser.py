@@ -48,13 +48,13 @@ def page(contacts_file, tmp_path_factory):
         yield tab
 
 
-def test_it_draws(page):
+def test_the_page_draws(page):
     assert page.run(COLOURED) > 2000
     assert page.run("document.querySelectorAll('#scene canvas').length") >= 1
     assert page.run("document.getElementById('scene').textContent.includes('WebGL is not supported')") is False
 
 
-def test_it_turns_under_the_mouse(page):
+def test_the_mouse_rotates_the_scene(page):
     place = page.run(PLACE)
     before, looked = page.run(CAMERA), page.screenshot(place)
     middle = (place["x"] + 0.35 * place["width"], place["y"] + 0.5 * place["height"])
@@ -63,7 +63,7 @@ def test_it_turns_under_the_mouse(page):
     assert page.screenshot(place) != looked
 
 
-def test_no_request_leaves_it(page):
+def test_the_page_makes_no_request(page):
     left = [url for url in page.requests if not url.startswith(("data:", "blob:"))]
     assert left == [page.address]
     assert page.errors == []
@@ -76,7 +76,7 @@ def test_no_button_leads_away(page):
     assert page.run("document.querySelectorAll('a[href]').length") == 0
 
 
-def test_what_would_call_home_is_stopped_by_the_page_itself(page):
+def test_the_page_blocks_requests(page):
     # The check above does detect requests: this one is made, and blocked by the page's policy.
     blocked = page.run("fetch('http://127.0.0.1:9/').then(() => 'left', () => 'refused')")
     assert blocked == "refused"

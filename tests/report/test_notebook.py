@@ -41,7 +41,7 @@ def test_a_result_shows_its_summary_and_the_scene_of_the_report(contacts):
     assert figure(output) == json.loads(json.dumps(locate_figure(PLATE, contacts, result)))
 
 
-def test_other_results_that_have_a_scene_in_the_report_show_it_too():
+def test_other_results_with_a_scene_show_it():
     report = tactfix.design_check(PLATE, None, tactfix.Wishes(layouts=0))
     cell = tactfix.load_cell(ROOT / "samples" / "robot-calibration" / "cell.yaml")
     touches = tactfix.load_touches(ROOT / "samples" / "robot-calibration" / "touches.csv", cell)
@@ -91,7 +91,7 @@ def test_names_cannot_leave_the_frame():
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
-def test_it_draws_in_a_page_and_leaves_that_page_alone(tmp_path):
+def test_the_scene_draws_in_a_page_without_changing_it(tmp_path):
     notebook = tmp_path / "notebook.html"
     output = tactfix.locate(PLATE, CONTACTS)._repr_html_()
     notebook.write_text(f'<!DOCTYPE html><meta charset="utf-8"><h2>cell</h2><div>{output}</div>', encoding="utf-8")

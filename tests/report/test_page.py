@@ -61,7 +61,7 @@ def test_a_record_needs_files(contacts_file, tmp_path):
     assert run(["report", str(PLATE_FILE), str(tmp_path / "none.csv")]) == 3
 
 
-def test_candidates_that_fell_say_why(tmp_path):
+def test_eliminated_candidates_state_their_reasons(tmp_path):
     fixture = load_fixture(ROOT / "fixtures" / "cylinder-sphere.yaml")
     path = tmp_path / "contacts.csv"
     assert run(["simulate", str(ROOT / "fixtures" / "cylinder-sphere.yaml"), "--seed", "1", "--output", str(path)]) == 0
@@ -111,7 +111,7 @@ def test_contacts_and_surfaces_are_where_they_should_be(located):
     assert set(traces) >= {"plate", "pin", "ball", "contacts on plate", "fixture frame"}
 
 
-def test_the_ellipsoid_is_the_covariance_enlarged_by_what_it_says(located):
+def test_the_ellipsoid_is_the_covariance_times_the_stated_factor(located):
     fixture, contacts, result = located
     (trace,) = (t for t in figure_of(page_of(fixture, contacts, result))["data"] if "95 %" in t.get("name", ""))
     factor = float(re.search(r"([\d.e+-]+) times larger", trace["name"]).group(1))
@@ -138,7 +138,7 @@ def test_the_page_asks_nobody_for_anything(located):
     assert not re.search(r"""<(script|link|img|iframe)[^>]+(src|href)=["']?(https?:)?//""", page)
 
 
-def test_without_the_extra_it_says_what_to_install(located, monkeypatch):
+def test_without_the_extra_the_message_names_it(located, monkeypatch):
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
     with pytest.raises(MissingExtraError, match=r"pip install '\.\[report\]'"):
         page_of(*located)
@@ -167,7 +167,7 @@ def test_a_design_has_a_record_too(name, layouts, options, tmp_path, monkeypatch
     assert run(["report", str(path), "--features", "a:1"]) == 2
 
 
-def test_what_was_said_stands_on_the_record(contacts_file, tmp_path, capsys):
+def test_notes_are_part_of_the_record(contacts_file, tmp_path, capsys):
     out = tmp_path / "report.html"
     line = [
         "report",

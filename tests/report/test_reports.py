@@ -70,7 +70,7 @@ def test_zero_has_no_sign() -> None:
     assert "-0.0 " not in matrix_text(BASE_FROM_FIXTURE)
 
 
-def test_what_is_no_number_is_null() -> None:
+def test_values_that_are_no_numbers_are_null() -> None:
     assert plain(float("nan")) is None
     assert plain(float("inf")) is None
     assert plain(np.array([[1.0, np.nan], [np.inf, -0.0]])) == [[1.0, None], [None, 0.0]]
@@ -129,7 +129,7 @@ def test_a_surface_as_text() -> None:
     assert surface_text(Sphere(np.array([1 / 3, -0.0, 1.0]), 2.5)) == f"center {1 / 3!r} 0.0 1.0\nradius 2.5\n"
 
 
-def test_a_verdict_names_the_way_out() -> None:
+def test_each_status_names_a_remedy() -> None:
     lines = {status: "\n".join(status_lines(answer(status))) for status in STATUSES}
     assert lines["located"] == ""
     assert "turns about the axis of bar" in lines["underdetermined"]
@@ -173,7 +173,7 @@ def test_the_summary_shows_the_pose_to_the_digits_that_are_known() -> None:
     assert "53.1301" in text  # atan2(0.8, 0.6) about z
 
 
-def test_the_summary_tells_a_point_that_is_asked_for() -> None:
+def test_the_summary_contains_a_requested_point() -> None:
     assert "(100, 0, 0) mm" in printed("located", at=np.array([100.0, 0.0, 0.0]))
 
 

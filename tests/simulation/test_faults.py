@@ -22,7 +22,7 @@ def pair(fault, fixture=None, **options):
 
 
 @pytest.mark.parametrize("kind", FAULT_KINDS)
-def test_a_fault_leaves_pose_and_number_alone_and_says_what_it_did(kind):
+def test_a_fault_keeps_pose_and_count_and_is_described(kind):
     right, wrong = pair(Fault(kind))
     assert np.array_equal(right.base_from_fixture, wrong.base_from_fixture)
     assert len(right.contacts) == len(wrong.contacts)
@@ -71,7 +71,7 @@ def test_a_wrong_unit_scales_all_coordinates():
         pair(Fault("wrong-unit", 0.0))
 
 
-def test_a_forgotten_tip_leaves_centres_of_the_tip_and_says_zero():
+def test_a_forgotten_tip_keeps_tip_centres_and_states_radius_zero():
     right, wrong = pair(Fault("forgotten-tip"))
     assert wrong.contacts.tip_radius == 0
     assert np.allclose(wrong.contacts.points, right.contacts.points)
@@ -84,7 +84,7 @@ def test_a_late_trigger_moves_every_contact_along_its_approach():
     assert np.allclose(wrong.contacts.points, right.contacts.points + 0.25 * right.contacts.approaches)
 
 
-def test_growth_keeps_the_origin_and_moves_what_is_far_from_it():
+def test_expansion_keeps_the_origin_and_moves_distant_points():
     right, wrong = pair(Fault("thermal-growth", 1e-3), three_balls())
     rotation, shift = right.base_from_fixture[:3, :3], right.base_from_fixture[:3, 3]
     before, after = ((s.contacts.points - shift) @ rotation for s in (right, wrong))
@@ -116,7 +116,7 @@ def test_faults_that_are_none_are_refused(text, pattern):
 
 
 @pytest.mark.parametrize("kind", FAULT_KINDS)
-def test_three_balls_show_every_fault_but_one(kind):
+def test_three_balls_reveal_every_fault_but_one(kind):
     """Twelve contacts on three balls detect every mistake except a mirrored fixture, because three balls are their own
     mirror image.
     """
@@ -129,7 +129,7 @@ def test_three_balls_show_every_fault_but_one(kind):
     assert locate(three_balls(), wrong.contacts, explain=False).status != "located"
 
 
-def test_three_planes_see_nothing_of_a_forgotten_tip():
+def test_three_planes_hide_a_forgotten_tip():
     right, wrong = pair(Fault("forgotten-tip"), cube_corner())
     result = locate(cube_corner(), wrong.contacts)
     assert result.status == "located"
@@ -140,6 +140,6 @@ def test_three_planes_see_nothing_of_a_forgotten_tip():
 @pytest.mark.parametrize(
     "fault", [Fault("outlier", 1e308), Fault("late-trigger", float("nan")), Fault("wrong-unit", 1e-300)]
 )
-def test_a_fault_beyond_all_measure_is_refused_however_it_is_given(fault: Fault) -> None:
+def test_a_fault_out_of_range_is_rejected_however_it_is_given(fault: Fault) -> None:
     with pytest.raises(UsageError, match="out of range"):
         simulate(ball_and_bar(), sigma=0.01, tip_radius=1.0, fault=fault)

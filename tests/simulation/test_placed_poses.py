@@ -44,7 +44,7 @@ def test_limits_are_filled_evenly(degrees):
 
 @pytest.mark.parametrize("free", [("x", "y", "rz"), ("rx", "rz"), ("z",), ("rx", "ry", "rz", "x")])
 @pytest.mark.parametrize("within", [None, (20.0, 0.3)])
-def test_what_is_held_stays_where_it_is(free, within):
+def test_constrained_directions_stay_fixed(free, within):
     off = np.hstack(drawn(Placement(NEAR, within, free=frozenset(free)), count=500))
     order = ("rx", "ry", "rz", "x", "y", "z")
     is_free = np.array([name in free for name in order])
@@ -74,13 +74,13 @@ def test_a_measurement_scatters_as_its_covariance_says(free):
     assert np.abs(white.mean(axis=1)).max() < 0.08
 
 
-def test_near_alone_is_where_it_stands():
+def test_near_without_limits_is_the_pose():
     turns, shifts = drawn(Placement(NEAR), count=3)
     assert np.abs(turns).max() < 1e-12
     assert not shifts.any()
 
 
-def test_simulations_stand_where_the_placement_says_and_are_located_there():
+def test_simulations_follow_the_placement_and_are_located():
     from dataclasses import replace
 
     from tactfix.localization.locate import locate
@@ -98,7 +98,7 @@ def test_simulations_stand_where_the_placement_says_and_are_located_there():
     assert np.array_equal(given.base_from_fixture, np.eye(4))
 
 
-def test_the_command_line_says_where_too(tmp_path, capsys):
+def test_simulate_follows_placement_options(tmp_path, capsys):
     np.savetxt(tmp_path / "near.txt", NEAR, fmt="%.17g")
     plate = str(ROOT / "fixtures" / "robot-cell-plate.yaml")
     words = ("--near", str(tmp_path / "near.txt"), "--within", "20,5", "--free", "x,y,rz")

@@ -63,7 +63,7 @@ ball,-2477.345032,-1040.98167,-271.221907,-0.525841129,-0.850582739,-0.000332778
 """
 
 
-def test_a_seed_gives_the_file_that_it_always_gave():
+def test_a_seed_reproduces_the_recorded_file():
     assert simulation_csv(simulate(ball_and_bar(), count=2, seed=1)) == ONE_FILE
 
 

@@ -23,7 +23,7 @@ def distinct(rotations):
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 7])
-def test_so_many_orientations_come_on_every_feature_in_turn(count):
+def test_every_feature_gets_the_orientations_in_turn(count):
     contacts = simulate(plate_with_all(), seed=1, orientations=count).contacts
     rotations = distinct(contacts.flange_rotations)
     assert len(rotations) == count

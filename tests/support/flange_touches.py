@@ -82,7 +82,7 @@ def touched(
     error: np.ndarray,
     *,
     sigma: float = SIGMA,
-    said_radius: float = RADIUS,
+    stated_radius: float = RADIUS,
     scale: float = 1.0,
     directions: np.ndarray | None = None,
 ) -> Touched:
@@ -100,7 +100,7 @@ def touched(
         points * scale,
         turn.apply(cell.ways),
         sigma=sigma * scale,
-        tip_radius=said_radius * scale,
+        tip_radius=stated_radius * scale,
         flange_rotations=flanges.as_matrix(),
         tip_offset=NOMINAL * scale,
     )

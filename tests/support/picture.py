@@ -19,7 +19,9 @@ NAME = "robot-cell-plate"
 SCENE_SIZE = "{format: 'png', width: 1000, height: 560, scale: 1.5}"
 CHART_SIZE = "{format: 'png', width: 800, height: 380, scale: 1.5}"
 # The picture explains its arrows, because a line at a contact is not obviously the approach.
-SAID = "showarrow: true, arrowhead: 2, arrowcolor: '#444', font: {size: 15, color: '#222'}, bgcolor: '#ffffffcc'"
+ANNOTATION_STYLE = (
+    "showarrow: true, arrowhead: 2, arrowcolor: '#444', font: {size: 15, color: '#222'}, bgcolor: '#ffffffcc'"
+)
 LABELS = """
 (() => {
   const scene = document.getElementById('scene');
@@ -27,16 +29,16 @@ LABELS = """
   const frame = scene.data.filter(t => t.legendgroup === 'fixture frame');
   const at = (k, text, ax, ay) => ({
     x: (way.x[k] + way.x[k + 1]) / 2, y: (way.y[k] + way.y[k + 1]) / 2, z: (way.z[k] + way.z[k + 1]) / 2,
-    text, ax, ay, SAID});
+    text, ax, ay, ANNOTATION_STYLE});
   const origin = {x: frame[0].x[0], y: frame[0].y[0], z: frame[0].z[0],
-    text: 'where is the fixture frame?', ax: -120, ay: 50, SAID};
+    text: 'where is the fixture frame?', ax: -120, ay: 50, ANNOTATION_STYLE};
   const last = way.x.length - 3;
   const notes = [at(last, 'approach: the way that<br>the probe came', 120, -50), origin];
   const camera = {eye: {x: 1.45, y: -1.45, z: 1.0}, center: {x: 0.05, y: 0.05, z: -0.25}};
   return Plotly.relayout(scene, {
     'scene.annotations': notes, 'scene.camera': camera, showlegend: true, width: 1000, height: 560}).then(() => true);
 })()
-""".replace("SAID", SAID)
+""".replace("ANNOTATION_STYLE", ANNOTATION_STYLE)
 
 
 def draw_scene(picture: Path) -> None:

@@ -85,7 +85,7 @@ def test_limits_change_no_pose_and_only_eliminate():
     assert "along x" in beyond.warnings[0]
 
 
-def test_only_what_is_known_decides_where_one_orientation_leaves_the_tip_open():
+def test_prior_knowledge_decides_if_one_orientation_leaves_the_tip_free():
     problem = plate_problem(33, 1, 0.0)
     fixture = replace(fixture_of(PLATE), placement=Placement(near_of(problem), sigma=(0.1, 1e-3)))
     result = locate(fixture, problem.contacts, unknown=["tip"])

@@ -77,7 +77,7 @@ def test_too_few_orientations_ask_for_a_touch_with_the_tool_turned(count):
 
 
 @pytest.mark.parametrize("seed", [63, 64, 68])
-def test_poses_that_are_left_are_told_apart_by_a_touch(seed):
+def test_a_touch_distinguishes_the_remaining_poses(seed):
     """Nine contacts without approaches for the nine unknowns of pose and tip."""
     problem = plate_problem(seed, 4, 45.0)
     keep = [0, 1, 2, 6, 7, 8, 9, 12, 13]

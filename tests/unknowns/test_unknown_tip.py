@@ -85,7 +85,7 @@ def test_it_is_the_least_squares_that_scipy_finds(count: int, tilt: float) -> No
 
 
 def test_tip_and_radius_together_as_scipy_finds_them() -> None:
-    problem = plate_problem(11, 4, 45.0, said_radius=2.8)
+    problem = plate_problem(11, 4, 45.0, stated_radius=2.8)
     expected, chi2 = independent(problem, list(range(10)))
     result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip", "tip-radius"])
     assert result.status == "located"
@@ -98,7 +98,7 @@ def test_tip_and_radius_together_as_scipy_finds_them() -> None:
 
 
 def test_the_radius_alone_needs_no_flange() -> None:
-    problem = plate_problem(12, 3, 20.0, np.zeros(3), said_radius=2.0)
+    problem = plate_problem(12, 3, 20.0, np.zeros(3), stated_radius=2.0)
     bare = contacts_from_arrays(
         problem.contacts.features, problem.contacts.points, problem.contacts.approaches, sigma=SIGMA, tip_radius=2.0
     )
@@ -197,7 +197,7 @@ def test_a_tip_half_a_millimetre_off_sideways_in_20_random_directions() -> None:
         pytest.param(4, 45.0, 20, 20, marks=pytest.mark.slow),
     ],
 )
-def test_a_tip_half_a_millimetre_off_is_named_where_it_is_taken_to_be_known(
+def test_a_tip_error_of_half_a_millimetre_is_named_if_the_tip_is_known(
     count: int, tilt: float, draws: int, named: int
 ) -> None:
     """With or without a remaining pose the tip is named, and neither good contacts nor sigma are blamed."""
@@ -226,14 +226,14 @@ def test_a_tip_that_is_right_is_seldom_doubted() -> None:
     assert doubted <= 2
 
 
-def test_one_orientation_shows_nothing_of_the_tip_and_says_nothing() -> None:
+def test_one_orientation_gives_no_finding_on_the_tip() -> None:
     problem = plate_problem(9, 1, 0.0, np.array([3.0, 0.0, 0.0]))
     result = locate(fixture_of(PLATE), problem.contacts)
     assert result.status == "located"
     assert not any(cause.code == "tip_offset" for cause in result.diagnosis)
 
 
-def test_a_tip_farther_off_than_it_can_be_falls() -> None:
+def test_a_tip_beyond_its_bound_is_rejected() -> None:
     problem = plate_problem(5, 4, 45.0, np.array([8.0, 0.0, 0.0]))
     near, far = (locate(fixture_of(PLATE, w), problem.contacts, unknown=["tip"]) for w in (5.0, 10.0))
     assert far.status == "located"
@@ -243,7 +243,7 @@ def test_a_tip_farther_off_than_it_can_be_falls() -> None:
     assert [reason.code for candidate in near.candidates for reason in candidate.reasons] == ["tip"]
 
 
-def test_a_tip_far_off_is_found_where_nothing_bounds_it_and_nothing_is_claimed() -> None:
+def test_a_distant_tip_without_bound_is_found_but_not_located() -> None:
     problem = plate_problem(6, 4, 45.0, np.array([12.0, -5.0, 7.0]))
     result = locate(fixture_of(PLATE), problem.contacts, unknown=["tip"])
     assert result.status == "located"
@@ -251,7 +251,7 @@ def test_a_tip_far_off_is_found_where_nothing_bounds_it_and_nothing_is_claimed()
     assert "may explain" in result.tip.message
 
 
-def test_a_bound_as_wide_as_the_features_are_apart_hides_no_pose() -> None:
+def test_a_bound_as_wide_as_the_distance_of_features_hides_no_pose() -> None:
     """With a tip bound of 14 mm, contacts do not separate a seat from a plate that is 25 mm away."""
     rng, tools = np.random.default_rng(3), Rotation.random(3, random_state=3)
     flat = rng.uniform([-25, -25, RADIUS], [25, 25, RADIUS], (4, 3))
@@ -266,7 +266,7 @@ def test_a_bound_as_wide_as_the_features_are_apart_hides_no_pose() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0])
-def test_a_radius_that_trades_against_a_turn_is_not_told(scale: float) -> None:
+def test_a_radius_correlated_with_a_rotation_is_not_determined(scale: float) -> None:
     """Two contacts on a ball and one in a seat: if the ball turns about the seat, the radius changes slightly."""
     fixture = fixture_of(
         {"seat": Point(np.array([0.0, 0.0, 0.0])), "ball": Sphere(np.array([100.0, 0.0, 0.0]) * scale, 20.0 * scale)},
@@ -284,7 +284,7 @@ def test_a_radius_that_trades_against_a_turn_is_not_told(scale: float) -> None:
         assert result.tip is None
 
 
-def test_a_contact_that_is_wrong_is_no_tip() -> None:
+def test_a_wrong_contact_is_not_diagnosed_as_a_wrong_tip() -> None:
     problem = plate_problem(7, 4, 45.0)
     points = problem.contacts.points.copy()
     points[9] += 5.0 * problem.contacts.approaches[9]
@@ -376,7 +376,7 @@ def test_touches_of_a_table_by_a_real_robot_give_its_tip() -> None:
     np.testing.assert_allclose(result.tip.offset, [-0.623, -0.266, 48.981], atol=0.07)
 
 
-def test_what_cannot_be_asked_is_refused() -> None:
+def test_impossible_requests_are_rejected() -> None:
     bare = contacts_from_arrays("plate", np.zeros((3, 3)), sigma=1.0, tip_radius=0.0)
     with pytest.raises(UsageError, match="orientation of the flange"):
         locate(fixture_of(PLATE), bare, unknown=["tip"])
@@ -396,7 +396,7 @@ def test_the_json_comes_back() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("unknown", [["tip"], ["tip-radius"], ["tip", "tip-radius"]])
-def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
+def test_the_joint_covariance_covers_at_its_level(unknown: list[str]) -> None:
     """Over 2,000 draws the ellipsoid of 95 per cent covers the truth in 93.5 to 96.5 per cent."""
     rng = np.random.default_rng(2026)
     cell, tools = plate_touches(rng), orientations(4, 45.0)
@@ -415,7 +415,7 @@ def test_the_joint_covariance_covers_as_it_says(unknown: list[str]) -> None:
     assert 0.935 <= inside / draws <= 0.965
 
 
-def test_fewer_equations_than_unknowns_are_told_soon() -> None:
+def test_fewer_equations_than_unknowns_are_reported_quickly() -> None:
     """A tip known only to a tenth of the fixture's size turns the poses of six contacts into a continuum.
 
     23 s of processor time with a search around each pose, 0.5 s since one covering is enough.
@@ -428,21 +428,21 @@ def test_fewer_equations_than_unknowns_are_told_soon() -> None:
     assert process_time() - start < 2.0
 
 
-def test_a_bound_that_is_said_is_not_asked_for() -> None:
+def test_a_stated_bound_is_not_asked_for() -> None:
     """With the radius unknown as well no search is complete: the bound of the tip offset does not bound the radius."""
-    contacts = plate_problem(11, 4, 45.0, said_radius=2.8).contacts
+    contacts = plate_problem(11, 4, 45.0, stated_radius=2.8).contacts
     for within, is_asked in ((None, True), (20.0, False)):
         tip = locate(fixture_of(PLATE, within), contacts, unknown=["tip", "tip-radius"]).tip
         assert "another tip may explain" in tip.message
         assert ("give probe.tip_within" in tip.message) == is_asked
 
 
-def test_contacts_too_few_for_the_tip_are_told_where_it_is_far_off() -> None:
+def test_too_few_contacts_are_reported_for_a_distant_tip() -> None:
     """One covering of the rotations finds no pose that fits if the tip is off by 26 mm."""
     rng = np.random.default_rng(3)
     error = rng.normal(size=3) * rng.choice([0.3, 2.0, 8.0])
     stated = float(rng.choice([3.0, 2.0, 5.0]))
-    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), error, said_radius=stated)
+    problem = touched(plate_touches(rng), rng, orientations(4, 45.0), error, stated_radius=stated)
     kept = sorted(rng.choice(18, int(rng.integers(6, 10)), replace=False).tolist())
     assert len(kept) == 7
     assert np.linalg.norm(error) > 26.0

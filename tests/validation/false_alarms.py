@@ -25,7 +25,7 @@ CASES: Mapping[str, tuple[Mapping[str, Patch], int]] = {
 }
 
 
-class Seldom:
+class RareNoise:
     """Noise of good contacts near the limits. left (n, d): orthonormal basis of the residuals that no pose removes."""
 
     def __init__(self, truth: Truth) -> None:
@@ -71,7 +71,9 @@ def rate(alarms: np.ndarray, weights: np.ndarray) -> str:
     return f"{weighed.mean():.3f} +- {weighed.std() / np.sqrt(len(weighed)):.3f}"
 
 
-def told_by_locate(patches: Mapping[str, Patch], truth: Truth, seldom: Seldom, drawn: np.ndarray, rng) -> np.ndarray:
+def alarms_of_locate(
+    patches: Mapping[str, Patch], truth: Truth, seldom: RareNoise, drawn: np.ndarray, rng
+) -> np.ndarray:
     """Which draws locate calls inconsistent."""
     reported = truth.contacts()
     fixture, wrong = placed(patches), []
@@ -87,12 +89,12 @@ def main(draws: int, located: int) -> None:
     for name, (patches, each) in CASES.items():
         rng = np.random.default_rng(1)
         truth = touch_all(patches, dict.fromkeys(patches, each), rng, sigma=SIGMA, tip=2.0)
-        seldom = Seldom(truth)
+        seldom = RareNoise(truth)
         drawn, weights = seldom.draw(draws, rng)
         above, out = seldom.alarms(drawn)
         rates = [rate(which, weights) for which in (above, out, above | out)]
         drawn, weights = seldom.draw(located, rng)
-        rates.append(rate(told_by_locate(patches, truth, seldom, drawn, rng), weights) if located else "")
+        rates.append(rate(alarms_of_locate(patches, truth, seldom, drawn, rng), weights) if located else "")
         print(f"| {name} | {' | '.join(rates)} |", flush=True)
 
 

@@ -83,7 +83,7 @@ def test_answers_are_the_same_for_every_kind(kind: str, layout: str, compiled) -
     assert_same_answer(kind, layout, 0, compiled)
 
 
-def test_a_missing_compiler_is_told_with_the_extra_that_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_compiler_names_the_extra_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.delitem(sys.modules, "tests.validation.compiled", raising=False)
     with pytest.raises(ImportError, match=r"pip install '\.\[study\]'"):

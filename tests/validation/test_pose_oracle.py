@@ -158,7 +158,7 @@ def test_units_and_the_order_of_contacts_change_nothing(factor: float) -> None:
         assert min(np.abs(other[:3] - expected).max() / max(1.0, factor) for other in answer.poses) < 1e-6
 
 
-def test_a_multiple_pose_is_found_and_said_to_be_one() -> None:
+def test_a_multiple_pose_is_found_and_marked() -> None:
     # Three contacts on a great circle: the two possible centres coincide.
     rng = np.random.default_rng(0)
     rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -189,7 +189,7 @@ def test_a_pose_far_from_where_planes_meet_is_not_taken_for_a_multiple_one() -> 
     assert not answer.multiple.any()
 
 
-def test_a_root_missing_from_the_start_does_not_go_unnoticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_root_missing_from_the_start_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = pose_oracle.start_of
     monkeypatch.setattr(
         pose_oracle, "start_of", lambda kind, number: replace(whole(kind, number), roots=whole(kind, number).roots[:-1])
@@ -206,7 +206,7 @@ def test_a_kind_is_named_whatever_the_order() -> None:
         feature_list("sphere2+sphere2")
 
 
-def test_what_cannot_be_answered_is_refused() -> None:
+def test_unanswerable_problems_are_rejected() -> None:
     problem = random_problem("sphere2+sphere2+sphere2", np.random.default_rng(2))
     with pytest.raises(ValueError, match="same for all contacts"):
         all_real_poses(oracle_features(problem), problem.feature_of_contact, problem.points, problem.rho + np.arange(6))
@@ -234,7 +234,7 @@ def test_the_package_finds_poses_with_the_smallest_basins(kind: str, layout: str
     assert len(found) == count
 
 
-def test_the_package_keeps_poses_that_are_held_beside_those_that_are_not() -> None:
+def test_the_package_keeps_determined_poses_next_to_free_ones() -> None:
     """At the mirror image of these contacts a motion is free; at the true pose and one other pose none is."""
     problem = problem_number("sphere2+plane3+plane1", "symmetric", 1, 662)
     oracle = solved(problem)

@@ -24,7 +24,7 @@ def test_no_right_answer_is_refused_and_none_is_wrong(kind, nominal, noisy, tmp_
         assert not complaints, (cell, complaints)
 
 
-def test_the_study_varies_what_it_says():
+def test_the_study_varies_its_stated_parameters():
     """Twenty kinds, ten angles, four sigmas, base along the axes and rotated, contacts nominal and noisy."""
     every = list(cells(list(KINDS)))
     assert len(KINDS) == 20

@@ -47,7 +47,7 @@ def test_contacts_are_off_by_noise_alone_and_touched_from_outside_of_the_materia
 
 
 @pytest.mark.parametrize("kind", KINDS_TOUCHED)
-def test_files_say_what_the_problem_is(kind: str, tmp_path: Path) -> None:
+def test_files_agree_with_the_problem(kind: str, tmp_path: Path) -> None:
     touched = touched_number(kind, 2, "far", 1, 4)
     (tmp_path / "fixture.yaml").write_text(touched.fixture_yaml())
     (tmp_path / "contacts.csv").write_text(touched.contacts_csv())
@@ -62,7 +62,7 @@ def test_files_say_what_the_problem_is(kind: str, tmp_path: Path) -> None:
         assert true.type == "plane" or read.radius == true.radius
 
 
-def test_a_judge_knows_the_planted_pose_and_its_neighbour_from_another() -> None:
+def test_a_judge_distinguishes_the_true_pose_from_others() -> None:
     touched = touched_number("sphere3+sphere2+sphere1", 0, "loose", 1, 0)
     judge, planted = Judge(touched), touched.problem.base_from_fixture
     problem = touched.problem

@@ -18,7 +18,7 @@ def read(name, text, count=2, options=MM):
 
 
 @pytest.mark.parametrize("case", GOOD)
-def test_each_form_is_read_as_it_says(case):
+def test_each_form_is_read_as_stated(case):
     name, text = GOOD[case]
     options = ContactOptions() if name in ("ur", "kuka", "abb", "fanuc", "ippdme", "xyzijk", "dmis") else MM
     log = read(name, text, options=options)
@@ -26,7 +26,7 @@ def test_each_form_is_read_as_it_says(case):
     np.testing.assert_allclose(log.points * scale, [P, Q], atol=1e-9)
 
 
-def test_what_is_told_of_the_good_ones():
+def test_notes_on_valid_logs():
     log = read("ippdme", GOOD["I++ DME dialogue"][1])
     assert log.tip_radius == 2.0
     np.testing.assert_array_equal(log.approaches, [[0, 0, -1]] * 2)
@@ -127,12 +127,12 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
-def test_what_would_be_read_wrongly_is_refused(name, text, pattern):
+def test_ambiguous_texts_are_rejected(name, text, pattern):
     with pytest.raises(FileError, match=pattern):
         read(name, text, count=text.count("\n") + 1)
 
 
-def test_the_last_hit_that_parameters_tell_again_is_no_contact_and_a_touch_again_is_one():
+def test_a_last_hit_repeated_in_parameters_is_no_contact():
     text = ONE + "ok\n$#\n[G54:0.000,0.000,0.000]\n[TLO:0.000]\n" + ONE + "ok\n"
     assert len(read("grbl", text, 1).points) == 1
     assert len(read("grbl", ONE + "ok\n" + ONE, 2).points) == 2
@@ -159,7 +159,7 @@ def test_the_approach_of_a_repeated_command(commands, approach):
     np.testing.assert_allclose(found, [np.nan] * 3 if approach is None else approach)
 
 
-def test_a_message_beside_a_report_in_json_hides_nothing():
+def test_a_message_next_to_a_json_report_hides_no_contact():
     text = '{"prb":{"e":1,"x":1.0,"y":2.0,"z":3.0},"msg":"Probe contact"}\n{"r":{"prb":{"e":1,"x":4,"y":5,"z":6}},"msg":"ok"}\n'
     np.testing.assert_array_equal(read("grbl", text, 2).points, [[1, 2, 3], [4, 5, 6]])
     assert len(read("grbl", '{"msg":"Probe contact"}\n' + ONE, 1).points) == 1
@@ -172,7 +172,7 @@ def test_frames_of_tools_bases_and_the_robot_are_no_touches():
     assert any(note.startswith("4 frames") for note in log.notes)
 
 
-def test_a_unit_that_a_console_lists_last_holds_for_the_reports_before():
+def test_a_unit_listed_last_applies_to_preceding_reports():
     assert read("grbl", ONE + "$13=1\n", 1, ContactOptions()).units == "in"
 
 

@@ -99,7 +99,7 @@ def check(case, changes, seed):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_damaged_line_is_refused_or_says_what_it_says(case):
+def test_a_damaged_line_is_rejected_or_read_as_its_text_states(case):
     check(case, 400, seed=1)
 
 

@@ -21,12 +21,12 @@ def read(name, text, options=MM, **settings):
     return read_log(name, text.encode(), None, options, wanted, complete=False)
 
 
-def test_a_format_of_logs_that_is_nearly_right_is_named():
+def test_a_misspelt_log_format_is_corrected():
     with pytest.raises(UsageError, match=r"^no format of machine logs is called 'linux'; did you mean 'linuxcnc'\?$"):
         read("linux", "1 2 3 0 0 0 0 0 0")
 
 
-def test_a_log_of_which_nothing_could_be_read_is_not_asked_for_features():
+def test_an_unreadable_log_does_not_ask_for_features():
     with pytest.raises(FileError) as caught:
         read("linuxcnc", "feature,x,y,z\n", features=None)
     assert "--features" not in caught.value.on_command_line
@@ -42,7 +42,7 @@ OFFSETS = {  # each maps (1, 2, 3) to (98, 201, 303), computed by hand: a quarte
 
 
 @pytest.mark.parametrize("file", OFFSETS)
-def test_the_work_offset_takes_points_and_approaches_to_the_frame_that_it_is_written_in(file, tmp_path):
+def test_the_work_offset_transforms_points_and_approaches(file, tmp_path):
     path = tmp_path / file
     path.write_text(OFFSETS[file])
     log = read("linuxcnc", "1 2 3 0 0 0 0 0 0", work_offset=str(path), approach="0,-1,0")
@@ -71,7 +71,7 @@ def test_poses_turn_with_the_work_offset_and_the_tip_with_them(tmp_path):
         ("ur", "p[1,2,3,0,0,0]", None),
     ],
 )
-def test_a_format_that_leaves_its_frame_open_says_in_which_one_the_results_stand(name, text, expected):
+def test_a_format_with_an_open_frame_states_the_frame_of_results(name, text, expected):
     notes = [note for note in read(name, text, ContactOptions("mm")).notes if "reports in" in note]
     assert [expected in note for note in notes] == ([True] if expected else [])
 
@@ -83,14 +83,14 @@ def test_approaches_by_feature_and_only_where_the_log_has_none():
 
 
 @pytest.mark.parametrize("wrong", ["0,0", "0,0,0", "top:0,0,1;0,0,1", "top:0,0,1;top:0,0,1", "0,0,1x", ":0,0,1", ""])
-def test_what_is_no_approach_is_refused(wrong):
+def test_invalid_approaches_are_rejected(wrong):
     with pytest.raises(UsageError, match="approach"):
         log_options("top:1", approach=wrong)
     with pytest.raises(UsageError, match="which is none of features="):
         read("grbl", PRB.format(1, 2, 3), approach="bottom:0,0,1")
 
 
-def test_the_last_of_consecutive_touches_of_one_place_stands_for_them():
+def test_the_last_of_consecutive_touches_of_a_place_is_used():
     touches = [(0, 0, 0.4), (0, 0, 0.02), (10, 0, 0.5), (10, 0, 0), (0, 0, 0), (0, 0, 5)]
     text = "".join(PRB.format(*touch) for touch in touches)
     log = read("grbl", text, features="a:4", repeats="last")
@@ -120,7 +120,7 @@ POSES = {
 
 
 @pytest.mark.parametrize("name", POSES)
-def test_a_contact_file_keeps_how_the_flange_stood(name, tmp_path):
+def test_a_contact_file_keeps_flange_orientations(name, tmp_path):
     path = tmp_path / "fixture.yaml"
     path.write_text(FIXTURE)
     fixture = load_fixture(path)

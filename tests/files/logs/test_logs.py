@@ -165,12 +165,12 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("name", "text", "pattern"), REFUSED)
-def test_what_is_no_log_is_refused_and_named(name, text, pattern, fixture):
+def test_invalid_logs_are_rejected_with_a_reason(name, text, pattern, fixture):
     with pytest.raises(FileError, match=pattern):
         load(name, text, fixture)
 
 
-def test_what_the_format_cannot_say_is_asked_for_all_at_once(fixture):
+def test_missing_settings_are_asked_for_all_at_once(fixture):
     with pytest.raises(FileError) as caught:
         load("grbl", "[PRB:1,2,3:1]\n[PRB:oops:1]\n", fixture, ContactOptions(), "")
     message = caught.value.on_command_line
@@ -204,7 +204,7 @@ def test_options_that_do_not_fit_the_format(fixture):
         load("gerbil", "", fixture)
 
 
-def test_what_is_passed_over_is_told(fixture):
+def test_skipped_lines_are_noted(fixture):
     msr = "START\nG800 N1 I0 J0 K1\nG800 N2 I0 J0 K1\nG801 N2 X1 Y2 Z3 R3\nG801 N7 X1 Y2 Z3 R3\nG802 N1\nEND\n"
     got, notes = load("msr", msr, fixture, BARE, "bar:2")
     assert [bool(has) for has in got.contacts.has_approach] == [True, False]
@@ -226,7 +226,7 @@ def test_what_is_passed_over_is_told(fixture):
 
 
 @pytest.mark.parametrize(("name", "file", "options"), [("msr", "msr.txt", BARE), ("grbl", "grbl.txt", MM)])
-def test_the_contact_file_of_a_log_says_the_same(name, file, options, fixture):
+def test_the_contact_file_of_a_log_has_the_same_contacts(name, file, options, fixture):
     read = read_log(name, DATA / file, None, options, LogOptions(RUNS), complete=False)
     again = load_contacts(contact_csv(read).encode(), fixture)
     direct = load_log(name, DATA / file, fixture, options, LogOptions(RUNS))[0].contacts
@@ -236,7 +236,7 @@ def test_the_contact_file_of_a_log_says_the_same(name, file, options, fixture):
     assert again.tip_radius == direct.tip_radius
 
 
-def test_import_leaves_out_what_nothing_says():
+def test_import_omits_unstated_settings():
     runs = parse_features("a:1")
     read = read_log("grbl", b"[PRB:1,2,3:1]\n", None, ContactOptions(units="mm"), LogOptions(runs), complete=False)
     text = contact_csv(read)

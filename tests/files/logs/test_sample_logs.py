@@ -35,7 +35,7 @@ def test_a_sample_of_each_format_tells_the_same_touches(name):
 
 
 @pytest.mark.parametrize("name", LOG_FORMATS)
-def test_a_log_that_is_given_as_a_contact_file_is_told_from_one_in_one_line(name):
+def test_a_log_given_as_a_contact_file_is_one_line_of_error(name):
     with pytest.raises(FileError) as caught:
         read_contact_file(FOLDER / FILES[name])
     assert len(caught.value.lines) == 1
