@@ -14,7 +14,7 @@ from tests.support.arms import PRIOR, SEATS, arm_cell, fixture, random_errors, t
 
 
 @pytest.fixture(scope="module")
-def session() -> tuple[Cell, Touches, dict[str, float]]:
+def simulated() -> tuple[Cell, Touches, dict[str, float]]:
     rng = np.random.default_rng(11)
     cell = arm_cell(("all",), {name: fixture(dict(SEATS)) for name in ("front", "left", "high")})
     errors = random_errors(cell, rng)
@@ -22,21 +22,23 @@ def session() -> tuple[Cell, Touches, dict[str, float]]:
 
 
 @pytest.fixture(scope="module")
-def calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> Calibration:
-    return calibrate(*session[:2])
+def calibrated(simulated: tuple[Cell, Touches, dict[str, float]]) -> Calibration:
+    return calibrate(*simulated[:2])
 
 
 @pytest.fixture(scope="module")
-def offsets(session: tuple[Cell, Touches, dict[str, float]]) -> tuple[Cell, Touches]:
+def offsets(simulated: tuple[Cell, Touches, dict[str, float]]) -> tuple[Cell, Touches]:
     """The same cell with a robot whose only errors are joint offsets and the tip."""
     rng = np.random.default_rng(12)
-    cell = replace(session[0], unknown=("joint_offsets", "tip"))
-    errors = {name: e for name, e in session[2].items() if "offset" in name or "tip" in name}
+    cell = replace(simulated[0], unknown=("joint_offsets", "tip"))
+    errors = {name: e for name, e in simulated[2].items() if "offset" in name or "tip" in name}
     return cell, touched_seats(cell, errors, 4, 0.03, rng)
 
 
-def test_a_robot_with_errors_is_found(session: tuple[Cell, Touches, dict[str, float]], calibrated: Calibration) -> None:
-    cell, _, errors = session
+def test_a_robot_with_errors_is_found(
+    simulated: tuple[Cell, Touches, dict[str, float]], calibrated: Calibration
+) -> None:
+    cell, _, errors = simulated
     assert calibrated.status == "calibrated"
     assert calibrated.reasons == ()
     assert all(place.rms_after < 0.08 and place.rms_before > 0.3 for place in calibrated.places)
@@ -57,12 +59,12 @@ def off(points: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
 
 
-def test_the_number_of_parameters_is_that_of_theory(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+def test_the_number_of_parameters_is_that_of_theory(simulated: tuple[Cell, Touches, dict[str, float]]) -> None:
     """4 R + 6 for R revolute joints, base and tool (Everett and Hsu), less 3 (no tip orientation), less 6 (base)."""
-    free, held = independent(session[0], None)
+    free, held = independent(simulated[0], None)
     assert free.sum() == 4 * 6 + 6 - 3 - 6
-    assert free.sum() + len(held) == len(session[0].chain.parameters)
-    by_name = {session[0].parameters[item.index].name: item.message for item in held}
+    assert free.sum() + len(held) == len(simulated[0].chain.parameters)
+    by_name = {simulated[0].parameters[item.index].name: item.message for item in held}
     assert "the poses of the fixtures" in by_name["joint_1.offset"]
     assert "tip" in by_name["joint_6.offset"]
 
@@ -78,9 +80,9 @@ def test_the_width_of_the_prior_does_not_decide_what_is_determined(offsets: tupl
     assert wider == pytest.approx(narrow, rel=0.05)
 
 
-def test_the_tip_alone_is_calibrated(session: tuple[Cell, Touches, dict[str, float]]) -> None:
+def test_the_tip_alone_is_calibrated(simulated: tuple[Cell, Touches, dict[str, float]]) -> None:
     rng = np.random.default_rng(13)
-    cell = replace(session[0], unknown=("tip",))
+    cell = replace(simulated[0], unknown=("tip",))
     errors = {"tip.x": 1.5, "tip.y": -0.8, "tip.z": 2.1}
     result = calibrate(cell, touched_seats(cell, errors, 2, 0.03, rng))
     assert result.status == "calibrated"
@@ -113,8 +115,8 @@ def test_one_place_cannot_check_a_calibration(offsets: tuple[Cell, Touches]) -> 
     assert sum("another place" in warning for warning in trusted.warnings) == 1
 
 
-def test_directions_undetermined_by_one_place_are_not_waived(session: tuple[Cell, Touches, dict[str, float]]) -> None:
-    cell, touches, _ = session
+def test_directions_undetermined_by_one_place_are_not_waived(simulated: tuple[Cell, Touches, dict[str, float]]) -> None:
+    cell, touches, _ = simulated
     one_seat = touches.subset(
         [i for i in range(len(touches)) if (touches.places[i], touches.features[i]) == ("front", "a")]
     )

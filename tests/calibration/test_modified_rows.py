@@ -60,7 +60,7 @@ def reached(rows: Floats, tip: Floats, target: Floats, rng: np.random.Generator)
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Floats, Floats]:
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Floats, Floats]:
     """A folder with a cell and touches of a robot with errors, its true rows, and its true tip."""
     folder, rng = tmp_path_factory.mktemp("modified"), np.random.default_rng(4)
     sizes = np.array([0.4, 0.4, 0.15, 0.2, 0.15]) * np.ones((6, 1))
@@ -89,9 +89,9 @@ places: {{front: seats, left: seats, high: seats}}
 
 
 def test_the_rows_written_are_those_of_the_robot(
-    session: tuple[Path, Floats, Floats], capsys: pytest.CaptureFixture[str]
+    simulated: tuple[Path, Floats, Floats], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder, rows, tip = session
+    folder, rows, tip = simulated
     out = folder / "robot.yaml"
     assert run(["calibrate", str(folder / "cell.yaml"), str(folder / "touches.csv"), "--json", "-o", str(out)]) == 0
     report = json.loads(capsys.readouterr().out)

@@ -15,7 +15,7 @@ from tests.support.arms import PLACES, SEATS, arm_cell, fixture, random_errors, 
 
 
 @pytest.fixture(scope="module")
-def session() -> tuple[Cell, Touches]:
+def simulated() -> tuple[Cell, Touches]:
     rng = np.random.default_rng(7)
     cell = arm_cell(("joint_offsets", "tip"), {name: fixture(dict(SEATS)) for name in ("front", "high")})
     errors = {name: e for name, e in random_errors(cell, rng).items() if "offset" in name or "tip" in name}
@@ -43,8 +43,8 @@ def shifted(pose: Floats, by: tuple[float, float, float], turn_z: float = 0.0) -
     return moved
 
 
-def test_directions_that_are_held_stay_and_are_certain(session: tuple[Cell, Touches]) -> None:
-    cell, touches = session
+def test_directions_that_are_held_stay_and_are_certain(simulated: tuple[Cell, Touches]) -> None:
+    cell, touches = simulated
     near = shifted(true_pose("front"), (8.0, -5.0, 0.0), 0.1)
     result = calibrate(known(cell, {"front": Placement(near, free=frozenset(("x", "y", "rz")))}), touches)
     assert result.status == "calibrated"
@@ -58,8 +58,8 @@ def test_directions_that_are_held_stay_and_are_certain(session: tuple[Cell, Touc
     assert np.sqrt(np.diag(front.covariance))[[2, 3, 4]].min() > 1e-5
 
 
-def test_limits_are_held_against_where_the_place_is(session: tuple[Cell, Touches]) -> None:
-    cell, touches = session
+def test_limits_are_held_against_where_the_place_is(simulated: tuple[Cell, Touches]) -> None:
+    cell, touches = simulated
     near = shifted(true_pose("front"), (30.0, 0.0, 0.0))
     wide, narrow = (
         calibrate(known(cell, {"front": Placement(near, within=(limit, 0.1))}), touches) for limit in (35.0, 20.0)
@@ -71,8 +71,8 @@ def test_limits_are_held_against_where_the_place_is(session: tuple[Cell, Touches
     assert "along x" in narrow.reasons[0]
 
 
-def test_a_measured_place_determines_the_first_joints_zero(session: tuple[Cell, Touches]) -> None:
-    cell, touches = session
+def test_a_measured_place_determines_the_first_joints_zero(simulated: tuple[Cell, Touches]) -> None:
+    cell, touches = simulated
     measured = {name: Placement(true_pose(name), sigma=(0.05, 1e-3)) for name in cell.places}
     result = calibrate(known(cell, measured), touches)
     assert result.status == "calibrated"
@@ -83,8 +83,8 @@ def test_a_measured_place_determines_the_first_joints_zero(session: tuple[Cell, 
     assert not any("joint_1.offset" in words for words in result.not_identified)
 
 
-def test_a_wrongly_measured_place_is_reported(session: tuple[Cell, Touches]) -> None:
-    cell, touches = session
+def test_a_wrongly_measured_place_is_reported(simulated: tuple[Cell, Touches]) -> None:
+    cell, touches = simulated
     measured = {
         "front": Placement(shifted(true_pose("front"), (0.0, 0.0, 25.0)), sigma=(0.05, 1e-3)),
         "high": Placement(true_pose("high"), sigma=(0.05, 1e-3)),

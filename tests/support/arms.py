@@ -67,7 +67,7 @@ SEATS = {"a": Point(np.zeros(3)), "b": Point(np.array([60.0, 0, 0])), "c": Point
 
 
 @dataclass(frozen=True)
-class Session:
+class SimulatedTouches:
     cell: Cell
     touches: Touches
     errors: dict[str, float]
