@@ -1,7 +1,5 @@
 """Simulated robots with known errors: forward kinematics written here, inverse kinematics by Newton's method."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -64,13 +62,6 @@ def fixture(surfaces: dict[str, Surface]) -> Fixture:
 
 
 SEATS = {"a": Point(np.zeros(3)), "b": Point(np.array([60.0, 0, 0])), "c": Point(np.array([0, 80.0, 20.0]))}
-
-
-@dataclass(frozen=True)
-class SimulatedTouches:
-    cell: Cell
-    touches: Touches
-    errors: dict[str, float]
 
 
 def random_errors(cell: Cell, rng: np.random.Generator) -> dict[str, float]:
