@@ -236,7 +236,7 @@ def test_a_stopped_batch_resumes(tmp_path: Path, stop: str, jobs: int) -> None:
     _, errors = process.communicate(timeout=30)
     assert process.returncode == {"SIGKILL": -9, "SIGTERM": 143, "SIGINT": 130}[stop]
     if stop != "SIGKILL":
-        assert "run the same command again to go on" in errors
+        assert "run the same command again to continue" in errors
         assert "Traceback" not in errors
     assert not out.exists()
     assert_end(workers)

@@ -126,7 +126,7 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
     for words, message in (
         ((cell, "--plan", 3), "the pose of front, left and high is not known; give planned touches, or placement"),
         ((cell,), "no TOUCHES are given"),
-        ((cell, few, "--plan", 3, "--hold-out", "front"), "--plan goes without --hold-out"),
+        ((cell, few, "--plan", 3, "--hold-out", "front"), "--plan cannot be combined with --hold-out"),
         ((cell, few, "--plan", 3, "--output", "x.urdf"), "x.urdf: touches to add are written as .csv or .json"),
     ):
         status, out, err = run_calibrate(capsys, *words)
@@ -138,7 +138,7 @@ def test_unwritable_outputs_are_rejected_before_computing(cell: Path, capsys: py
     touches = cell.parent / "touches.csv"
     for words, message in (
         (("--output", "robot.urdf"), "robot.urdf: this robot is written as .yaml; or name a .json or .html file"),
-        (("--json", "--tip-format", "kuka"), "--json and --tip-format do not go together"),
+        (("--json", "--tip-format", "kuka"), "--json and --tip-format cannot be combined"),
         (("--tip-format", "kukka"), "there is no pose format 'kukka'; did you mean 'kuka'?"),
     ):
         status, out, err = run_calibrate(capsys, cell, touches, *words)

@@ -99,13 +99,13 @@ def test_three_contacts_are_enough_where_three_directions_are_free(cell, capsys)
     ("words", "says"),
     [
         (("--within", "1,1"), "give the pose with --near"),
-        (("--near", "NEAR"), "alone decides nothing"),
-        (("--near", "NEAR", "--within", "1,1", "--near-sigma", "1,1"), "do not go together"),
+        (("--near", "NEAR"), "alone has no effect"),
+        (("--near", "NEAR", "--within", "1,1", "--near-sigma", "1,1"), "cannot be combined"),
         (("--near", "NEAR", "--within", "1"), "such as 20,5"),
         (("--near", "NEAR", "--within=-1,5"), "is negative"),
-        (("--near", "NEAR", "--within", "1,181"), "turned by more than 180"),
+        (("--near", "NEAR", "--within", "1,181"), "no rotation exceeds 180"),
         (("--near", "NEAR", "--within", "1_0,5"), "such as 20,5"),
-        (("--near", "NEAR", "--free", "x,q"), "is no direction"),
+        (("--near", "NEAR", "--free", "x,q"), "is not a direction"),
         (("--near", "NEAR", "--near-sigma", "0,1"), "above zero"),
     ],
 )
@@ -121,7 +121,7 @@ def test_the_pose_of_another_fixture_is_reported(name, times, cell, tmp_path, ca
     (tmp_path / "near.json").write_text(json.dumps(pose), encoding="utf-8")
     words = ["locate", str(FIXTURE), str(cell / "c.csv"), "--near", str(tmp_path / "near.json"), "--within", "20,10"]
     assert run(words) == 0
-    assert capsys.readouterr().err.count("where another stands, and this is") == times
+    assert capsys.readouterr().err.count("is a pose of another, and this is") == times
     assert run([*words, "--quiet"]) == 0
     assert capsys.readouterr().err == ""
 

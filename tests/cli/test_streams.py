@@ -73,7 +73,7 @@ def test_standard_input_is_read_only_once(words: tuple[object, ...]) -> None:
 def test_an_invalid_radius(radius: str) -> None:
     done = tactfix("fit", "sphere", CONTACTS, "--feature", "ball", "--radius", radius)
     assert (done.returncode, done.stdout) == (2, "")
-    assert "is no radius" in done.stderr or "is not a number" in done.stderr
+    assert "is not a radius" in done.stderr or "is not a number" in done.stderr
 
 
 def test_piped_output_is_utf_8_in_any_locale(tmp_path: Path) -> None:

@@ -79,7 +79,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             discard(sys.stdout)
             return Exit.PIPE_CLOSED
         except Exception as error:
-            return _told(error) if stop.received is None else _say(stop.word, stop.status)
+            return _reported(error) if stop.received is None else _say(stop.word, stop.status)
         except KeyboardInterrupt:
             return _say(stop.word, stop.status)
     # Some versions of typer turn an interrupt into an exit status.
@@ -90,7 +90,7 @@ _OF_STREAMS: Final = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG)
 """Errors of a standard stream that is full or closed."""
 
 
-def _told(error: Exception) -> int:
+def _reported(error: Exception) -> int:
     """Report an error and return its exit status."""
     show: Callable[..., None] | None = getattr(error, "show", None)
     status: Any = getattr(error, "exit_code", None)
@@ -102,9 +102,9 @@ def _told(error: Exception) -> int:
         return _say(refusal(error).on_command_line, Exit.FILE)
     if show is not None and status is not None:
         # typer's usage errors have no public base class that all its versions share; all have show and exit_code.
-        told = StringIO()
-        show(file=told)
-        say(told.getvalue())
+        message = StringIO()
+        show(file=message)
+        say(message.getvalue())
         return int(status)
     if os.environ.get("TACTFIX_DEBUG") == "1":
         raise error

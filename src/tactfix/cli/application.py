@@ -17,27 +17,27 @@ Command: TypeAlias = Callable[..., int]
 """What a command does; its parameters are Annotated with typer.Option and typer.Argument."""
 
 COMMANDS: Final[dict[str, str]] = {
-    "locate": "Find where a fixture stands from contacts.",
+    "locate": "Find the pose of a fixture from contacts.",
     "batch": "Locate many contact sets, on all cores or a Dask cluster, into one table.",
     "fit": "Find one plane, sphere or cylinder from contacts.",
-    "qualify": "Tell what a probe is good for, from repeated touches or a reference ball.",
-    "design-check": "Tell whether a fixture will locate, how surely, and what it would not notice.",
+    "qualify": "Determine the uncertainty of a probe from repeated touches or a reference ball.",
+    "design-check": "Check whether a fixture can be located, how accurately, and which mistakes stay hidden.",
     "schema": "Print the JSON Schema of fixture files, for editors.",
     "init": "Write a commented fixture file to start from.",
-    "simulate": "Make a contact file as a probe would report it, with the truth in it.",
-    "plan": "Choose the contacts to make: reachable, unique and as sure as can be.",
+    "simulate": "Make a contact file as a probe would report it, with the true pose in it.",
+    "plan": "Choose the contacts to make: reachable, unique and as accurate as possible.",
     "calibrate": "Calibrate a robot from touches on fixtures at unknown places.",
-    "convert": "Write a pose in the words of a controller, a machine tool or ROS.",
-    "compare": "Tell how far a fixture has moved between two poses.",
-    "check": "Tell whether a fixture still stands where it was located.",
-    "guide": "Tell after each touch what is still open, and where to touch next.",
+    "convert": "Write a pose in the format of a controller, a machine tool or ROS.",
+    "compare": "Compute how far a fixture has moved between two poses.",
+    "check": "Check whether a fixture has moved since it was located.",
+    "guide": "Report after each touch what is still undetermined, and where to touch next.",
     "import": "Write the log of a machine as a contact file.",
     "report": "Locate a fixture, or check its design, and write the record as one HTML page.",
 }
 """Each command and its help in one line; design-check is the function `command` of `tactfix.cli.design_check`.
 
-Only the module of the command that runs is imported. At its top it imports what its parameters name; what is heavy
-besides is imported in the function that uses it, so that help and completion do not wait for numpy."""
+Only the module of the command that runs is imported. At its top it imports what its parameters name; everything
+else that is slow is imported in the function that uses it, so that help and completion do not wait for numpy."""
 
 
 def module_of(command: str) -> str:
@@ -51,7 +51,7 @@ def command_of(name: str) -> Command:
     return cast(Command, importlib.import_module(module_of(name)).command)
 
 
-_HELP: Final = "Find where a fixture stands from a handful of touches on its spheres, cylinders and planes."
+_HELP: Final = "Find the pose of a fixture from a few touches on its spheres, cylinders and planes."
 
 
 def run_application(words: Sequence[str]) -> int:
@@ -64,7 +64,7 @@ def run_application(words: Sequence[str]) -> int:
 
 
 def _application(words: Sequence[str]) -> typer.Typer:
-    """All commands by name and help, but only the one among words with its options, and it alone where it comes first.
+    """All commands by name and help, but only the one among words with its options, and it alone if it comes first.
 
     typer works out the parameters of every command that it is given: that takes longer than reading the files.
     """
@@ -94,7 +94,7 @@ def _chosen(words: Sequence[str]) -> str | None:
 
 
 def _placeholder() -> None:
-    """Stands for a command that is listed and not run."""
+    """Replaces a command that is listed and not run."""
 
 
 def _version(wanted: bool) -> None:
@@ -108,4 +108,4 @@ def _options(
         bool, typer.Option("--version", help="Print the version and exit.", is_eager=True, callback=_version)
     ] = False,
 ) -> None:
-    """What holds for tactfix as a whole."""
+    """The options of tactfix itself."""

@@ -12,7 +12,7 @@ import typer
 from tactfix.cli.exits import Exit
 from tactfix.cli.inputs import ContactInput, PlacementInput, takes_groups
 from tactfix.cli.options import AsJson, FixturePath, Quiet, ScaleSigma, Scheduler, vector
-from tactfix.cli.output import emit, note, progress_bar, tell
+from tactfix.cli.output import emit, note, print_notes, progress_bar
 from tactfix.errors import UsageError
 from tactfix.settings import on_command_line
 from tactfix.version import VERSION
@@ -51,25 +51,23 @@ def command(
     touches: ContactInput,
     max_sigma: Annotated[
         float | None,
-        typer.Option(
-            metavar="S", min=0, help="Not acceptable where the worst sigma of the origin (or --at) exceeds S."
-        ),
+        typer.Option(metavar="S", min=0, help="Not acceptable if the worst sigma of the origin (or --at) exceeds S."),
     ] = None,
     max_rms: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Not acceptable where the rms of the residuals exceeds R.")
+        float | None, typer.Option(metavar="R", min=0, help="Not acceptable if the rms of the residuals exceeds R.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="--max-sigma holds at this point of the fixture frame.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Apply --max-sigma at this point of the fixture frame.")
     ] = None,
     placement: PlacementInput,
     scale_sigma: ScaleSigma = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Locate many contact sets of one fixture: a row for each, in their order, whatever becomes of it.
+    """Locate many contact sets of one fixture: a row for each, in their order, whatever its status.
 
-    A batch that was stopped goes on where it was when the same command is run again: until all is done, its rows are
-    kept beside the output, in FILE.partial.jsonl. parquet needs the extra 'batch', a cluster 'dask'.
+    A batch that was stopped continues when the same command is run again: until all is done, its rows are kept next
+    to the output, in FILE.partial.jsonl. parquet needs the extra 'batch', a cluster 'dask'.
 
     Exit status: 0 all are located and acceptable, 1 some are not (their rows say why), 3 none could be read.
     """
@@ -80,7 +78,7 @@ def command(
     from tactfix.report.batch_report import BatchCount, batch_json, batch_lines, find_writer, write_jsonl
 
     if as_json and output is None:
-        raise UsageError("--json prints what became of the sets; write their rows to a file: --output FILE")
+        raise UsageError("--json prints the number of sets by status; write their rows to a file: --output FILE")
     write = write_jsonl if output is None else find_writer(output.suffix.lower())
     spread = _spread(jobs, scheduler)
     task = BatchTask(
@@ -96,27 +94,27 @@ def command(
     sets = find_sets(contacts, touches.contacts_format, output)
     count = BatchCount()
     with _journal(output) as journal:
-        with _told_how_to_go_on(journal, len(sets), output), progress_bar("locating", quiet=quiet) as told:
+        with _reporting_interrupts(journal, len(sets), output), progress_bar("locating", quiet=quiet) as show:
             rows = run_batch(
-                task, sets, spread, journal, _digest(fixture_path, task), lambda n: told(n / len(sets), f"{n} sets")
+                task, sets, spread, journal, _digest(fixture_path, task), lambda n: show(n / len(sets), f"{n} sets")
             )
         _write(count.counted(rows), write, output)
         journal.remove()
     if as_json and output is not None:
         emit(batch_json(count, output))
-    tell(batch_lines(count), quiet=quiet)
+    print_notes(batch_lines(count), quiet=quiet)
     return _exit_of(count)
 
 
 def _in_one_line(result: "LocateResult") -> str:
-    """Why a result is not located; empty where it is."""
+    """Why a result is not located; empty if it is."""
     from tactfix.report.text_report import status_lines
 
     return "; ".join(line.strip() for line in status_lines(result))
 
 
 def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
-    """Who does the work: a cluster, processes of this machine, or this process alone where one is enough."""
+    """Where the work is done: on a cluster, in processes of this machine, or in this process if one is enough."""
     from tactfix.batching.batch import here, spread_over
     from tactfix.batching.cluster import DaskCluster
     from tactfix.batching.processes import LocalProcesses, cores
@@ -130,7 +128,7 @@ def _spread(jobs: int | None, scheduler: str | None) -> "Spread":
 
 
 def _digest(fixture_path: Path, task: "BatchTask") -> str:
-    """A checksum of all that the rows depend on but the contacts."""
+    """A checksum of everything that the rows depend on, except the contacts."""
     from hashlib import sha256
 
     from tactfix.files.reading import read_bytes
@@ -146,7 +144,7 @@ def _digest(fixture_path: Path, task: "BatchTask") -> str:
 
 @contextmanager
 def _journal(output: Path | None) -> "Iterator[BatchJournal]":
-    """The journal beside the output; where there is no output, one that is forgotten."""
+    """The journal next to the output; without an output, a temporary one."""
     from tactfix.files.batch_journal import BatchJournal, journal_path
 
     if output is not None:
@@ -160,12 +158,12 @@ def _journal(output: Path | None) -> "Iterator[BatchJournal]":
 
 
 @contextmanager
-def _told_how_to_go_on(journal: "BatchJournal", sets: int, output: Path | None) -> Iterator[None]:
+def _reporting_interrupts(journal: "BatchJournal", sets: int, output: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
         if output is not None:
-            note(f"{len(journal)} of {sets} sets are done and kept; run the same command again to go on")
+            note(f"{len(journal)} of {sets} sets are done and kept; run the same command again to continue")
         raise
 
 
@@ -183,7 +181,7 @@ def _write(rows: "Iterable[BatchRow]", write: "Writer", output: Path | None) -> 
 
 
 def _exit_of(count: "BatchCount") -> Exit:
-    """0 where all is well, 3 where nothing could be read, 1 in between."""
+    """0 if all sets are acceptable, 3 if none could be read, 1 otherwise."""
     if not count.refused:
         return Exit.DONE
     return Exit.FILE if count.by_status["error"] == count.sets else Exit.NOT_ACCEPTABLE

@@ -9,7 +9,7 @@ from tactfix.cli import completion
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.inputs import input_files
 from tactfix.cli.options import AsJson, Output, Quiet, Verbose
-from tactfix.cli.output import emit, note, standard_error, tell, wants_json, wants_summary
+from tactfix.cli.output import emit, note, print_notes, standard_error, wants_json, wants_summary
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tactfix.files.cell_file import CellFile
 
 MOST_ADDED: Final = 1000
-"""Touches that --plan adds at most: nobody makes more."""
+"""Touches that --plan adds at most, more than anybody makes."""
 
 
 def command(
@@ -34,12 +34,13 @@ def command(
         list[str] | None,
         typer.Option(
             metavar="PLACE",
-            help="Keep this place out of all of it and tell its residuals; repeatable.",
+            help="Leave this place out of the calibration and report its residuals; repeatable.",
             autocompletion=completion.places,
         ),
     ] = None,
     unchecked: Annotated[
-        bool, typer.Option("--unchecked", help="Let touches at one place do, which nothing can check.")
+        bool,
+        typer.Option("--unchecked", help="Accept touches at one place, although nothing can then check the result."),
     ] = False,
     tip_format: Annotated[
         str | None,
@@ -57,7 +58,7 @@ def command(
             metavar="N",
             min=0,
             max=MOST_ADDED,
-            help="Before anyone touches: tell what TOUCHES would tell, and print N touches to add.",
+            help="Before touching: report what TOUCHES would determine, and print N touches to add.",
         ),
     ] = None,
     criterion: Annotated[
@@ -70,13 +71,13 @@ def command(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
-    """Calibrate a robot from touches on fixtures that stand at unknown places.
+    """Calibrate a robot from touches on fixtures at unknown places.
 
     Prints the corrected URDF or Denavit-Hartenberg rows; --output writes them, or the JSON (.json) or a report (.html).
-    How much of what the touches say is believed is chosen by leaving out one place after the other.
+    The factor on the prior is chosen by leaving out one place after the other.
 
-    --plan tells which parameters planned touches would tell and prints touches to add, as a touch file. It needs to
-    know roughly where places are: by their placement in the cell file, or by touches planned there.
+    --plan reports which parameters planned touches would determine and prints touches to add, as a touch file. It needs
+    approximate poses of the places: from their placement in the cell file, or from touches planned there.
 
     Exit status: 0 calibrated, 4 underdetermined (no robot is written), 6 inconsistent.
     """
@@ -86,11 +87,11 @@ def command(
     from tactfix.files.touch_file import load_touches
 
     if tip_format is not None and as_json:
-        raise UsageError("--json and --tip-format do not go together; the JSON says the tip too")
+        raise UsageError("--json and --tip-format cannot be combined; the JSON contains the tip too")
     file = load_cell(cell_path)
     if plan is not None:
         if hold_out or unchecked or tip_format:
-            raise UsageError("--plan goes without --hold-out, --unchecked and --tip-format")
+            raise UsageError("--plan cannot be combined with --hold-out, --unchecked and --tip-format")
         return _plan(file, touches_path, plan, criterion, seed, output, as_json=as_json, quiet=quiet, verbose=verbose)
     if touches_path is None:
         raise UsageError("no TOUCHES are given; name a touch file, or plan touches with --plan N")
@@ -109,8 +110,8 @@ def command(
 
         print_calibration_sentence(result, standard_error())
     _print(file, result, dialect, as_json=as_json, is_written=output is not None)
-    tell(f"{result.status}: {reason}" for reason in result.reasons if result.status != "calibrated")
-    tell(result.warnings, quiet=quiet)
+    print_notes(f"{result.status}: {reason}" for reason in result.reasons if result.status != "calibrated")
+    print_notes(result.warnings, quiet=quiet)
     if for_people:
         from tactfix.report.calibration_summary import print_calibration
 
@@ -130,7 +131,7 @@ def _plan(
     quiet: bool,
     verbose: bool,
 ) -> int:
-    """Judge planned touches and print those to add."""
+    """Assess planned touches and print those to add."""
     from tactfix.calibration.touch_plan import plan_touches
     from tactfix.files.touch_file import load_touches
     from tactfix.report.calibration_report import plan_csv, touch_plan_json, touch_plan_lines
@@ -146,7 +147,7 @@ def _plan(
     result = plan_touches(file.cell, planned, add, sigma, criterion, seed)
     text = text_of(touch_plan_json(result)) if wants_json(output, as_json=as_json) else None
     emit(plan_csv(result) if text is None else text, output)
-    tell(touch_plan_lines(result), quiet=quiet)
+    print_notes(touch_plan_lines(result), quiet=quiet)
     if wants_summary(quiet=quiet, verbose=verbose):
         from tactfix.report.calibration_summary import print_touch_plan
 
@@ -161,7 +162,7 @@ def _dialect(name: str) -> str:
 
 
 def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_json: bool, is_written: bool) -> None:
-    """What goes to standard output: the JSON, the tip, or the robot where it is not written to a file."""
+    """What goes to standard output: the JSON, the tip, or the robot if it is not written to a file."""
     from tactfix.files.robot_file import robot_text
 
     if as_json:
@@ -173,7 +174,7 @@ def _print(file: "CellFile", result: "Calibration", dialect: str | None, *, as_j
 
 
 def _write(file: "CellFile", result: "Calibration", output: Path) -> None:
-    """The JSON or the robot to a file; no robot that is not calibrated."""
+    """Write the JSON or the robot to a file; a robot only if it is calibrated."""
     from tactfix.files.robot_file import robot_text
 
     if output.suffix.lower() == ".json":
@@ -185,12 +186,12 @@ def _write(file: "CellFile", result: "Calibration", output: Path) -> None:
 
 
 def _tip_text(result: "Calibration", dialect: str) -> str | bytes:
-    """The calibrated tip in the words of a pose format."""
+    """The calibrated tip in a pose format."""
     from tactfix.pose_formats.convert import write_pose
     from tactfix.pose_formats.pose import Pose
 
     written = write_pose(dialect, Pose(result.tip.flange_from_tip, result.units))
-    tell(written.notes)
+    print_notes(written.notes)
     return written.text
 
 
@@ -204,5 +205,5 @@ def _page(result: "Calibration", cell: Path, touches: str, settings: dict[str, s
     if touches == "-":
         raise UsageError("a report names its inputs; give the touches as a file")
     inputs = input_files(cell=str(cell), touches=touches)
-    said = {name: value for name, value in settings.items() if value}
-    return calibration_page(Provenance(inputs, said, datetime.now(UTC)), result, cell.stem)
+    given = {name: value for name, value in settings.items() if value}
+    return calibration_page(Provenance(inputs, given, datetime.now(UTC)), result, cell.stem)

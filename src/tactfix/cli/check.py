@@ -8,7 +8,7 @@ import typer
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.inputs import ContactInput, takes_groups
 from tactfix.cli.options import AsJson, ContactsPath, FixturePath, Output, Quiet, ScaleSigma
-from tactfix.cli.output import emit, emit_lines, tell, wants_json
+from tactfix.cli.output import emit, emit_lines, print_notes, wants_json
 from tactfix.errors import FileError
 
 if TYPE_CHECKING:
@@ -24,20 +24,22 @@ def command(
         str,
         typer.Option(
             metavar="POSE",
-            help="Where it stood: JSON of locate, or any pose; in the fixture's unit where it says none.",
+            help="The reference pose: JSON of locate, or any pose; without a unit, in the fixture's.",
             show_default=False,
         ),
     ],
     history: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Append the check to FILE (JSON lines), and tell a drift over all in it."),
+        typer.Option(
+            metavar="FILE", help="Append the check to FILE (JSON lines), and report a drift over all checks in it."
+        ),
     ] = None,
     limit_translation: Annotated[
         float | None,
-        typer.Option(metavar="T", min=0, help="Moved is an origin that moved more than T, in the fixture's unit."),
+        typer.Option(metavar="T", min=0, help="Has moved if the origin moved more than T, in the fixture's unit."),
     ] = None,
     limit_rotation: Annotated[
-        float | None, typer.Option(metavar="DEG", min=0, help="Moved is a fixture that turned more than DEG degrees.")
+        float | None, typer.Option(metavar="DEG", min=0, help="Has moved if the fixture turned more than DEG degrees.")
     ] = None,
     as_json: AsJson = False,
     output: Output = None,
@@ -45,9 +47,9 @@ def command(
     scale_sigma: ScaleSigma = False,
     quiet: Quiet = False,
 ) -> int:
-    """Tell whether a fixture still stands where it was located.
+    """Check whether a fixture has moved since it was located.
 
-    Without limits it has moved where one that stood still would look like this less than once in a thousand checks.
+    Without limits it has moved if noise alone gives such a movement less than once in a thousand checks.
 
     Exit status: 0 has not moved, 1 has moved, 3 a reference of another fixture, 4 to 6 not located, as locate.
     """
@@ -69,11 +71,11 @@ def command(
     if history is not None and found.record is not None:
         try:
             append_history(history, found.record)
-        except FileError as error:  # the verdict is printed all the same
+        except FileError as error:  # the verdict is printed nevertheless
             is_recorded = False
-            tell(error.on_command_line.splitlines())
+            print_notes(error.on_command_line.splitlines())
     _emit(found, output, as_json=as_json)
-    tell(found.warnings, quiet=quiet)
+    print_notes(found.warnings, quiet=quiet)
     if not is_recorded:
         return Exit.FILE
     if found.has_moved is None:
@@ -89,7 +91,7 @@ def _emit(found: "CheckResult", output: Path | None, *, as_json: bool) -> None:
     if is_json:
         emit(found.to_json(), output)
     if found.has_moved is None:
-        tell(check_lines(found))
+        print_notes(check_lines(found))
     elif not is_json:
         emit_lines(check_lines(found), output)
-        tell(found.exceeded.values())
+        print_notes(found.exceeded.values())

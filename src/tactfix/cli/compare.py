@@ -8,36 +8,36 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.exits import Exit
 from tactfix.cli.options import AsJson, Output
-from tactfix.cli.output import emit, emit_lines, tell, wants_json
+from tactfix.cli.output import emit, emit_lines, print_notes, wants_json
 
 
 def command(
-    before: Annotated[str, typer.Argument(metavar="BEFORE", help="The pose that was: output of locate, or else.")],
-    after: Annotated[str, typer.Argument(metavar="AFTER", help="The pose that is; - is standard input.")],
+    before: Annotated[str, typer.Argument(metavar="BEFORE", help="The earlier pose: output of locate, or any pose.")],
+    after: Annotated[str, typer.Argument(metavar="AFTER", help="The later pose; - is standard input.")],
     limit_translation: Annotated[
         float | None,
-        typer.Option(metavar="L", min=0, help="Exit 1 where the origin moved more than L, in the unit of BEFORE."),
+        typer.Option(metavar="L", min=0, help="Exit 1 if the origin moved more than L, in the unit of BEFORE."),
     ] = None,
     limit_rotation: Annotated[
-        float | None, typer.Option(metavar="DEG", min=0, help="Exit 1 where the fixture turned more than DEG degrees.")
+        float | None, typer.Option(metavar="DEG", min=0, help="Exit 1 if the fixture turned more than DEG degrees.")
     ] = None,
     units: Annotated[
         str | None,
         typer.Option(
             metavar="U",
-            help="Unit of a pose whose file does not say: mm, m, um or in.",
+            help="Unit of a pose whose file gives none: mm, m, um or in.",
             autocompletion=completion.units,
         ),
     ] = None,
     as_json: AsJson = False,
     junit: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the verdict to FILE as JUnit XML too.")
+        Path | None, typer.Option(metavar="FILE", help="Also write the verdict to FILE as JUnit XML.")
     ] = None,
     output: Output = None,
 ) -> int:
-    """Tell how far a fixture has moved since it was located last, in base and in its own frame.
+    """Compute how far a fixture has moved between two poses, in base and in its own frame.
 
-    Exit status: 0 within the limits, 1 past one of them.
+    Exit status: 0 within the limits, 1 beyond one of them.
     """
     import numpy as np
 
@@ -56,5 +56,5 @@ def command(
     else:
         emit_lines(compare_lines(movement), output)
     beyond = exceeded(movement, limits)
-    tell(beyond.values())
+    print_notes(beyond.values())
     return Exit.NOT_ACCEPTABLE if beyond else Exit.DONE

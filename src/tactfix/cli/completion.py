@@ -1,4 +1,4 @@
-"""What a shell offers when it is asked to complete a value: formats, units, features, names."""
+"""The values that shell completion offers: formats, units, features, names."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -55,7 +55,7 @@ places = offers(lambda: _keys("places"))
 
 
 def feature_runs(incomplete: str) -> list[str]:
-    """bar: and ball: of --features bar:5,ball:3, from the fixture that stands on the line."""
+    """bar: and ball: of --features bar:5,ball:3, from the fixture file on the line."""
     done, comma, begun = incomplete.rpartition(",")
     return [f"{done}{comma}{name}:" for name in _keys("features") if name.startswith(begun)]
 
@@ -74,7 +74,7 @@ def words_of_shell() -> list[str]:
 
 
 def _touched() -> Iterator[str]:
-    """The features that the contact file on the line names, in order; none where it cannot be read."""
+    """The features that the contact file on the line names, in order; none if it cannot be read."""
     from tactfix.files.contact_header import split_header
 
     text = _text_of((".csv", ".txt"))
@@ -105,7 +105,7 @@ def _text_of(endings: tuple[str, ...]) -> str:
     """The text of the first file with such an ending on the line; empty if it cannot be read, without an error."""
     from tactfix.files.reading import decode, read_bytes
 
-    # The arguments are not parsed yet where an option still waits for its value.
+    # The arguments are not parsed yet while an option still needs its value.
     path = next((word for word in words_of_shell() if word.endswith(endings)), None)
     try:
         return "" if path is None else decode(path, read_bytes(path))

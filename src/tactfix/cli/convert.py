@@ -6,12 +6,12 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.options import Output, Quiet
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, print_notes
 from tactfix.errors import UsageError
 from tactfix.formats import LEVER_ARM_MM, POSE_FORMATS, SUFFIXES
 
 _DIALECT_NAMES = ", ".join(POSE_FORMATS)
-"""As --help and a complaint list them."""
+"""As --help and error messages list them."""
 
 
 def command(
@@ -34,7 +34,7 @@ def command(
         typer.Option(
             "--from",
             metavar="NAME",
-            help="The dialect of POSE; by default told by its ending or content.",
+            help="The dialect of POSE; by default recognized by suffix or content.",
             autocompletion=completion.pose_formats,
         ),
     ] = None,
@@ -42,30 +42,35 @@ def command(
         str | None,
         typer.Option(
             metavar="U",
-            help="Unit of POSE where its file does not say: mm, m, um or in.",
+            help="Unit of POSE if its file gives none: mm, m, um or in.",
             autocompletion=completion.units,
         ),
     ] = None,
     inverse: Annotated[
-        bool, typer.Option("--inverse", help="Turn POSE round first: base in the fixture frame, or the other way.")
+        bool,
+        typer.Option("--inverse", help="Invert POSE first: base in the fixture frame instead of the fixture in base."),
     ] = False,
     on: Annotated[
         str | None,
-        typer.Option("--on", metavar="POSE", help="Set POSE upon this one, the frame that it is given in."),
+        typer.Option(
+            "--on", metavar="POSE", help="Compose POSE with this one, the pose of the frame in which POSE is given."
+        ),
     ] = None,
     lever_arm: Annotated[
         float,
-        typer.Option(metavar="MM", min=0, help="How far from the fixture's origin rounding is judged, in mm."),
+        typer.Option(
+            metavar="MM", min=0, help="Distance from the fixture's origin at which rounding is judged, in mm."
+        ),
     ] = LEVER_ARM_MM,
     force: Annotated[
-        bool, typer.Option("--force", help="Write it though it loses more than a tenth of sigma, or a tilt.")
+        bool, typer.Option("--force", help="Write it although it loses more than a tenth of sigma, or a tilt.")
     ] = False,
     output: Output = None,
     quiet: Quiet = False,
 ) -> int:
-    """Write a pose in the words of a controller, a machine tool or ROS.
+    """Write a pose in the format of a controller, a machine tool or ROS.
 
-    Every text is read back and compared before it leaves; rounding is told on standard error, and refused where it
+    Every text is read back and compared before it is written; rounding is reported on standard error, and refused if it
     exceeds a tenth of the pose's own sigma (exit 1).
     """
     from tactfix.files.pose_file import load_pose
@@ -80,12 +85,12 @@ def command(
         given = composed(load_pose(on, default_units=units), given)
     written = write_pose(name, given, force=force, lever_arm_mm=lever_arm)
     emit(written.text, output)
-    tell(written.notes, quiet=quiet)
+    print_notes(written.notes, quiet=quiet)
     return 0
 
 
 def _wanted(to: str | None, suffix: str | None) -> str:
-    """The dialect that --to names, else the one that the output's ending means."""
+    """The dialect that --to names, else that of the output's suffix."""
     if to is not None:
         return to
     if suffix is None or suffix not in SUFFIXES:

@@ -51,7 +51,7 @@ def command(
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too; may be repeated."),
+        typer.Option(metavar="X,Y,Z", help="Also report sigma at this point of the fixture frame; may be repeated."),
     ] = None,
     sigma: Annotated[
         float | None,
@@ -61,14 +61,14 @@ def command(
         float | None, typer.Option(metavar="R", min=0, help="Radius of the probe tip, in the same unit.")
     ] = None,
     max_sigma: Annotated[
-        float | None, typer.Option(metavar="S", min=0, help="An error where an extreme point is known worse than S.")
+        float | None, typer.Option(metavar="S", min=0, help="An error if the sigma of an extreme point exceeds S.")
     ] = None,
     study: Annotated[
         int | None,
         typer.Option(
             metavar="N",
             min=0,
-            help="Locate N random layouts with six contacts, seven and so on, instead of a few; 0 leaves that out.",
+            help="Locate N random layouts with six contacts, seven and so on, instead of a few; 0 omits the study.",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one study.")] = 0,
@@ -80,25 +80,25 @@ def command(
     placement: PlacementInput,
     as_json: AsJson = False,
     junit: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the findings to FILE as JUnit XML too.")
+        Path | None, typer.Option(metavar="FILE", help="Also write the findings to FILE as JUnit XML.")
     ] = None,
     output: Output = None,
     explain: Annotated[
         str | None,
         typer.Option(
             metavar="CODE",
-            help="Tell what stands behind a finding, and do nothing else.",
+            help="Explain a finding, and do nothing else.",
             autocompletion=completion.finding_codes,
         ),
     ] = None,
     quiet: Quiet = False,
 ) -> int:
-    """Tell whether a fixture will locate, how surely, and which mistakes it would never notice.
+    """Check whether a fixture can be located, how accurately, and which mistakes stay undetected.
 
-    Contacts that lie on the fixture's surfaces as they stand are a plan in the fixture frame; others are located first.
-    The fixture's placement, or --near, is taken into account: the fixture is judged as it stands there.
+    Contacts that lie on the fixture's surfaces untransformed are a plan in the fixture frame; others are located first.
+    The fixture's placement, or --near, is taken into account: the fixture is checked at that pose.
 
-    Exit status: 0 fine or with warnings, 1 an error was found.
+    Exit status: 0 no error (warnings are possible), 1 an error was found.
     """
     from tactfix.batching.cluster import mapping_over
     from tactfix.design.design_check import design_check
@@ -131,8 +131,8 @@ def command(
         write_whole(junit, design_junit(report))
     if output is not None and output.suffix.lower() in PAGES and not as_json:
         inputs = {"fixture": str(fixture_path)} | ({} if contacts in (None, "-") else {"contacts": str(contacts)})
-        said = {"--sigma": sigma, "--tip-radius": tip_radius, "--units": units, "--max-sigma": max_sigma}
-        emit(_page(report, output, inputs, said), output)
+        settings = {"--sigma": sigma, "--tip-radius": tip_radius, "--units": units, "--max-sigma": max_sigma}
+        emit(_page(report, output, inputs, settings), output)
     else:
         emit(_text(report, output, as_json=as_json), output)
     return Exit.NOT_ACCEPTABLE if report.status == "error" else Exit.DONE
@@ -157,21 +157,23 @@ def _contacts(
     return read_contacts(path, format_name, fixture, options, wanted, quiet=quiet).contacts
 
 
-def _page(report: "DesignReport", output: Path, inputs: Mapping[str, str], said: Mapping[str, object]) -> str | bytes:
-    """The record of the check as a page, as `tactfix report` writes it; inputs and what was said stand on it."""
+def _page(
+    report: "DesignReport", output: Path, inputs: Mapping[str, str], options: Mapping[str, object]
+) -> str | bytes:
+    """The record of the check as a page, as `tactfix report` writes it, with its inputs and options."""
     from datetime import UTC, datetime
 
     from tactfix.report.browser_print import in_form
     from tactfix.report.html_design import design_page
     from tactfix.report.html_page import Record
 
-    settings = {name: str(value) for name, value in said.items() if value is not None}
+    settings = {name: str(value) for name, value in options.items() if value is not None}
     record = Record(report.fixture, input_files(**inputs), settings, datetime.now(UTC))
     return in_form(design_page(record, report), output.suffix.lower())
 
 
 def _text(report: "DesignReport", output: Path | None, *, as_json: bool) -> str:
-    """JSON where it is asked for by option or suffix, else tables, in colour on a terminal that wants it."""
+    """JSON if requested by option or suffix, else tables, in colour on a terminal that wants it."""
     from tactfix.report.design_table import design_text
 
     if wants_json(output, as_json=as_json):

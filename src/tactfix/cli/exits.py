@@ -1,4 +1,4 @@
-"""Exit status: the one place that knows which number means what."""
+"""Exit status: the only module that defines the numbers."""
 
 from enum import IntEnum
 
@@ -6,7 +6,7 @@ from tactfix.errors import DegenerateContactsError, NotQualifiedError, PoseRefus
 
 
 class Exit(IntEnum):
-    """What the exit status of a command says."""
+    """The exit status of a command."""
 
     DONE = 0
     NOT_ACCEPTABLE = 1
@@ -33,7 +33,7 @@ def exit_of_status(status: str) -> Exit:
 
 
 def exit_of_error(error: TactfixError) -> Exit:
-    """The exit status of an error; what has none of its own is an input that says the impossible."""
+    """The exit status of an error; any other error is that of an invalid input file."""
     match error:
         case UsageError():
             return Exit.USAGE

@@ -8,7 +8,7 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.exits import exit_of_status
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Sigma, TipRadius, Units, Verbose
-from tactfix.cli.output import LISTED_BY_JSON, emit, on_screen, standard_error, tell, wants_json, wants_summary
+from tactfix.cli.output import LISTED_BY_JSON, emit, on_screen, print_notes, standard_error, wants_json, wants_summary
 from tactfix.errors import DegenerateContactsError, UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -36,7 +36,7 @@ def command(
     kind: Annotated[Kind, typer.Argument(help="The kind of surface.", show_default=False)],
     contacts: ContactsPath,
     radius: Annotated[
-        float | None, typer.Option(metavar="R", help="Known radius, in the contact file's unit; found where not given.")
+        float | None, typer.Option(metavar="R", help="Known radius, in the contact file's unit; found if not given.")
     ] = None,
     side: Annotated[Side, typer.Option(help="outer: touched from outside; inner: a bore or socket.")] = Side.OUTER,
     feature: Annotated[
@@ -64,9 +64,9 @@ def command(
     from tactfix.report.text_report import fit_status_lines, surface_text
 
     if radius is not None and (kind is Kind.PLANE or not LEAST_LENGTH <= radius <= MOST_LENGTH):
-        raise UsageError(f"--radius {radius:g} is no radius of a {kind.value}")
+        raise UsageError(f"--radius {radius:g} is not a radius of a {kind.value}")
     if kind is Kind.PLANE and side is Side.INNER:
-        raise UsageError("--side inner is of a bore or socket; a plane has one side, and the approaches tell it")
+        raise UsageError("--side inner is for a bore or socket; the side of a plane follows from the approaches")
     read = read_contact_file(contacts, None, ContactOptions(units, tip_radius, sigma))
     chosen = _one_feature(read.contacts, feature)
     result = _fit(kind, chosen, radius, side)
@@ -80,8 +80,8 @@ def command(
     elif result.surface is not None:
         emit(surface_text(result.surface, result.sigma if on_screen(output) else None), output)
     size = "" if radius is None else f" of radius {radius:g} {read.units}"
-    tell(fit_status_lines(result, LISTED_BY_JSON, size))
-    tell(result.warnings, quiet=quiet)
+    print_notes(fit_status_lines(result, LISTED_BY_JSON, size))
+    print_notes(result.warnings, quiet=quiet)
     if for_people:
         from tactfix.report.fit_summary import print_fit
 
@@ -90,7 +90,7 @@ def command(
 
 
 def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> "FitResult":
-    """What fit finds; contacts that leave the surface free are an answer too."""
+    """What fit finds; contacts that leave the surface free give a result too."""
     from tactfix.fitting.fit import FitResult, fit
 
     try:
@@ -100,7 +100,7 @@ def _fit(kind: Kind, contacts: "Contacts", radius: float | None, side: Side) -> 
 
 
 def _one_feature(contacts: "Contacts", feature: str | None) -> "Contacts":
-    """The contacts on one feature; a file that names several needs to be told which."""
+    """The contacts on one feature; for a file with several the option must choose one."""
     from tactfix.files.reading import composed
 
     names = list(contacts.by_feature)

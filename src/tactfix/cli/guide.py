@@ -9,7 +9,7 @@ import typer
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.inputs import ContactInput, Gates, read_contacts, takes_groups
 from tactfix.cli.options import FixturePath, Quiet
-from tactfix.cli.output import emit, emit_lines, tell
+from tactfix.cli.output import emit, emit_lines, print_notes
 from tactfix.errors import FileError, UsageError
 
 if TYPE_CHECKING:
@@ -27,17 +27,17 @@ def command(
         typer.Argument(metavar="[CONTACTS]", help="Contact file (CSV) or machine log; - is standard input."),
     ] = "-",
     follow: Annotated[
-        bool, typer.Option("--follow", help="Wait for what is appended to CONTACTS until the fixture is located.")
+        bool, typer.Option("--follow", help="Wait for touches appended to CONTACTS until the fixture is located.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="A line of JSON after each touch.")] = False,
     touches: ContactInput,
     gates: Gates,
     quiet: Quiet = False,
 ) -> int:
-    """After each touch, tell what is still free or ambiguous, and where to touch next.
+    """Report after each touch what is still free or ambiguous, and where to touch next.
 
-    Ends when the fixture is located within the gates, or where the touches end. For a machine log --features tells the
-    touches to come, in their order; fewer may be there yet.
+    Ends when the fixture is located within the gates, or when the touches end. For a machine log --features gives the
+    features of all planned touches, in order; the log may contain fewer so far.
 
     Exit status: 0 located, 1 a gate is exceeded, 4 underdetermined or no touch, 5 ambiguous, 6 inconsistent.
     """
@@ -46,7 +46,7 @@ def command(
     from tactfix.report.movement_report import guide_line
 
     if follow and contacts == "-":
-        raise UsageError("standard input is followed to its end in any case; leave --follow out")
+        raise UsageError("standard input is always followed to its end; leave --follow out")
     fixture = load_fixture(fixture_path)
     point = gates.point
     status = Exit.UNDERDETERMINED
@@ -57,11 +57,11 @@ def command(
         else:
             emit_lines([guide_line(step)])
         if step.is_done:
-            tell(step.result.warnings, quiet=quiet)
+            print_notes(step.result.warnings, quiet=quiet)
             return Exit.DONE
         status = Exit.NOT_ACCEPTABLE if step.exceeded else exit_of_status(step.result.status)
     if status == Exit.UNDERDETERMINED:
-        tell(["the touches ended before the fixture is located"], quiet=quiet)
+        print_notes(["the touches ended before the fixture is located"], quiet=quiet)
     return status
 
 
@@ -77,7 +77,7 @@ def _touches(fixture: "Fixture", path: str, given: ContactInput, *, follow: bool
             found, contacts_so_far = contacts_in(text, format_name, repeats_units)
             if found > count:
                 begun = replace(wanted, features=_first(wanted.features, contacts_so_far))
-                # What a log passes over would be told again at each touch.
+                # The notes on a log would be repeated at each touch.
                 contacts = read_contacts(text, format_name, fixture, options, begun, quiet=True).contacts
                 count = found
                 yield contacts

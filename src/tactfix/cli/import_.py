@@ -8,14 +8,14 @@ import typer
 from tactfix.cli import completion
 from tactfix.cli.inputs import ContactInput, takes_groups
 from tactfix.cli.options import Output, Quiet
-from tactfix.cli.output import emit, tell
+from tactfix.cli.output import emit, print_notes
 from tactfix.errors import UsageError
 from tactfix.formats import LOG_NAMES
 
 
 @dataclass(frozen=True, slots=True)
 class LogInput(ContactInput):
-    """How the log of a machine is read, which is no contact file yet."""
+    """How the log of a machine is read."""
 
     units: Annotated[
         str | None,
@@ -47,8 +47,8 @@ def command(
 ) -> int:
     """Write the log of a machine as a contact file (CSV), in the log's own unit.
 
-    What the log cannot say, options must: --features bar:5,ball:4 (in order), --units. Tip radius and sigma may be left
-    to whoever reads the contact file. What was left out is listed on standard error.
+    Options give what the log does not contain: --features bar:5,ball:4 (in order), --units. Tip radius and sigma may be
+    given later, with the contact file. Skipped lines are listed on standard error.
     """
     from tactfix.files.logs.export import contact_csv
     from tactfix.files.logs.load import read_log
@@ -57,5 +57,5 @@ def command(
         raise UsageError(f"which format? give --contacts-format {', '.join(LOG_NAMES)}")
     read = read_log(touches.contacts_format, log, None, touches.options(), touches.log_options(), complete=False)
     emit(contact_csv(read), output)
-    tell(read.notes, quiet=quiet)
+    print_notes(read.notes, quiet=quiet)
     return 0

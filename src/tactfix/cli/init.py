@@ -15,7 +15,7 @@ from tactfix.formats import TEMPLATES
 def command(
     output: Annotated[
         Path | None,
-        typer.Argument(metavar="[FILE]", help="Where to write it; standard output where left out.", show_default=False),
+        typer.Argument(metavar="[FILE]", help="The file to write; by default standard output.", show_default=False),
     ] = None,
     like: Annotated[
         str,
@@ -23,7 +23,7 @@ def command(
             metavar="NAME", help=f"What to start from: {', '.join(TEMPLATES)}.", autocompletion=completion.templates
         ),
     ] = "robot-cell-plate",
-    force: Annotated[bool, typer.Option("--force", help="Replace FILE where it exists.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
 ) -> int:
     """Write a commented fixture file to start from."""
     from tactfix.files.fixture_file import template_text

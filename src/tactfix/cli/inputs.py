@@ -1,4 +1,4 @@
-"""Options that belong together and that several commands take: how contacts are read, where the fixture stands, limits.
+"""Groups of options that several commands take: how contacts are read, the fixture's placement, limits.
 
 A command names such a group as one parameter, `touches: ContactInput`, and is decorated with `takes_groups`: typer then
 sees the fields of the group as options of the command.
@@ -16,7 +16,7 @@ import typer
 
 from tactfix.cli import completion
 from tactfix.cli.options import ContactsFormat, Features, Sigma, TipOffset, TipRadius, Units, vector
-from tactfix.cli.output import note, tell
+from tactfix.cli.output import note, print_notes
 from tactfix.decimal_text import numbers_of
 from tactfix.errors import UsageError
 from tactfix.settings import FOR_LOGS
@@ -72,7 +72,7 @@ class ContactInput:
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="Approach for a machine log that has none, for all features, or feature:X,Y,Z;... each.",
+            help="Approach for a machine log that has none: for all features, or feature:X,Y,Z;... for each.",
         ),
     ] = None
     repeats: Annotated[
@@ -85,17 +85,17 @@ class ContactInput:
     ] = "all"
     work_offset: Annotated[
         str | None,
-        typer.Option(metavar="POSE", help="The frame that the machine reported in: a file, any pose format."),
+        typer.Option(metavar="POSE", help="The frame in which the machine reported: a file, any pose format."),
     ] = None
 
     def options(self, unknown: "frozenset[Unknown]" = frozenset()) -> "ContactOptions":
-        """What takes precedence over the contact file; unknown: what of the tip is to be found."""
+        """What takes precedence over the contact file; unknown: what of the tip is to be determined."""
         from tactfix.files.contact_options import ContactOptions
 
         return ContactOptions(self.units, self.tip_radius, self.sigma, unknown=unknown)
 
     def log_options(self) -> "LogOptions":
-        """What a machine log cannot say itself, and the tip's offset."""
+        """What a machine log does not contain, and the tip's offset."""
         from tactfix.files.contact_options import log_options
 
         offset = None if self.tip_offset is None else vector(self.tip_offset, "--tip-offset")
@@ -104,7 +104,7 @@ class ContactInput:
     def read(
         self, source: str, fixture: "Fixture", unknown: "frozenset[Unknown]" = frozenset(), *, quiet: bool
     ) -> "ContactFile":
-        """The contacts in a file; what is passed over of a log is told unless quiet."""
+        """The contacts in a file; skipped lines of a log are reported unless quiet."""
         return read_contacts(
             source, self.contacts_format, fixture, self.options(unknown), self.log_options(), quiet=quiet
         )
@@ -129,23 +129,23 @@ def read_contacts(
     from tactfix.files.logs.load import load_log
 
     read, notes = load_log(format_name, source, fixture, options, log_options)
-    tell(notes, quiet=quiet)
+    print_notes(notes, quiet=quiet)
     return read
 
 
 @dataclass(frozen=True, slots=True)
 class Gates:
-    """The limits that a located pose must keep to, and the point at which they hold."""
+    """The limits that a located pose must satisfy, and the point at which they apply."""
 
     max_sigma: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0, help="Exit 1 where the worst sigma of the origin (or of --at) exceeds S."),
+        typer.Option(metavar="S", min=0, help="Exit 1 if the worst sigma of the origin (or of --at) exceeds S."),
     ] = None
     max_rms: Annotated[
-        float | None, typer.Option(metavar="R", min=0, help="Exit 1 where the rms of the residuals exceeds R.")
+        float | None, typer.Option(metavar="R", min=0, help="Exit 1 if the rms of the residuals exceeds R.")
     ] = None
     at: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Tell sigma at this point of the fixture frame too.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Also report sigma at this point of the fixture frame.")
     ] = None
 
     @property
@@ -166,22 +166,22 @@ class Gates:
 
 @dataclass(frozen=True, slots=True)
 class PlacementInput:
-    """Where the fixture stands as far as it is known beforehand; each option replaces its part of the fixture file."""
+    """What is known beforehand of the fixture's pose; each option replaces its part of the fixture file."""
 
     near: Annotated[
         str | None,
         typer.Option(
-            metavar="POSE", help="Roughly where the fixture stands: a file, any pose format; beats placement."
+            metavar="POSE", help="Approximate pose of the fixture: a file, any pose format; replaces placement."
         ),
     ] = None
     within: Annotated[
         str | None,
-        typer.Option(metavar="T,R", help="How far from --near it can stand at most: fixture's units, degrees."),
+        typer.Option(metavar="T,R", help="Largest distance and rotation from --near: fixture's units, degrees."),
     ] = None
     near_sigma: Annotated[
         str | None,
         typer.Option(
-            metavar="T,R", help="--near is a measurement with this sigma a component: fixture's units, degrees."
+            metavar="T,R", help="--near is a measurement with this sigma per component: fixture's units, degrees."
         ),
     ] = None
     free: Annotated[
@@ -196,15 +196,15 @@ class PlacementInput:
     def placed(self, fixture: "Fixture", *, alone: bool = False, quiet: bool) -> "Fixture":
         """The fixture with this placement.
 
-        alone: near is of use without the others. A pose of another fixture is told, unless quiet. Raises UsageError
-        where they do not go together, FileError where the pose cannot be read.
+        alone: near is of use without the others. A pose of another fixture is reported, unless quiet. Raises UsageError
+        if they cannot be combined, FileError if the pose cannot be read.
         """
         if self.near is self.within is self.near_sigma is self.free is None:
             return fixture
         if self.within is not None and self.near_sigma is not None:
-            raise UsageError("--within and --near-sigma do not go together: limits, or a measurement; leave one out")
+            raise UsageError("--within and --near-sigma cannot be combined: limits, or a measurement; leave one out")
         if self.near is None and fixture.placement is None:
-            raise UsageError("--within, --near-sigma and --free say how far from a pose; give the pose with --near")
+            raise UsageError("--within, --near-sigma and --free are relative to a pose; give the pose with --near")
         known = fixture.placement if self.near is None else _near(self.near, fixture, quiet=quiet)
         assert known is not None
         if self.within is not None:
@@ -215,7 +215,7 @@ class PlacementInput:
             known = replace(known, free=_directions(self.free))
         if not known.is_known and not alone:
             raise UsageError(
-                "--near alone decides nothing; say how far with --within T,R, --near-sigma T,R or --free x,y,rz"
+                "--near alone has no effect; limit the deviation with --within T,R, --near-sigma T,R or --free x,y,rz"
             )
         return replace(fixture, placement=known)
 
@@ -248,12 +248,12 @@ def read_pose(path: str, fixture: "Fixture", *, quiet: bool) -> "Floats":
 
     pose = load_pose(path, default_units=fixture.units).in_units(fixture.units)
     if pose.fixture not in ("", fixture.name) and Path(pose.fixture).stem != fixture.name:
-        note(f"{path} is where {pose.fixture} stands, and this is {fixture.name}: is it the right pose?", quiet=quiet)
+        note(f"{path} is a pose of {pose.fixture}, and this is {fixture.name}: is it the right pose?", quiet=quiet)
     return pose.base_from_fixture
 
 
 def _near(path: str, fixture: "Fixture", *, quiet: bool) -> "Placement":
-    """The placement with the pose of a file, all else as the fixture file has it."""
+    """The placement with the pose of a file, and everything else from the fixture file."""
     from tactfix.placement import Placement
 
     near = read_pose(path, fixture, quiet=quiet)
@@ -269,7 +269,7 @@ def _translation_and_rotation(text: str, option: str) -> tuple[float, float]:
     if min(translation, rotation) < 0:
         raise UsageError(f"{option} {text!r}: neither the length nor the angle is negative")
     if rotation > 180:
-        raise UsageError(f"{option} {text!r}: no pose is turned by more than 180 degrees; 180 leaves the turn open")
+        raise UsageError(f"{option} {text!r}: no rotation exceeds 180 degrees; 180 means no limit")
     return translation, math.radians(rotation)
 
 
@@ -280,5 +280,5 @@ def _directions(text: str) -> "frozenset[Direction]":
     names = [part.strip().lower() for part in text.split(",")]
     wrong = next((name for name in names if name not in DIRECTIONS), None)
     if wrong is not None:
-        raise UsageError(f"--free {text!r}: {wrong!r} is no direction; {did_you_mean(wrong, DIRECTIONS)}")
+        raise UsageError(f"--free {text!r}: {wrong!r} is not a direction; {did_you_mean(wrong, DIRECTIONS)}")
     return frozenset(cast("Direction", name) for name in names)

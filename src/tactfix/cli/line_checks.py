@@ -1,7 +1,8 @@
 """Rules for every command line: numbers are decimal numbers, no output is one of the inputs, standard input is read
 once, and --output - is standard output.
 
-Python accepts more as a number: 1_0, nan, digits of other scripts. What no one accepts, such as 3mm, is told likewise.
+Python accepts more as a number: 1_0, nan, digits of other scripts. What is invalid everywhere, such as 3mm, gives the
+same message.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,9 +18,9 @@ _NUMBER_TYPES: Final = ("float", "integer", "float range", "integer range")
 
 _LONGEST_PATH: Final = 4096
 """Characters of a path (PATH_MAX of Linux)."""
-_BESIDE_RESULT: Final = ("junit", "next_contact", "history")
-"""Parameters that name a file to write beside the result."""
-_OUTPUTS: Final = ("output", *_BESIDE_RESULT)
+_FURTHER_OUTPUTS: Final = ("junit", "next_contact", "history")
+"""Parameters that name a file to write in addition to the result."""
+_OUTPUTS: Final = ("output", *_FURTHER_OUTPUTS)
 """Parameters that name a file to write."""
 _INPUTS: Final = (
     "contacts",
@@ -73,9 +74,9 @@ def _check_standard_input(values: Mapping[str, Any]) -> None:
 
 
 def _check_standard_output(values: Mapping[str, Any]) -> None:
-    beside = next((name for name in _BESIDE_RESULT if str(values.get(name)) == "-"), None)
-    if beside is not None:
-        option = "--" + beside.replace("_", "-")
+    further = next((name for name in _FURTHER_OUTPUTS if str(values.get(name)) == "-"), None)
+    if further is not None:
+        option = "--" + further.replace("_", "-")
         raise UsageError(f"{option} - would mix with the result on standard output; name a file")
 
 

@@ -9,7 +9,7 @@ from tactfix.cli import completion
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.inputs import ContactInput, Gates, PlacementInput, takes_groups
 from tactfix.cli.options import AsJson, ContactsPath, FixturePath, Output, Quiet, ScaleSigma, Verbose
-from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, standard_error, tell, wants_summary
+from tactfix.cli.output import LISTED_BY_JSON, emit, note, on_screen, print_notes, standard_error, wants_summary
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def _explained(code: str | None) -> None:
-    """Print what stands behind a code and end: no file is needed for that."""
+    """Print the explanation of a code and end: this needs no file."""
     if code is not None:
         from tactfix.explanations import explanation
 
@@ -48,23 +48,23 @@ def command(
     gates: Gates,
     scale_sigma: ScaleSigma = False,
     force: Annotated[
-        bool, typer.Option("--force", help="Write a dialect that rounds more than a tenth of sigma.")
+        bool, typer.Option("--force", help="Write a dialect although it rounds more than a tenth of sigma.")
     ] = False,
     unknown: Annotated[
         str | None,
         typer.Option(
             metavar="WHAT",
-            help="Find the tip too: tip (its offset, from flange poses), tip-radius, or tip,tip-radius.",
+            help="Also determine the tip: tip (its offset, from flange poses), tip-radius, or tip,tip-radius.",
             autocompletion=completion.unknowns,
         ),
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit 1 where any warning speaks against the pose.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit 1 if there is any warning about the pose.")] = False,
     explain: Annotated[
         str | None,
         typer.Option(
             "--explain",
             metavar="CODE",
-            help="Tell what stands behind a status, a reason or a diagnosis, and do nothing else.",
+            help="Explain a status, a reason or a diagnosis, and do nothing else.",
             autocompletion=completion.verdict_codes,
             callback=_explained,
             is_eager=True,
@@ -73,15 +73,15 @@ def command(
     next_contact: Annotated[
         Path | None,
         typer.Option(
-            "--next-contact", metavar="FILE", help="Where contacts are missing: write those to make next, as plan does."
+            "--next-contact", metavar="FILE", help="If contacts are missing: write those to make next, as plan does."
         ),
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
-    """Find where a fixture stands: base_from_fixture, with x_base = R x_fixture + t.
+    """Find the pose of a fixture: base_from_fixture, with x_base = R x_fixture + t.
 
-    Prints the 4x4 matrix, or what --format says. All results are in the fixture's units.
+    Prints the 4x4 matrix, or the format of --format. All results are in the fixture's units.
 
     Exit status: 0 located, 1 a gate is exceeded (or --strict and a warning), 4 underdetermined, 5 ambiguous,
     6 inconsistent.
@@ -100,18 +100,18 @@ def command(
     result = locate(fixture, read.contacts, scale_sigma=scale_sigma, unknown=sought)
     for_people = wants_summary(quiet=quiet, verbose=verbose)
     if for_people and result.status == "located":
-        # rich takes as long to import as all else: only for people who see it.
+        # rich takes as long to import as everything else: only for people who see it.
         from tactfix.report.summary import print_sentence
 
         print_sentence(result, standard_error())
     text = render_pose(result, style, point, force=force, quiet=quiet, for_screen=on_screen(output))
     if text is not None:
         emit(text, output)
-    tell(status_lines(result, LISTED_BY_JSON))
+    print_notes(status_lines(result, LISTED_BY_JSON))
     if next_contact is not None:
         _write_next(result, read.contacts, next_contact)
-    tell([] if result.tip is None else [result.tip.message], quiet=quiet)
-    tell(result.warnings, quiet=quiet)
+    print_notes([] if result.tip is None else [result.tip.message], quiet=quiet)
+    print_notes(result.warnings, quiet=quiet)
     if for_people:
         from tactfix.report.summary import print_summary
 
@@ -122,24 +122,24 @@ def command(
         return exit_of_status(result.status)
     exceeded = gates.exceeded(result)
     if strict and result.warnings:
-        exceeded.append("not acceptable: a warning speaks against the pose, and --strict allows none")
-    tell(exceeded)
+        exceeded.append("not acceptable: there is a warning about the pose, and --strict allows none")
+    print_notes(exceeded)
     return Exit.NOT_ACCEPTABLE if exceeded else Exit.DONE
 
 
 def _write_next(result: "LocateResult", contacts: "Contacts", output: Path) -> None:
-    """The contacts to make next as a file, where any are named."""
+    """Write the contacts to make next to a file, if any are named."""
     from tactfix.report.plan_report import next_contact_csv
 
     text = next_contact_csv(result, contacts.tip_radius, float(contacts.sigmas.max()))
     if text is None:
-        tell([f"no contact is missing that could be named; {output} is not written"])
+        print_notes([f"there is no next contact; {output} is not written"])
     else:
         emit(text, output)
 
 
 def _unknowns(text: str | None) -> "frozenset[Unknown]":
-    """'tip', 'tip-radius' or both, divided by a comma; nothing where None."""
+    """'tip', 'tip-radius' or both, separated by a comma; nothing for None."""
     choices: dict[str, Unknown] = {"tip": "tip", "tip-radius": "tip-radius"}
     names = [] if text is None else [part.strip() for part in text.split(",")]
     for name in names:

@@ -20,7 +20,7 @@ Output: TypeAlias = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="FILE", help="Write the result to FILE, whole or not at all; - prints it."),
 ]
-AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything that is known, as JSON.")]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print the whole result as JSON.")]
 Scheduler: TypeAlias = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Work on this Dask cluster instead, such as tcp://host:8786.")
 ]

@@ -44,12 +44,12 @@ def emit(result: str | bytes, output: Path | None = None) -> None:
 
 
 def emit_program(text: str, output: Path | None = None) -> None:
-    """Write a result of lines that stay whole, and comments: on a terminal long comments are several lines."""
+    """Write a result of unbroken lines and comments: on a terminal long comments are wrapped."""
     emit(program_for_people(text, sys.stdout) if output is None else text, output)
 
 
 def emit_lines(lines: Iterable[str], output: Path | None = None) -> None:
-    """Write a result that is sentences, one a line; on a terminal long ones are broken between words."""
+    """Write a result of sentences, one per line; on a terminal long ones are broken between words."""
     text = "".join(f"{line}\n" for line in lines)
     emit(text if output is not None else for_people(text, sys.stdout), output)
 
@@ -60,7 +60,7 @@ def note(message: str, *, quiet: bool = False) -> None:
         say(f"tactfix: {message}\n")
 
 
-def tell(messages: Iterable[str], *, quiet: bool = False) -> None:
+def print_notes(messages: Iterable[str], *, quiet: bool = False) -> None:
     """Write each of the messages to standard error, unless quiet."""
     for message in messages:
         note(message, quiet=quiet)
@@ -139,10 +139,10 @@ def program_for_people(text: str, stream: TextIO) -> str:
 
 
 def _width(stream: TextIO) -> int:
-    """Columns of a terminal: what COLUMNS says, else what it says itself."""
-    told = os.environ.get("COLUMNS", "")
-    if told.isdecimal() and int(told) > 0:
-        return int(told)
+    """Columns of a terminal: from COLUMNS, else from the terminal itself."""
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and int(columns) > 0:
+        return int(columns)
     try:
         return os.get_terminal_size(stream.fileno()).columns or 80
     except (OSError, ValueError):

@@ -7,7 +7,7 @@ import typer
 from tactfix.cli.exits import Exit
 from tactfix.cli.inputs import PlacementInput, takes_groups
 from tactfix.cli.options import AsJson, FixturePath, Output, Quiet, Scheduler, Verbose
-from tactfix.cli.output import emit, emit_program, progress_bar, tell, wants_summary
+from tactfix.cli.output import emit, emit_program, print_notes, progress_bar, wants_summary
 from tactfix.errors import UsageError
 
 MOST_STARTS = 10_000
@@ -26,11 +26,11 @@ def command(
     ] = None,
     add: Annotated[
         int | None,
-        typer.Option(metavar="K", help="How many to add to CONTACTS; the fewest that hold the pose where not given."),
+        typer.Option(metavar="K", help="Number to add to CONTACTS; by default the fewest that determine the pose."),
     ] = None,
     contacts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="How many contacts; the fewest that are unique where not given."),
+        typer.Option(metavar="N", help="Number of contacts; by default the fewest with a unique pose."),
     ] = None,
     criterion: Annotated[
         Literal["worst", "d", "e"],
@@ -43,7 +43,7 @@ def command(
             metavar="N",
             min=1,
             max=MOST_STARTS,
-            help="Search from N random sets, instead of a few, and tell how many agree.",
+            help="Search from N random sets, instead of a few, and report how many agree.",
         ),
     ] = None,
     scheduler: Scheduler = None,
@@ -57,8 +57,8 @@ def command(
         typer.Option(
             metavar="K",
             min=1,
-            help="Plan K tool orientations too, for a tip that is found with the pose (locate --unknown tip); those of "
-            "CONTACTS count.",
+            help="Also plan K tool orientations, for a tip that is determined with the pose (locate --unknown tip); "
+            "those of CONTACTS count.",
         ),
     ] = None,
     placement: PlacementInput,
@@ -67,11 +67,11 @@ def command(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
-    """Choose the contacts to make: reachable, unique, and as sure as their number allows.
+    """Choose the contacts to make: reachable, unique, and as accurate as their number allows.
 
-    Prints a contact file of nominal contacts (tip centres) in the fixture frame, or in base where CONTACTS says where
-    the fixture stands. Without --contacts: the fewest that are unique, and in comments what each further one gains.
-    Where the fixture's placement or --near says where it stands, comments (and the JSON) give the contacts in base too.
+    Prints a contact file of nominal contacts (tip centres) in the fixture frame, or in base if CONTACTS determine the
+    pose. Without --contacts: the fewest with a unique pose, and in comments the gain of each further one. With a
+    placement in the fixture file or --near, comments (and the JSON) also give the contacts in base.
 
     Exit status: 0 a unique pose, 1 the contacts leave more than one.
     """
@@ -83,7 +83,7 @@ def command(
     from tactfix.report.plan_report import plan_csv, plan_lines
 
     if scheduler is not None and starts is None:
-        raise UsageError("--scheduler is for a long search; say from how many random sets with --starts N")
+        raise UsageError("--scheduler is for a long search; give the number of random sets with --starts N")
     fixture = placement.placed(load_fixture(fixture_path), alone=True, quiet=quiet)
     existing = None if made is None else load_contacts(made, fixture, ContactOptions(None, tip_radius, sigma))
     with progress_bar("planning", quiet=quiet) as progress, mapping_over(scheduler) as over:
@@ -106,8 +106,8 @@ def command(
     else:
         emit_program(plan_csv(found), output)
     if wants_summary(quiet=quiet, verbose=verbose):
-        tell(plan_lines(found))
+        print_notes(plan_lines(found))
     if found.unique:
         return Exit.DONE
-    tell(["not acceptable: the planned contacts leave more than one pose; plan more, or see design-check"])
+    print_notes(["not acceptable: the planned contacts leave more than one pose; plan more, or see design-check"])
     return Exit.NOT_ACCEPTABLE

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from tactfix.cli.output import program_for_people, tell
+from tactfix.cli.output import print_notes, program_for_people
 from tactfix.errors import UsageError
 from tactfix.geometry.arrays import Floats
 from tactfix.locate_result import LocateResult
@@ -14,12 +14,12 @@ _PLAIN_SUFFIXES = {"": "matrix", ".txt": "matrix", ".json": "json"}
 
 
 def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -> str:
-    """matrix, json or the name of a dialect: as said, or by the suffix of the output, or matrix.
+    """matrix, json or the name of a dialect: as given, or by the suffix of the output, or matrix.
 
     Raises UsageError for a name or a contradiction before anything has been computed.
     """
     if as_json and format_name not in (None, "json"):
-        raise UsageError(f"--json and --format {format_name} do not go together; leave one of them out")
+        raise UsageError(f"--json and --format {format_name} cannot be combined; leave one of them out")
     if as_json:
         return "json"
     suffix = "" if output is None else output.suffix.lower()
@@ -38,10 +38,10 @@ def chosen_format(format_name: str | None, as_json: bool, output: Path | None) -
 def render_pose(
     result: LocateResult, format_name: str, at: Floats | None, *, force: bool, quiet: bool, for_screen: bool = False
 ) -> str | bytes | None:
-    """The result in that format; None where there is no pose to write. JSON is written in any case.
+    """The result in that format; None if there is no pose to write. JSON is always written.
 
-    at: a point (3,) of the fixture frame that the JSON tells of too. for_screen: the matrix in the digits that its
-    sigma bears, long comments in several lines; a pipe or a file gets every digit.
+    at: a point (3,) of the fixture frame that the JSON contains too. for_screen: the matrix with the digits that its
+    sigma justifies, long comments in several lines; a pipe or a file gets every digit.
     """
     if format_name == "json":
         from tactfix.report.json_report import locate_json, text_of
@@ -58,7 +58,7 @@ def render_pose(
 
     pose = Pose(result.base_from_fixture, result.units, result.covariance, result.fixture)
     written = write_pose(format_name, pose, force=force)
-    tell(written.notes, quiet=quiet)
+    print_notes(written.notes, quiet=quiet)
     return (
         program_for_people(written.text, sys.stdout) if for_screen and isinstance(written.text, str) else written.text
     )

@@ -7,7 +7,7 @@ import typer
 
 from tactfix.cli.fit import Side
 from tactfix.cli.options import AsJson, ContactsPath, Output, Quiet, Units
-from tactfix.cli.output import emit, emit_lines, tell, wants_json
+from tactfix.cli.output import emit, emit_lines, print_notes, wants_json
 from tactfix.errors import UsageError
 from tactfix.units import LEAST_LENGTH, MOST_LENGTH
 
@@ -26,18 +26,18 @@ def command(
         ),
     ] = None,
     feature: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which ball of the fixture, where several are touched.")
+        str | None, typer.Option(metavar="NAME", help="The ball of the fixture, if several are touched.")
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
     units: Units = None,
     quiet: Quiet = False,
 ) -> int:
-    """Tell what a probe is good for: sigma from repeated touches of the same places, with drift, steps and outliers.
+    """Determine sigma of a probe from repeated touches of the same places, with drift, steps and outliers.
 
-    Touches of one feature, and of one target where there is a column target, are of one place. With --radius they are
-    touches of a reference ball, and the effective radius of the tip is told too; with --fixture of a ball of that
-    fixture, whatever else the file touches, in the fixture's units.
+    Touches of one feature, and of one target if there is a column target, are of one place. With --radius they are
+    touches of a reference ball, and the effective radius of the tip is determined too; with --fixture they are those
+    of a ball of that fixture, in the fixture's units; touches of other features are ignored.
 
     Exit status: 0 qualified, 4 too few touches.
     """
@@ -49,10 +49,10 @@ def command(
     from tactfix.report.qualify_report import qualify_lines
 
     if radius is not None and not LEAST_LENGTH <= radius <= MOST_LENGTH:
-        raise UsageError(f"--radius {radius:g} is no radius of a ball")
+        raise UsageError(f"--radius {radius:g} is not a radius of a ball")
     if (radius if fixture_path is not None else feature) is not None:
-        raise UsageError("the ball is known by --radius, or by --fixture with --feature; give one of the two")
-    # Sigma and tip are what is asked for: what the file says of them is not used.
+        raise UsageError("the ball is given by --radius, or by --fixture with --feature; use one of the two")
+    # Sigma and tip are to be determined: those of the file are not used.
     options = ContactOptions(units, tip_radius=0.0, sigma=1.0)
     if fixture_path is not None:
         fixture = load_fixture(fixture_path)
@@ -65,5 +65,5 @@ def command(
         emit(found.to_json(), output)
     else:
         emit_lines(qualify_lines(found), output)
-    tell(found.warnings, quiet=quiet)
+    print_notes(found.warnings, quiet=quiet)
     return 0

@@ -61,7 +61,7 @@ class _Coercion:
         return self
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
-        """The plain value, or what typer makes of it."""
+        """The plain value, or the conversion by typer."""
         if param.nargs == 1 and not param.multiple:
             plain = plain_value(value, self._annotation, *self._limits)
             if plain is not _NOT_PLAIN:
@@ -70,7 +70,7 @@ class _Coercion:
 
 
 def plain_value(value: Any, annotation: Any, low: float | None, high: float | None) -> Any:
-    """value as annotation says, between low and high; _NOT_PLAIN where that needs typer."""
+    """value converted to annotation, between low and high; _NOT_PLAIN if that needs typer."""
     if value is None or (type(value) is annotation and annotation not in (int, float)):
         return value
     if annotation is Path and isinstance(value, str):

@@ -11,7 +11,7 @@ from tactfix.cli.completion import pose_formats
 from tactfix.cli.exits import Exit, exit_of_status
 from tactfix.cli.inputs import ContactInput, Gates, PlacementInput, given_options, input_files, takes_groups
 from tactfix.cli.options import FixturePath, Quiet, ScaleSigma
-from tactfix.cli.output import emit, standard_error, tell, wants_summary
+from tactfix.cli.output import emit, print_notes, standard_error, wants_summary
 from tactfix.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,20 +40,24 @@ def command(
     scale_sigma: ScaleSigma = False,
     format_name: Annotated[
         str | None,
-        typer.Option("--format", "-f", metavar="F", help="Say the pose in a dialect too.", autocompletion=pose_formats),
+        typer.Option(
+            "--format", "-f", metavar="F", help="Also give the pose in a dialect.", autocompletion=pose_formats
+        ),
     ] = None,
     gates: Gates,
     notes: Annotated[
         list[str] | None,
-        typer.Option("--note", metavar="KEY=VALUE", help="What stands on the record: operator, machine; repeatable."),
+        typer.Option(
+            "--note", metavar="KEY=VALUE", help="A note on the record, such as operator or machine; repeatable."
+        ),
     ] = None,
     quiet: Quiet = False,
 ) -> int:
     """Locate a fixture, or check its design, and write the record as one HTML page that works offline.
 
-    With CONTACTS: fixture and contacts in 3D, candidates and why they fell, residuals, uncertainty. Without: what
-    design-check finds. Conventions, and all inputs with their checksums, in both. Needs the extra 'report': pip
-    install '.[report]'. Exit status as of locate or design-check.
+    With CONTACTS: fixture and contacts in 3D, candidates and why they are rejected, residuals, uncertainty. Without:
+    the findings of design-check. Both contain the conventions, and all inputs with their checksums. Needs the extra
+    'report': pip install '.[report]'. Exit status as of locate or design-check.
     """
     from tactfix.cli.pose_output import render_pose
     from tactfix.files.fixture_file import load_fixture
@@ -64,14 +68,14 @@ def command(
     from tactfix.report.text_report import status_lines
 
     suffix = _ending(output)
-    said_notes = _notes(notes or [])
+    given_notes = _notes(notes or [])
     point = gates.point
     dialect = None if format_name is None else find_dialect(format_name).name
     fixture = placement.placed(load_fixture(fixture_path), quiet=quiet)
     settings = given_options(replace(touches, contacts_format="csv"), placement)
     if scale_sigma:
         settings["--scale-sigma"] = "yes"
-    record = Record(fixture, input_files(fixture=str(fixture_path)), settings, datetime.now(UTC), said_notes)
+    record = Record(fixture, input_files(fixture=str(fixture_path)), settings, datetime.now(UTC), given_notes)
     if contacts is None:
         if touches.contacts_format != "csv" or set(settings) - {"--sigma", "--tip-radius"}:
             raise UsageError("without contacts only --sigma and --tip-radius can be given")
@@ -99,14 +103,14 @@ def command(
 
         print_sentence(result, standard_error())
     emit(in_form(locate_page(record, read.contacts, result, judgement), suffix), output)
-    tell(status_lines(result))
-    tell(result.warnings, quiet=quiet)
-    tell(judgement.exceeded)
+    print_notes(status_lines(result))
+    print_notes(result.warnings, quiet=quiet)
+    print_notes(judgement.exceeded)
     return Exit.NOT_ACCEPTABLE if judgement.exceeded else exit_of_status(result.status)
 
 
 def _ending(output: Path | None) -> str:
-    """The ending of the output; UsageError for one that no report is written in."""
+    """The suffix of the output; UsageError for one in which no report is written."""
     suffix = ".html" if output is None else output.suffix.lower()
     if suffix not in (".html", ".htm", ".pdf", ".png"):
         raise UsageError(f"{output}: a report is written as .html, .pdf or .png; choose one of these endings")

@@ -21,7 +21,7 @@ def command(
     ] = None,
     output: Output = None,
 ) -> int:
-    """Print the JSON Schema of fixture files (format 1), for editors that check YAML while you write.
+    """Print the JSON Schema of fixture files (format 1), for editors that check YAML during editing.
 
     The first line of a fixture file makes an editor use it:
 

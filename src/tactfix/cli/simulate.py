@@ -24,7 +24,7 @@ def command(
     ] = None,
     pose: Annotated[
         str | None,
-        typer.Option(metavar="FILE", help="Where the fixture stands; a random pose, where placement allows one."),
+        typer.Option(metavar="FILE", help="Pose of the fixture; by default random, within the placement."),
     ] = None,
     placement: PlacementInput,
     sigma: Annotated[
@@ -38,7 +38,7 @@ def command(
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="One seed gives one file.")] = 0,
     contacts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="How many random touches; where not given, enough for each feature alone."),
+        typer.Option(metavar="N", help="Number of random touches; by default enough for each feature alone."),
     ] = None,
     fault: Annotated[
         str | None,
@@ -50,21 +50,21 @@ def command(
     ] = None,
     orientations: Annotated[
         int | None,
-        typer.Option(metavar="K", min=1, help="Write how the flange stood too, in K tool orientations in turn."),
+        typer.Option(metavar="K", min=1, help="Also write flange orientations, cycling through K tool orientations."),
     ] = None,
     output: Output = None,
     as_json: AsJson = False,
 ) -> int:
-    """Make a contact file as a probe would report it, with the truth in its comments.
+    """Make a contact file as a probe would report it, with the true pose in its comments.
 
-    Without PLAN the touches are random: inside the touch boxes, reachable in a straight line, approached from near the
-    surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - gives the pose back. The pose is random too: one
+    Without PLAN the touches are random: inside the touch boxes, reachable in a straight line, with approaches near the
+    surface normal. tactfix simulate FIXTURE | tactfix locate FIXTURE - recovers the pose. The pose is random too: one
     that the fixture's placement (or --near with --within, --near-sigma, --free) allows, or any.
 
     Faults, and what VALUE is: outlier (length; default 20 sigma), outliers (how many; 2), reversed-approach (row),
     reversed-approaches, swapped-labels, wrong-label, exchanged-features, wrong-unit (factor; 25.4), forgotten-tip and
     tip-sign (radius), late-trigger (length; 20 sigma), thermal-growth (share; 2.3e-4), wrong-sigma (factor; 10),
-    wrong-tip (length; 20 sigma; takes --orientations). What the fixture file has wrong: wrong-radius (length; 20
+    wrong-tip (length; 20 sigma; needs --orientations). Mistakes in the fixture file: wrong-radius (length; 20
     sigma), diameters, wrong-side, wrong-place (length; 20 sigma), exchanged-axes, mirrored.
     """
     from tactfix.files.contact_options import ContactOptions
