@@ -48,8 +48,8 @@ def exceeded_gates(
         ("the rms of the residuals", result.rms, max_rms),
     )
     return [
-        f"not acceptable: {what} is {_shown(value, result.units)}, above the limit of {limit:g} {result.units}"
-        for what, value, limit in checks
+        f"not acceptable: {quantity} is {_shown(value, result.units)}, above the limit of {limit:g} {result.units}"
+        for quantity, value, limit in checks
         if limit is not None and (value is None or not value <= limit)
     ]
 

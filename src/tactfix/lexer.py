@@ -60,9 +60,9 @@ class Lexer:
         """The text not read yet."""
         return self.text[self.position :]
 
-    def refuse(self, what: str, remedy: str) -> NoReturn:
+    def refuse(self, message: str, remedy: str) -> NoReturn:
         """Raise TextError at the next character."""
-        raise TextError(Problem(what, remedy, line=self.line, column=self.column))
+        raise TextError(Problem(message, remedy, line=self.line, column=self.column))
 
     def blanks(self) -> "Lexer":
         """Skip blanks."""

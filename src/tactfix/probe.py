@@ -25,8 +25,8 @@ def probe_settings(
     if tip_radius is None:
         tip_radius = fixture.probe.tip_radius if contacts is None else contacts.tip_radius
     if sigma is None or tip_radius is None:
-        what, setting = ("sigma", Setting.SIGMA) if sigma is None else ("tip radius", Setting.TIP_RADIUS)
-        problem = f"{fixture.name}: the {what} is not given; "
+        quantity, setting = ("sigma", Setting.SIGMA) if sigma is None else ("tip radius", Setting.TIP_RADIUS)
+        problem = f"{fixture.name}: the {quantity} is not given; "
         raise UsageError(problem + "give " + setting.word + ", or add it to the probe block of the fixture file")
     if not (LEAST_LENGTH <= sigma <= MOST_LENGTH and 0 <= tip_radius <= MOST_LENGTH):
         raise UsageError("sigma must be a length above zero and the tip radius one not below")

@@ -54,10 +54,10 @@ class Tree:
     problems: list[Problem] = field(default_factory=list)
     is_complete: bool = True
 
-    def refuse(self, event: Any, what: str, remedy: str) -> None:
+    def refuse(self, event: Any, message: str, remedy: str) -> None:
         """Add a problem at the position of a parser event."""
         mark = _mark(event.start_mark)
-        self.problems.append(Problem(what, remedy, line=mark.line, column=mark.column))
+        self.problems.append(Problem(message, remedy, line=mark.line, column=mark.column))
 
 
 def read_tree(text: str) -> Tree:

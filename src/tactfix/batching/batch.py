@@ -110,10 +110,10 @@ def _one_at_a_time(workers: Workers, task: BatchTask, orphans: deque[Numbered]) 
                     yield from executor.submit(locate_chunk, task, ((number, contact_set),)).result().rows
                 except workers.deaths:
                     alive = False
-                    what = (
+                    message = (
                         "the process that located this set died, alone with it: it may need more memory than there is"
                     )
-                    yield number, row_of_failure(contact_set.name, what, task.fixture.units)
+                    yield number, row_of_failure(contact_set.name, message, task.fixture.units)
 
 
 Spread = Callable[[BatchTask, Iterator[Numbered]], Iterator[NumberedRow]]

@@ -25,9 +25,9 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?([^\s:/]+|\[[0-9A-Fa-f:.%]+\])
 class ClusterError(TactfixError):
     """The cluster cannot be reached, has no workers or workers of another version, or was lost."""
 
-    def __init__(self, address: str, what: str, remedy: str) -> None:
-        self.address, self.what, self.remedy = address, what, remedy
-        super().__init__(f"{address}: {what}; {remedy}")
+    def __init__(self, address: str, message: str, remedy: str) -> None:
+        self.address, self.message, self.remedy = address, message, remedy
+        super().__init__(f"{address}: {message}; {remedy}")
 
 
 @frozen_value(eq=True)
@@ -123,8 +123,8 @@ class DaskCluster:
             VERSION
         }
         if others:
-            what = f"workers have tactfix {', '.join(sorted(others))}, here it is {VERSION}"
-            raise ClusterError(self.address, what, "install the same version everywhere")
+            message = f"workers have tactfix {', '.join(sorted(others))}, here it is {VERSION}"
+            raise ClusterError(self.address, message, "install the same version everywhere")
         return sum(client.nthreads().values()) or 1
 
 

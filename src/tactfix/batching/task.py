@@ -92,8 +92,8 @@ def locate_set(task: BatchTask, contact_set: ContactSet) -> BatchRow:
     except TactfixError as error:
         return row_of_failure(name, task.words(error.args[0]), units)
     except Exception as error:  # whatever it is, the other sets must not be lost
-        what = f"a bug in tactfix: {type(error).__name__}: {error}"
-        return row_of_failure(name, f"{what}; please report it with this set", units)
+        message = f"a bug in tactfix: {type(error).__name__}: {error}"
+        return row_of_failure(name, f"{message}; please report it with this set", units)
 
 
 def _row(task: BatchTask, name: str, result: LocateResult, notes: tuple[str, ...]) -> BatchRow:

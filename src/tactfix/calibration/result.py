@@ -191,5 +191,7 @@ class Calibration(JsonResult):
 
     def __repr__(self) -> str:
         before, after = self.prediction
-        what = f"{len(self.touches)} touches at {len(self.places)} places"
-        return f"<Calibration: {self.status}, {what}, tip known to {before:.2g} before, {after:.2g} {self.units} after>"
+        counts = f"{len(self.touches)} touches at {len(self.places)} places"
+        return (
+            f"<Calibration: {self.status}, {counts}, tip known to {before:.2g} before, {after:.2g} {self.units} after>"
+        )

@@ -44,8 +44,8 @@ def status_of(
         return "inconsistent", (f"row {named}: no robot explains them together with all others; repeat these touches",)
     reasons = [reason for place in result.places if (reason := _against_placement(fit.cell, place))]
     if fit.noise > GROSS_RESIDUAL:
-        what = f"the residuals are {fit.noise:.0f} times sigma after calibration"
-        reasons.append(f"{what}: check units, labels, the fixtures' files and the robot's model")
+        message = f"the residuals are {fit.noise:.0f} times sigma after calibration"
+        reasons.append(f"{message}: check units, labels, the fixtures' files and the robot's model")
     if reasons:
         return "inconsistent", tuple(reasons)
     # Step 2.
@@ -99,10 +99,10 @@ def warnings_of(fit: RobotFit, unchecked: bool) -> tuple[str, ...]:
     """The warnings of a fit."""
     found = [_NOTHING_CHECKS] if unchecked and _is_one_place(fit) else []
     if fit.noise > 1.5:
-        what = f"the residuals are {fit.noise:.2g} times as large as sigma"
+        message = f"the residuals are {fit.noise:.2g} times as large as sigma"
         wider = "" if "all" in fit.cell.unknown else "parameters that are not unknown are wrong, "
         causes = f"{wider}surfaces are not as the file says, or the robot bends"
-        found.append(f"{what}: {causes}; sigmas are scaled up by it")
+        found.append(f"{message}: {causes}; sigmas are scaled up by it")
     if fit.suspicious:
         named = listed([f"row {row}" for row in fit.suspicious[:10]])
         found.append(f"larger than noise: {named} (data snooping): repeat these touches")

@@ -82,7 +82,7 @@ def wants_json(output: Path | None, *, as_json: bool) -> bool:
 
 
 @contextlib.contextmanager
-def progress_bar(what: str, *, quiet: bool) -> Iterator[ProgressCallback]:
+def progress_bar(activity: str, *, quiet: bool) -> Iterator[ProgressCallback]:
     """A function to call with the progress; a terminal shows it while it lasts."""
     if quiet or not sys.stderr.isatty():
         yield lambda share, doing: None
@@ -91,8 +91,8 @@ def progress_bar(what: str, *, quiet: bool) -> Iterator[ProgressCallback]:
     from rich.progress import Progress
 
     with Progress(console=Console(file=standard_error()), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share, doing: bar.update(task, completed=share, description=f"{what}: {doing}")
+        task = bar.add_task(activity, total=1.0)
+        yield lambda share, doing: bar.update(task, completed=share, description=f"{activity}: {doing}")
 
 
 def settle() -> None:

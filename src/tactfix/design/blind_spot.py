@@ -80,9 +80,9 @@ def power_of(noncentrality: float, dof: int) -> float:
     return 1.0 if noncentrality > FAR_BEYOND_LIMIT * limit else float(1 - chndtr(limit, dof, noncentrality))
 
 
-def no_pose(error: BlindSpotCode, what: str) -> BlindSpot:
+def no_pose(error: BlindSpotCode, mistake: str) -> BlindSpot:
     """A mistake with which no pose is found."""
-    return BlindSpot(error, True, None, 1.0, f"{what}: no pose is found")
+    return BlindSpot(error, True, None, 1.0, f"{mistake}: no pose is found")
 
 
 def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
@@ -96,27 +96,27 @@ def refined(touched: Touched, contacts: Contacts, start: Floats) -> PoseFit:
     return replace(fit, base_from_fixture=inverse(known.near) @ fit.base_from_fixture)
 
 
-def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str) -> BlindSpot:
+def refitted(error: BlindSpotCode, touched: Touched, contacts: Contacts, mistake: str) -> BlindSpot:
     """A small mistake: contacts and surfaces with the mistake, fitted from the true pose."""
     fit = refined(touched, contacts, np.eye(4))
     power = power_of(fit.chi2, touched.dof)
-    return spot_of(error, power, shift_of(fit.base_from_fixture, touched.corners), what)
+    return spot_of(error, power, shift_of(fit.base_from_fixture, touched.corners), mistake)
 
 
-def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, what: str, locator: Locator) -> BlindSpot:
+def located(error: BlindSpotCode, touched: Touched, contacts: Contacts, mistake: str, locator: Locator) -> BlindSpot:
     """A mistake given to locate."""
     result = locator(contacts)
     if result.base_from_fixture is None:
-        return no_pose(error, what)
+        return no_pose(error, mistake)
     power = power_of(result.chi2 or 0.0, touched.dof)
-    return spot_of(error, power, shift_of(result.base_from_fixture, touched.corners), what)
+    return spot_of(error, power, shift_of(result.base_from_fixture, touched.corners), mistake)
 
 
-def spot_of(error: BlindSpotCode, power: float, shift: float, what: str) -> BlindSpot:
+def spot_of(error: BlindSpotCode, power: float, shift: float, mistake: str) -> BlindSpot:
     """A mistake with which a pose is found, off by shift (units)."""
     seen = "the residuals show it" if power >= _POWER else f"the residuals show it in {int(100 * power)} of 100 cases"
     seen = "the residuals do not show it" if power < _SELDOM else seen
-    return BlindSpot(error, power >= _POWER, shift, power, f"{what}: {seen}, and the pose is off by {shift:.3g}")
+    return BlindSpot(error, power >= _POWER, shift, power, f"{mistake}: {seen}, and the pose is off by {shift:.3g}")
 
 
 def worst(spots: list[BlindSpot]) -> BlindSpot:

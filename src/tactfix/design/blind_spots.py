@@ -104,8 +104,8 @@ def _pretravel(case: Case) -> Iterator[BlindSpot]:
     normals = normals_of(touched)
     # A contact on a point has no approach.
     square = replace(touched.contacts, approaches=np.where(touched.on_points[:, None], np.nan, -normals))
-    late, what = mistaken(Fault("late-trigger"), square, normals, np.random.default_rng(0))
-    yield refitted("pretravel", touched, late, f"late trigger: {what}")
+    late, mistake = mistaken(Fault("late-trigger"), square, normals, np.random.default_rng(0))
+    yield refitted("pretravel", touched, late, f"late trigger: {mistake}")
 
 
 def _growth(case: Case) -> Iterator[BlindSpot]:
@@ -122,10 +122,10 @@ def _unit(case: Case) -> Iterator[BlindSpot]:
     touched = case.touched
     for factor in _MISTAKEN_UNITS:
         contacts = _rescaled(touched, factor)
-        what = f"coordinates {factor:.4g} times as large"
+        mistake = f"coordinates {factor:.4g} times as large"
         least = least_chi_square(touched.surfaces, contacts, touched.sigmas)
         is_impossible = least > FAR_BEYOND_LIMIT * chi_square_limit(max(touched.dof, 1))
-        yield no_pose("unit", what) if is_impossible else located("unit", touched, contacts, what, case.locator)
+        yield no_pose("unit", mistake) if is_impossible else located("unit", touched, contacts, mistake, case.locator)
 
 
 def _rescaled(touched: Touched, factor: float) -> Contacts:
@@ -161,9 +161,9 @@ def _one_approach(case: Case) -> Iterator[BlindSpot]:
         against = {(reason.code, reason.row) for reason in candidate.reasons}
         if len(against) == 1 and next(iter(against))[0] == "approach":
             (row,) = (row for _, row in against if row is not None)
-            what = f"approach of {contacts.label(contacts.rows.index(row))} reversed"
+            mistake = f"approach of {contacts.label(contacts.rows.index(row))} reversed"
             shift = shift_of(candidate.base_from_fixture, touched.corners)
-            yield spot_of("one_approach", power_of(candidate.chi2, touched.dof), shift, what)
+            yield spot_of("one_approach", power_of(candidate.chi2, touched.dof), shift, mistake)
 
 
 EVALUATIONS: Final[Mapping[BlindSpotCode, Callable[[Case], Iterable[BlindSpot]]]] = {

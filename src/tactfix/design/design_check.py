@@ -45,7 +45,7 @@ def design_check(
     fixture: Fixture,
     contacts: Contacts | None = None,
     wishes: Wishes | None = None,
-    progress: Callable[[float, str], None] = lambda share, what: None,
+    progress: Callable[[float, str], None] = lambda share, activity: None,
     over: MapFunction = map,
 ) -> DesignReport:
     """Check a fixture, and the contacts made or planned on it.

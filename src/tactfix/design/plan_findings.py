@@ -111,15 +111,15 @@ def certainty_findings(certainty: Certainty, sigma: float, max_sigma: float | No
     turn = certainty.turn_sigma
     if turn > UNDERDETERMINED_ANGLE:
         status: Severity = "error"
-        what = f"{where}, and its direction to {np.degrees(turn):.3g} deg: locate will call that underdetermined"
+        message = f"{where}, and its direction to {np.degrees(turn):.3g} deg: locate will call that underdetermined"
     elif max_sigma is not None and at_worst.sigma > max_sigma:
         status = "error"
-        what = f"{where}, above the limit of {max_sigma:g} {units}"
+        message = f"{where}, above the limit of {max_sigma:g} {units}"
     else:
         status = "warning" if ratio > _WEAKLY_DETERMINED else "ok"
-        what = f"{where}, {ratio:.2g} times a contact's sigma"
+        message = f"{where}, {ratio:.2g} times a contact's sigma"
     hint = "" if status == "ok" else f"add a contact that constrains the weakest motion ({certainty.weakest.message})"
-    yield Finding("accuracy", status, what, hint)
+    yield Finding("accuracy", status, message, hint)
 
 
 def margin_findings(margins: Margins, source: Source, is_symmetric: bool, units: str) -> Iterator[Finding]:

@@ -103,7 +103,7 @@ def study_layouts(
     locator: Locator,
     *,
     up_to: int = MOST_LAYOUT_CONTACTS,
-    progress: Callable[[float, str], None] = lambda share, what: None,
+    progress: Callable[[float, str], None] = lambda share, activity: None,
     over: MapFunction = map,
 ) -> LayoutStudy:
     """Locate random layouts that begin with each of sets (kind, contacts by feature) in turn, of up to up_to contacts.

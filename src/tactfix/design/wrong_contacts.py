@@ -45,8 +45,10 @@ def exchanged_labels(case: Case) -> Iterator[BlindSpot]:
         features = tuple(exchange.images[name] for name in touched.contacts.features)
         contacts = replace(touched.contacts, features=features)
         fit = refined(touched, contacts, inverse(exchange.image_from_fixture))
-        what = f"labels of {listed([n for n, image in exchange.images.items() if n != image])} exchanged"
-        yield spot_of("labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), what)
+        mistake = f"labels of {listed([n for n, image in exchange.images.items() if n != image])} exchanged"
+        yield spot_of(
+            "labels", power_of(fit.chi2, touched.dof), shift_of(fit.base_from_fixture, touched.corners), mistake
+        )
 
 
 def swapped_labels(case: Case) -> Iterator[BlindSpot]:
@@ -56,8 +58,8 @@ def swapped_labels(case: Case) -> Iterator[BlindSpot]:
     wrong = [swapped(contacts, i, j) for i, j in pairs if contacts.features[i] != contacts.features[j]]
     for one in _least_visible(case.touched, wrong):
         first, second = (f"{contacts.label(i)} on {contacts.features[i]}" for i in one.index)
-        what = f"labels of {first} and {second} swapped"
-        yield refitted("swapped_contacts", case.touched, one.corrected_contacts(contacts), what)
+        mistake = f"labels of {first} and {second} swapped"
+        yield refitted("swapped_contacts", case.touched, one.corrected_contacts(contacts), mistake)
 
 
 def wrong_label(case: Case) -> Iterator[BlindSpot]:
@@ -72,8 +74,8 @@ def wrong_label(case: Case) -> Iterator[BlindSpot]:
     ]
     for one in _least_visible(case.touched, wrong):
         (i,) = one.index
-        what = f"{contacts.label(i)} on {contacts.features[i]} labelled {one.features[0]}"
-        yield refitted("wrong_label", case.touched, one.corrected_contacts(contacts), what)
+        mistake = f"{contacts.label(i)} on {contacts.features[i]} labelled {one.features[0]}"
+        yield refitted("wrong_label", case.touched, one.corrected_contacts(contacts), mistake)
 
 
 def _least_visible(touched: Touched, wrong: Sequence[Hypothesis]) -> Iterator[Hypothesis]:
@@ -105,8 +107,8 @@ def _as_labelled(touched: Touched, wrong: Sequence[Hypothesis]) -> tuple[Floats,
 def one_contact(case: Case) -> Iterator[BlindSpot]:
     """Each contact in turn off along its normal."""
     for i in most_influential(case.touched):
-        what = f"{case.touched.contacts.label(i)} off by {ERROR_SIGMAS:g} sigma"
-        yield refitted("contact", case.touched, _off(case.touched, {i: ERROR_SIGMAS}), what)
+        mistake = f"{case.touched.contacts.label(i)} off by {ERROR_SIGMAS:g} sigma"
+        yield refitted("contact", case.touched, _off(case.touched, {i: ERROR_SIGMAS}), mistake)
 
 
 def two_contacts(case: Case) -> Iterator[BlindSpot]:
@@ -120,8 +122,8 @@ def two_contacts(case: Case) -> Iterator[BlindSpot]:
     for _, i, k, sign in sorted(either)[:_PAIRS_FITTED]:
         off = {index[i]: ERROR_SIGMAS, index[k]: sign * ERROR_SIGMAS}
         rows = listed([touched.contacts.label(j) for j in off])
-        what = f"{rows} off by {ERROR_SIGMAS:g} and {sign * ERROR_SIGMAS:g} sigma"
-        yield refitted("contacts", touched, _off(touched, off), what)
+        mistake = f"{rows} off by {ERROR_SIGMAS:g} and {sign * ERROR_SIGMAS:g} sigma"
+        yield refitted("contacts", touched, _off(touched, off), mistake)
 
 
 def _off(touched: Touched, sigmas_off: Mapping[int, float]) -> Contacts:

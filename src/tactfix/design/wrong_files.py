@@ -61,8 +61,8 @@ def wrong_radius(case: Case) -> Iterator[BlindSpot]:
     for name, surface in touched.surfaces.items():
         if isinstance(surface, Sphere | Cylinder):
             wrong = {**touched.surfaces, name: replace(surface, radius=surface.radius + off)}
-            what = f"radius of {name} off by {off:.3g}"
-            yield refitted("radius", replace(touched, surfaces=wrong), touched.contacts, what)
+            mistake = f"radius of {name} off by {off:.3g}"
+            yield refitted("radius", replace(touched, surfaces=wrong), touched.contacts, mistake)
 
 
 def diameters(case: Case) -> list[BlindSpot]:
@@ -126,14 +126,14 @@ def _spots(
     """The blind spot of each hypothesis, at the best of its poses that neither approach nor touch box rejects."""
     fits = {_key(one.hypothesis.surfaces): _best_left(case, one) for one in found}
     spots = []
-    for key, what in words.items():
+    for key, mistake in words.items():
         way = fits.get(key)
         fit = None if way is None else _with_placement(case, way)
         if fit is None:
-            spots.append(no_pose(code, what))
+            spots.append(no_pose(code, mistake))
         else:
             chi2, pose = fit
-            spots.append(spot_of(code, power_of(chi2, case.touched.dof), shift_of(pose, case.touched.corners), what))
+            spots.append(spot_of(code, power_of(chi2, case.touched.dof), shift_of(pose, case.touched.corners), mistake))
     return spots
 
 

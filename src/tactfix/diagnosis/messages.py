@@ -125,10 +125,10 @@ def without_message(contacts: Contacts, i: int) -> str:
 
 def _unit(hypothesis: Hypothesis) -> str:
     factor, meant = hypothesis.points, UNITS_MEANT[hypothesis.points]
-    what, remedy = "the coordinates", "write them in the unit of the other lengths"
+    subject, remedy = "the coordinates", "write them in the unit of the other lengths"
     if hypothesis.note == "whole":
-        what, remedy = "all lengths of the contacts", "give that unit for the contacts"
-    return f"multiplied by {factor:.10g} {what} are consistent: are they {meant}? If so, {remedy}"
+        subject, remedy = "all lengths of the contacts", "give that unit for the contacts"
+    return f"multiplied by {factor:.10g} {subject} are consistent: are they {meant}? If so, {remedy}"
 
 
 def _tip_radius(contacts: Contacts, units: str, right: float, sigma: float) -> str:
@@ -203,17 +203,16 @@ def _diameter(problem: Problem, units: str, hypothesis: Hypothesis) -> ValueAndM
 def _side(hypothesis: Hypothesis) -> str:
     ((name, surface),) = hypothesis.surfaces.items()
     assert isinstance(surface, Sphere | Cylinder)
-    given, what = ("inner", "boss") if surface.side == "outer" else ("outer", "bore")
-    return f"with side {surface.side} instead of {given} of {name} {CONSISTENT}: is it a {what}?"
+    given, subject = ("inner", "boss") if surface.side == "outer" else ("outer", "bore")
+    return f"with side {surface.side} instead of {given} of {name} {CONSISTENT}: is it a {subject}?"
 
 
 def _coordinates(hypothesis: Hypothesis) -> str:
-    what = listed(hypothesis.features) if hypothesis.features else "the whole fixture"
+    subject = listed(hypothesis.features) if hypothesis.features else "the whole fixture"
     if hypothesis.code == "axes":
-        return (
-            f"with {hypothesis.note[0]} and {hypothesis.note[1]} of {what} exchanged in the fixture file {CONSISTENT}"
-        )
-    return f"with {hypothesis.note} of {what} of the other sign in the fixture file {CONSISTENT}: is it mirrored?"
+        one, other = hypothesis.note[0], hypothesis.note[1]
+        return f"with {one} and {other} of {subject} exchanged in the fixture file {CONSISTENT}"
+    return f"with {hypothesis.note} of {subject} of the other sign in the fixture file {CONSISTENT}: is it mirrored?"
 
 
 def _coordinates_of(surface: Surface, digits: int) -> str:

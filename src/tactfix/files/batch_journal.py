@@ -35,9 +35,9 @@ class BatchJournal:
         try:
             self._file: BinaryIO = path.open("a+b")
         except OSError as error:
-            what = f"the journal of the batch cannot be written: {error.strerror}"
+            message = f"the journal of the batch cannot be written: {error.strerror}"
             raise FileError(
-                str(path), [Problem(what, "choose an output in a directory that can be written to")]
+                str(path), [Problem(message, "choose an output in a directory that can be written to")]
             ) from None
         try:
             _lock(self._file, path)
@@ -88,8 +88,8 @@ class BatchJournal:
         first = self._file.readline()
         if first != _FIRST_LINE:
             if not _FIRST_LINE.startswith(first):
-                what = "this is not the journal of a batch"
-                raise FileError(str(self._path), [Problem(what, "move it away, or choose another output")])
+                message = "this is not the journal of a batch"
+                raise FileError(str(self._path), [Problem(message, "move it away, or choose another output")])
             self._file.truncate(0)
             self._file.write(_FIRST_LINE)
             return
@@ -129,5 +129,5 @@ def _lock(file: BinaryIO, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        what = "another batch is writing to this journal"
-        raise FileError(str(path), [Problem(what, "wait for it, or choose another output")]) from None
+        message = "another batch is writing to this journal"
+        raise FileError(str(path), [Problem(message, "wait for it, or choose another output")]) from None

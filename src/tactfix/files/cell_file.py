@@ -178,8 +178,10 @@ def _cell(
         raise _CellError(Finding(("unknown", index), f"there is no parameter {unlisted[0]!r}", remedy))
     for parameter, is_unknown in zip(cell.parameters, asked_for(cell), strict=True):
         if is_unknown and not prior.sigma(parameter):
-            what = f"prior has no {parameter.kind}, which {parameter.name} needs"
-            raise _CellError(Finding(("prior",), what, f"add {parameter.kind}: the sigma of the nominal robot's error"))
+            message = f"prior has no {parameter.kind}, which {parameter.name} needs"
+            raise _CellError(
+                Finding(("prior",), message, f"add {parameter.kind}: the sigma of the nominal robot's error")
+            )
     return cell
 
 
@@ -194,12 +196,12 @@ def _ranges(document: "CellDocument", chain: Chain) -> Floats | None:
         return None
     ranges = np.array(document.robot.joint_ranges)
     if len(ranges) != len(chain.joints) or not (ranges[:, 0] < ranges[:, 1]).all():
-        what = f"joint_ranges are {len(ranges)}, the robot has {len(chain.joints)} joints"
+        message = f"joint_ranges are {len(ranges)}, the robot has {len(chain.joints)} joints"
         if len(ranges) == len(chain.joints):
             worst = int(np.flatnonzero(ranges[:, 0] >= ranges[:, 1])[0])
-            what = f"range {worst + 1} of joint_ranges goes from {ranges[worst, 0]:g} to {ranges[worst, 1]:g}"
+            message = f"range {worst + 1} of joint_ranges goes from {ranges[worst, 0]:g} to {ranges[worst, 1]:g}"
         remedy = "write [low, high] for each joint, low below high"
-        raise _CellError(Finding(("robot", "joint_ranges"), what, remedy))
+        raise _CellError(Finding(("robot", "joint_ranges"), message, remedy))
     turns = np.array([not joint.is_prismatic for joint in chain.joints])
     return np.asarray(np.where(turns[:, None], np.deg2rad(ranges), ranges))
 
@@ -242,8 +244,10 @@ def _rigid(name: str, fixture: Fixture) -> Fixture:
         features = {key: replace(feature, surface=shapes[0][key]) for key, feature in fixture.features.items()}
         return replace(fixture, features=features, relations=(), frame=None)
     why = f"fit {len(shapes)} shapes" if shapes else "have a sigma, or allow several shapes"
-    what = f"fixture {name!r} has relations between its features that {why}"
-    raise _CellError(Finding(("fixtures", name), what, "write its features by geometry: plane: point and normal, ..."))
+    message = f"fixture {name!r} has relations between its features that {why}"
+    raise _CellError(
+        Finding(("fixtures", name), message, "write its features by geometry: plane: point and normal, ...")
+    )
 
 
 def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: dict[str, Fixture]) -> Placement | None:
@@ -254,8 +258,10 @@ def _own_placement(document: "CellDocument", name: str, fixture: str, fixtures: 
     if placement is None or (not isinstance(entry, str) and entry.placement is not None):
         return None
     if users.count(fixture) > 1:
-        what = f"the file of fixture {fixture!r} has a placement, and the fixture is at {users.count(fixture)} places"
-        raise _CellError(Finding(("places", name), what, "give each of these places a placement of its own"))
+        message = (
+            f"the file of fixture {fixture!r} has a placement, and the fixture is at {users.count(fixture)} places"
+        )
+        raise _CellError(Finding(("places", name), message, "give each of these places a placement of its own"))
     return placement
 
 
@@ -263,7 +269,7 @@ def _placement(entry: Any, name: str, units: str, pose_files: Any, key: str = "p
     found = list(check_placement(entry)) or read_placement(entry, units, pose_files)
     if isinstance(found, list):
         raise _CellError(
-            *(Finding(("places", name), item.what.replace("placement.near", key), item.remedy) for item in found)
+            *(Finding(("places", name), item.message.replace("placement.near", key), item.remedy) for item in found)
         )
     return found
 

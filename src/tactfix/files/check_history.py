@@ -51,8 +51,8 @@ def append_history(path: Path, record: CheckRecord) -> None:
         finally:
             os.close(handle)
     except OSError as error:
-        what = f"the check cannot be appended: {error.strerror}"
-        raise FileError(str(path), [Problem(what, "check the path, its permissions and the disk")]) from None
+        message = f"the check cannot be appended: {error.strerror}"
+        raise FileError(str(path), [Problem(message, "check the path, its permissions and the disk")]) from None
 
 
 def _record(path: Path, number: int, line: str) -> CheckRecord:

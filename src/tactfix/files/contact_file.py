@@ -88,8 +88,8 @@ def _read(
     for index in np.flatnonzero(~(np.abs(points) <= MOST_LENGTH).all(axis=1)):
         problems.append(table.problem(int(index), "too far away for a number", "check the coordinates and the units"))
     for index in np.flatnonzero((sigmas < LEAST_LENGTH) | (sigmas > MOST_LENGTH)):
-        what = f"sigma is {table.columns['sigma'][int(index)]}, which is no length"
-        problems.append(table.problem(int(index), what, "write the standard deviation of a contact, such as 0.005"))
+        message = f"sigma is {table.columns['sigma'][int(index)]}, which is no length"
+        problems.append(table.problem(int(index), message, "write the standard deviation of a contact, such as 0.005"))
     contacts = Contacts(
         features=features,
         points=points,
@@ -181,10 +181,12 @@ def _tip_problems(
     tip, units, units_of_file = given * settings.scale, settings.target_units, settings.units
     if tip >= radius:
         in_file = "" if units_of_file == units else f" ({given:g} {units_of_file})"
-        what = f"a tip of radius {tip:g} {units}{in_file} does not fit into {name}, a bore of radius {radius:g} {units}"
+        message = (
+            f"a tip of radius {tip:g} {units}{in_file} does not fit into {name}, a bore of radius {radius:g} {units}"
+        )
         remedy = f"check tip_radius, and the radius and side of {name}"
         unit = f"'# units: {units_of_file}'" if options.units is None else Setting.UNITS.to(units_of_file)
-        yield Problem(what, "is " + unit + " right? else " + remedy if in_file else remedy)
+        yield Problem(message, "is " + unit + " right? else " + remedy if in_file else remedy)
 
 
 def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) -> tuple[str, ...]:
@@ -196,9 +198,9 @@ def _features(table: Table, fixture: Fixture | None, problems: list[Problem]) ->
     if unknown:
         for index, name in enumerate(names):
             if name in unknown:
-                what = f"there is no feature {name!r}" if name else "feature is empty"
+                message = f"there is no feature {name!r}" if name else "feature is empty"
                 remedy = did_you_mean(name, fixture.features if fixture else ()) if name else "name the feature touched"
-                problems.append(table.problem(index, what, remedy))
+                problems.append(table.problem(index, message, remedy))
     return names
 
 

@@ -56,8 +56,8 @@ def read_header(lines: Sequence[str], problems: list[Problem], *, feature_needed
             if units:
                 settings.read_units_of_columns(units, index + 1)
             return Header(settings.settings(separator), columns, separator, index + 1, settings.keys)
-    what = "there is no header row" if any(line.strip() for line in lines) else "the file is empty"
-    problems.append(Problem(what, f"begin with the names of the columns: {_EXAMPLE}"))
+    message = "there is no header row" if any(line.strip() for line in lines) else "the file is empty"
+    problems.append(Problem(message, f"begin with the names of the columns: {_EXAMPLE}"))
     return None
 
 
@@ -86,7 +86,7 @@ def _read_columns(
         problems.append(Problem(*wrong, line=number))
         return ()
     found = list(_column_problems(names, separator, feature_needed))
-    problems.extend(Problem(what, remedy, line=number) for what, remedy in found)
+    problems.extend(Problem(message, remedy, line=number) for message, remedy in found)
     return () if found else tuple(names)
 
 
@@ -110,8 +110,8 @@ def _column_problems(names: list[str], separator: str, feature_needed: bool) -> 
     found: list[tuple[str, str]] = []
     directions = [name for name in ("i", "j", "k") if name in names]
     if directions:
-        what = f"{', '.join(directions)}: is this the way the probe moved, or the outward normal of the surface?"
-        found.append((what, "name the columns ax, ay, az for the former or nx, ny, nz for the latter"))
+        message = f"{', '.join(directions)}: is this the way the probe moved, or the outward normal of the surface?"
+        found.append((message, "name the columns ax, ay, az for the former or nx, ny, nz for the latter"))
     for name in dict.fromkeys(names):
         if names.count(name) > 1:
             found.append((f"column {name!r} is given {names.count(name)} times", "remove or rename all but one"))

@@ -153,8 +153,8 @@ def _files_in(directory: Path, format_name: str, leave_out: Path | None) -> Iter
     except OSError as error:
         raise FileError(str(directory), [Problem(f"cannot be read: {error.strerror}", "check its mode")]) from None
     if not found:
-        what = "there are no contact files in this directory"
-        raise FileError(str(directory), [Problem(what, f"contact files end with {', '.join(_ENDINGS)}")])
+        message = "there are no contact files in this directory"
+        raise FileError(str(directory), [Problem(message, f"contact files end with {', '.join(_ENDINGS)}")])
     return found
 
 

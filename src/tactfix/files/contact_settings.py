@@ -58,14 +58,14 @@ class SettingLines:
             return
         near = _nearly_setting(line, key, value)
         if near:
-            setting, what, remedy = near
+            setting, message, remedy = near
             self.attempted.add(setting)
-            self.problems.append(Problem(what, remedy, line=number))
+            self.problems.append(Problem(message, remedy, line=number))
 
     def _set(self, key: str, value: str, number: int) -> None:
         if key in self.values:
-            what = f"{key} is given twice, first in line {self.values[key][1]}"
-            self.problems.append(Problem(what, "remove one of the two", line=number))
+            message = f"{key} is given twice, first in line {self.values[key][1]}"
+            self.problems.append(Problem(message, "remove one of the two", line=number))
         self.values.setdefault(key, (value, number))
 
     def read_units_of_columns(self, units: Sequence[str], number: int) -> None:
@@ -178,9 +178,9 @@ def _setting_in_words(line: str) -> tuple[str, str, str] | None:
     if near is None or not (units if near == "units" else numbers):
         return None
     alone = line.lstrip("#") == line[1:]
-    what = f"{_shown(text)} sets nothing: " + ("it is no '# key: value'" if alone else "a setting begins with one #")
+    message = f"{_shown(text)} sets nothing: " + ("it is no '# key: value'" if alone else "a setting begins with one #")
     if near == _DIAMETER:
-        return "tip_radius", what, _half(numbers[0])
+        return "tip_radius", message, _half(numbers[0])
     value = (
         next((unit for unit in reversed(units) if unit in UNITS), _SETTING_EXAMPLES[near])
         if near == "units"
@@ -188,7 +188,7 @@ def _setting_in_words(line: str) -> tuple[str, str, str] | None:
     )
     if near == "tip_offset":
         value = _SETTING_EXAMPLES[near] if len(numbers) != 3 else ", ".join(numbers)
-    return near, what, f"write '# {near}: {value}'; '# units: mm' gives the unit of all lengths"
+    return near, message, f"write '# {near}: {value}'; '# units: mm' gives the unit of all lengths"
 
 
 def _is_unit(word: str) -> bool:

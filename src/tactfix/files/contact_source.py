@@ -116,8 +116,8 @@ def _followed(path: str) -> Iterator[bytes]:
     while True:
         content = read_bytes(path)
         if len(content) < consumed:
-            what = "the file has become shorter while it was followed"
-            raise FileError(path, [Problem(what, "append touches to it, or begin anew")])
+            message = "the file has become shorter while it was followed"
+            raise FileError(path, [Problem(message, "append touches to it, or begin anew")])
         whole = content[consumed : content.rfind(b"\n") + 1]
         consumed += len(whole)
         yield from whole.splitlines(keepends=True)

@@ -34,9 +34,9 @@ class Table:
     def __len__(self) -> int:
         return len(self.lines)
 
-    def problem(self, index: int, what: str, remedy: str) -> Problem:
+    def problem(self, index: int, message: str, remedy: str) -> Problem:
         """A problem of the row with this index (from 0)."""
-        return Problem(what, remedy, line=self.lines[index], row=self.rows[index])
+        return Problem(message, remedy, line=self.lines[index], row=self.rows[index])
 
 
 def read_table(lines: Sequence[str], header: Header, problems: list[Problem]) -> Table | None:
@@ -88,8 +88,8 @@ def _unprintable(text: str, body: Sequence[str], places: Sequence[int]) -> Itera
     for index, line in enumerate(body):
         found = UNPRINTABLE.search(line)
         if found:
-            what, remedy = f"there is a control character, {found[0]!r}", "remove it; it may not show in your editor"
-            yield Problem(what, remedy, line=places[index], column=found.start() + 1, row=index + 1)
+            message, remedy = f"there is a control character, {found[0]!r}", "remove it; it may not show in your editor"
+            yield Problem(message, remedy, line=places[index], column=found.start() + 1, row=index + 1)
 
 
 def _content(lines: Sequence[str], header: Header, problems: list[Problem]) -> tuple[list[str], Sequence[int]]:
@@ -124,8 +124,8 @@ def _quoted_rows(
         try:
             rows.append(next(csv.reader([line], delimiter=header.separator, strict=True)))
         except csv.Error:
-            what, remedy = "a quotation mark is left open or inside a cell", "close it in its line, or remove it"
-            problems.append(Problem(what, remedy, line=places[index], row=index + 1))
+            message, remedy = "a quotation mark is left open or inside a cell", "close it in its line, or remove it"
+            problems.append(Problem(message, remedy, line=places[index], row=index + 1))
             rows.append(None)
     return rows
 
@@ -159,8 +159,8 @@ def decimal_mark(table: Table, names: Sequence[str], problems: list[Problem]) ->
         return "." if commas is None else ","
     if commas != points:  # a cell with both is an error of its own
         first = f"decimal commas (first in row {table.rows[commas]})"
-        what = f"{first} and decimal points (first in row {table.rows[points]}) are mixed"
-        problems.append(table.problem(max(commas, points), what, "write all numbers with the same decimal mark"))
+        message = f"{first} and decimal points (first in row {table.rows[points]}) are mixed"
+        problems.append(table.problem(max(commas, points), message, "write all numbers with the same decimal mark"))
         return ","  # so that each is accepted, and no second problem is reported
     return "."
 
@@ -203,9 +203,9 @@ def directions(
         problems.append(table.problem(int(index), f"{missing} is empty", "give all three of the approach or none"))
     largest = np.abs(vectors).max(axis=1, initial=0.0)
     for index in np.flatnonzero(largest == 0):
-        what = f"the direction {', '.join(names)} is zero"
+        message = f"the direction {', '.join(names)} is zero"
         remedy = "write one of any other length, or leave the three cells empty"
-        problems.append(table.problem(int(index), what, remedy))
+        problems.append(table.problem(int(index), message, remedy))
     if len(problems) > before:
         return names, vectors
     # Divide by the largest component first, so that no square under- or overflows.

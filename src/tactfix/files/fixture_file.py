@@ -80,7 +80,7 @@ def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
     fixture = read_fixture(_plain(document), "fixture", _beside(Path("fixture.yaml")))
     if isinstance(fixture, Fixture):
         return fixture
-    raise FileError("the fixture", [Problem(finding.what, finding.remedy) for finding in fixture])
+    raise FileError("the fixture", [Problem(finding.message, finding.remedy) for finding in fixture])
 
 
 def fixture_text(fixture: Fixture) -> str:
@@ -144,4 +144,4 @@ def placed(finding: Finding, tree: Tree) -> Problem:
     mark = tree.values.get(path)
     if path and (finding.at_key or path != finding.path):
         mark = tree.keys.get(path, mark)
-    return Problem(finding.what, finding.remedy, *((mark.line, mark.column) if mark else ()))
+    return Problem(finding.message, finding.remedy, *((mark.line, mark.column) if mark else ()))

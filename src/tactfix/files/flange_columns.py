@@ -76,8 +76,8 @@ def flange_rotations(table: Table, problems: list[Problem]) -> Floats | None:
     before = len(problems)
     values = numbers(table, names, problems)
     if len(problems) == before:
-        is_wrong, what, remedy = _WRONG[names]
+        is_wrong, message, remedy = _WRONG[names]
         # Clipped, so that no square overflows: each check rejects values this large.
         wrong = is_wrong(np.clip(values, -MOST_LENGTH, MOST_LENGTH))
-        problems += [table.problem(int(index), what, remedy) for index in np.flatnonzero(wrong)]
+        problems += [table.problem(int(index), message, remedy) for index in np.flatnonzero(wrong)]
     return _ROTATIONS[names](values) if len(problems) == before else None

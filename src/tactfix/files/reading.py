@@ -91,8 +91,8 @@ def decode(name: str, content: bytes) -> str:
     except UnicodeDecodeError as error:
         before = error.object[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        what = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
-        raise FileError(name, [Problem(what, "save the file as UTF-8", line=line, column=column)]) from None
+        message = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
+        raise FileError(name, [Problem(message, "save the file as UTF-8", line=line, column=column)]) from None
 
 
 def read_log_text(source: Source) -> tuple[str, str]:

@@ -89,10 +89,10 @@ def check_output(file: CellFile, output: Path | None, *, is_printed: bool) -> No
         names = [p.name for p, asked in zip(file.cell.parameters, asked_for(file.cell), strict=True) if asked]
         wanted_robot = is_printed if output is None else output.suffix.lower() not in (".json", ".html")
         if wanted_robot and any(name.startswith("tip.") for name in names):
-            what = (
+            message = (
                 f"tip_link {file.robot.joints[-1].child!r} moves with the last joint: the URDF has no place for the tip"
             )
-            raise UsageError(f"{what}; name a link with a fixed joint as tip_link, or write the JSON")
+            raise UsageError(f"{message}; name a link with a fixed joint as tip_link, or write the JSON")
     wanted = (".urdf", ".xml") if isinstance(file.robot, UrdfRobot) else (".yaml", ".yml")
     if output is not None and output.suffix.lower() not in (*wanted, ".json", ".html"):
         raise UsageError(f"{output}: this robot is written as {wanted[0]}; or name a .json or .html file")

@@ -111,8 +111,8 @@ def _read_settings(lines: Sequence[str], problems: list[Problem]) -> _Settings:
 def _nearly_setting(line: str, key: str, number: int) -> list[Problem]:
     """The problem of a misspelt setting; key: its key, "" if it has none."""
     if key in _OF_THE_CELL:
-        what = f"{key} belongs in the cell file, not in its touch file"
-        return [Problem(what, "remove the line, and write it under probe: in the cell file", line=number)]
+        message = f"{key} belongs in the cell file, not in its touch file"
+        return [Problem(message, "remove the line, and write it under probe: in the cell file", line=number)]
     if not key and (nearly := _NEARLY.fullmatch(line)):
         return [Problem(f"{line!r} looks like a setting", f"write '# {nearly[1].lower()}: {nearly[2]}'", line=number)]
     near = get_close_matches(key, _SETTINGS, n=1, cutoff=0.7)
@@ -127,10 +127,10 @@ def _header(line: str, index: int, count: int, problems: list[Problem]) -> Heade
     joint_columns = [name for name in names if re.fullmatch(r"q[0-9]+", name)]
     found: list[tuple[str, str]] = []
     if sorted(joint_columns) != sorted(wanted):
-        what = (
+        message = (
             f"the robot has {count} joints, the file has {listed(joint_columns) if joint_columns else 'no column q1'}"
         )
-        found.append((what, f"write one column for each joint from base to tip: {', '.join(wanted)}"))
+        found.append((message, f"write one column for each joint from base to tip: {', '.join(wanted)}"))
     found += [
         (f"unknown column {name!r}", did_you_mean(name, sorted(known)))
         for name in names
@@ -141,7 +141,7 @@ def _header(line: str, index: int, count: int, problems: list[Problem]) -> Heade
     given = [[name for name in vector if name in names] for vector in _TOUCH_APPROACHES]
     if any(len(part) not in (0, 3) for part in given) or all(given):
         found.append(("the approach is not one whole vector", "give ax, ay, az in base or fx, fy, fz in the flange"))
-    problems.extend(Problem(what, remedy, line=index + 1) for what, remedy in found)
+    problems.extend(Problem(message, remedy, line=index + 1) for message, remedy in found)
     return None if found else Header(ContactOptions(), tuple(names), separator, index + 1, frozenset())
 
 
@@ -151,8 +151,8 @@ def _check_names(table: Table, cell: Cell, problems: list[Problem]) -> None:
             problems.append(table.problem(index, f"there is no place {place!r}", did_you_mean(place, cell.places)))
         elif feature not in cell.places[place].fixture.features:
             fixture = cell.places[place].fixture
-            what = f"{fixture.name} at {place!r} has no feature {feature!r}"
-            problems.append(table.problem(index, what, did_you_mean(feature, fixture.features)))
+            message = f"{fixture.name} at {place!r} has no feature {feature!r}"
+            problems.append(table.problem(index, message, did_you_mean(feature, fixture.features)))
 
 
 def _joints(raw: Floats, cell: Cell, settings: _Settings) -> Floats:
@@ -167,8 +167,8 @@ def _check_limits(table: Table, joints: Floats, limits: Sequence[Joint], unit: s
     turning = [k for k, joint in enumerate(limits) if not joint.is_prismatic]
     raw = np.rad2deg(joints[:, turning]) if unit == "deg" else joints[:, turning]
     if unit == "deg" and len(joints) > 5 and np.abs(raw).max(initial=0.0) <= _TIMES:
-        what = "no joint is ever 6.3 degrees from zero: these are rad"
-        problems.append(table.problem(0, what, "write '# joints: rad' above the header"))
+        message = "no joint is ever 6.3 degrees from zero: these are rad"
+        problems.append(table.problem(0, message, "write '# joints: rad' above the header"))
         return
     for k, joint in enumerate(limits):
         low, high = joint.low - _LIMIT_SLACK, joint.high + _LIMIT_SLACK
@@ -178,9 +178,9 @@ def _check_limits(table: Table, joints: Floats, limits: Sequence[Joint], unit: s
             shown = table.columns[f"q{k + 1}"][int(index)]
             unit_ = "" if joint.is_prismatic else f" {unit}"
             limits_ = _shown(max(low, joint.low), min(high, joint.high), unit, joint)
-            what = f"q{k + 1} is {shown}{unit_}, outside {limits_} of {joint.name}"
+            message = f"q{k + 1} is {shown}{unit_}, outside {limits_} of {joint.name}"
             remedy = "check the row" if joint.is_prismatic else f"check the row, or write '# joints: {other}'"
-            problems.append(table.problem(int(index), what, remedy))
+            problems.append(table.problem(int(index), message, remedy))
 
 
 def _shown(low: float, high: float, unit: str, joint: Joint) -> str:

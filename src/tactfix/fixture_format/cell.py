@@ -172,15 +172,17 @@ def _known(path: Path) -> tuple[str, ...]:
 def _robot_findings(document: CellDocument) -> list[Finding]:
     robot = document.robot
     if (robot.urdf is None) == (robot.dh is None):
-        what = "robot has both urdf and dh" if robot.urdf is not None else "robot has neither urdf nor dh"
+        message = "robot has both urdf and dh" if robot.urdf is not None else "robot has neither urdf nor dh"
         return [
-            Finding(("robot",), what, "write {urdf: robot.urdf, tip_link: tip} or {dh: {convention: ..., rows: ...}}")
+            Finding(
+                ("robot",), message, "write {urdf: robot.urdf, tip_link: tip} or {dh: {convention: ..., rows: ...}}"
+            )
         ]
     if robot.urdf is not None and robot.tip_link is None:
         return [Finding(("robot",), "robot has no tip_link", "name the link of the URDF that is the tip's centre")]
     if robot.dh is not None and robot.dh.types is not None and len(robot.dh.types) != len(robot.dh.rows):
-        what = f"{len(robot.dh.types)} types for {len(robot.dh.rows)} rows"
-        return [Finding(("robot", "dh", "types"), what, "write one type for each row")]
+        message = f"{len(robot.dh.types)} types for {len(robot.dh.rows)} rows"
+        return [Finding(("robot", "dh", "types"), message, "write one type for each row")]
     return []
 
 
@@ -189,8 +191,8 @@ def _place_findings(document: CellDocument) -> list[Finding]:
     for name, entry in document.places.items():
         fixture = entry if isinstance(entry, str) else entry.fixture
         if fixture not in document.fixtures:
-            what = f"place {name!r} has the fixture {fixture!r}, which is not among fixtures"
-            found.append(Finding(("places", name), what, did_you_mean(fixture, document.fixtures)))
+            message = f"place {name!r} has the fixture {fixture!r}, which is not among fixtures"
+            found.append(Finding(("places", name), message, did_you_mean(fixture, document.fixtures)))
         if not isinstance(entry, str) and entry.place is not None:
             found += _joined_findings(document, name, entry.place)
     return found
@@ -200,14 +202,16 @@ def _joined_findings(document: CellDocument, name: str, joined: dict[str, Any]) 
     path = ("places", name, "place")
     other = joined.get("of")
     if isinstance(other, str) and other not in document.places:
-        what = f"place {name!r} is joined to {other!r}, which is not among places"
-        return [Finding(path, what, did_you_mean(other, document.places))]
+        message = f"place {name!r} is joined to {other!r}, which is not among places"
+        return [Finding(path, message, did_you_mean(other, document.places))]
     if other is None or len(joined) != 2:
-        what = f"place {name!r} must be joined to one place by one pose"
-        return [Finding(path, what, "write place: {of: base_plate, matrix: [[...], ...]}, or a pose in another format")]
+        message = f"place {name!r} must be joined to one place by one pose"
+        return [
+            Finding(path, message, "write place: {of: base_plate, matrix: [[...], ...]}, or a pose in another format")
+        ]
     if document.places[name].placement is not None:  # type: ignore[union-attr]
-        what = f"place {name!r} is joined to {other!r} and has a placement of its own"
-        return [Finding(path, what, f"keep one; a placement of {other!r} applies to both")]
+        message = f"place {name!r} is joined to {other!r} and has a placement of its own"
+        return [Finding(path, message, f"keep one; a placement of {other!r} applies to both")]
     visited = {name}
     while isinstance(other, str):
         if other in visited:

@@ -18,7 +18,7 @@ class Finding:
     """What is wrong and how to correct it; at_key: the key is wrong, not its value."""
 
     path: Path
-    what: str
+    message: str
     remedy: str
     at_key: bool = False
 

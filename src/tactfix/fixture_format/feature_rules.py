@@ -50,17 +50,17 @@ def check_features(entries: Entries) -> Iterator[Finding]:
     if placed and unplaced:
         for name in unplaced:
             keys = " and ".join(PLACE[entries.features[name]["type"]])
-            what = f"{name} has no place in the fixture frame, {placed[0]} has one"
+            message = f"{name} has no place in the fixture frame, {placed[0]} has one"
             remedy = f"give {keys} of {name} too, or no place to any feature"
-            yield Finding(("features", name), what, remedy, at_key=True)
+            yield Finding(("features", name), message, remedy, at_key=True)
 
 
 def _check_place(name: str, feature: Entry) -> Iterator[Finding]:
     given = given_places(feature)
     missing = [key for key in PLACE[feature["type"]] if key not in given]
     if given and missing:
-        what = f"{name} has {given[0]} and no {missing[0]}"
-        yield Finding(("features", name, given[0]), what, f"give {missing[0]} too, or leave out both", at_key=True)
+        message = f"{name} has {given[0]} and no {missing[0]}"
+        yield Finding(("features", name, given[0]), message, f"give {missing[0]} too, or leave out both", at_key=True)
     for key in ("normal", "direction"):
         vector = feature.get(key)
         if key in given and isinstance(vector, list) and not any(vector):
@@ -99,8 +99,8 @@ def _check_sizes(path: Path, entry: Entry) -> Iterator[Finding]:
 
 def _beyond(path: Path, length: float) -> Iterator[Finding]:
     if abs(length) > MOST_LENGTH:
-        what = f"{length:g} is beyond {MOST_LENGTH:g}: no length in any unit"
-        yield Finding(path, what, _NUMBER_REMEDY)
+        message = f"{length:g} is beyond {MOST_LENGTH:g}: no length in any unit"
+        yield Finding(path, message, _NUMBER_REMEDY)
 
 
 CONTRADICTION_SIGMAS: Final = 4.0
@@ -129,11 +129,11 @@ def _check_pairs(section: str, relations: Mapping[int, Entry], entries: Entries)
             yield from entries.unknown(name, (section, index, "between", place))
         pair = frozenset(relation["between"])
         if len(pair) == 1:
-            what = f"both features are {relation['between'][0]}"
-            yield Finding((section, index, "between"), what, "name two features")
+            message = f"both features are {relation['between'][0]}"
+            yield Finding((section, index, "between"), message, "name two features")
         elif pair in first:
-            what = f"{section[:-1]} between {' and '.join(relation['between'])} is given twice"
-            yield Finding((section, index, "between"), what, f"remove one (the other is number {first[pair] + 1})")
+            message = f"{section[:-1]} between {' and '.join(relation['between'])} is given twice"
+            yield Finding((section, index, "between"), message, f"remove one (the other is number {first[pair] + 1})")
         first.setdefault(pair, index)
 
 
@@ -149,17 +149,17 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
         return
     if distance["value"] < 0 and kinds != ("center", "plane"):
         types = sorted(str(entries.type_of(name)) for name in distance["between"])
-        what = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
-        yield Finding((*path, "value"), what, "write it without the sign")
+        message = f"a distance between {types[0]} and {types[1]} has no sign, this is {distance['value']:g}"
+        yield Finding((*path, "value"), message, "write it without the sign")
     placed = any(given_places(entries.features[name]) for name in distance["between"])
     if placed:
         return
     names = " and ".join(distance["between"])
     angle = next((a["value"] for a in entries.angles.values() if set(a["between"]) == set(distance["between"])), None)
     if kinds == ("cylinder", "cylinder") and angle and math.sin(math.radians(angle)) < ALMOST_PARALLEL:
-        what = f"{names} have a distance only if clearly skew or parallel; their angle is {angle:g}"
+        message = f"{names} have a distance only if clearly skew or parallel; their angle is {angle:g}"
         remedy = f"give the angle 0 between {names} if they are parallel, or leave out the distance"
-        yield Finding((*path, "between"), what, remedy)
+        yield Finding((*path, "between"), message, remedy)
     if kinds in (("plane", "plane"), ("cylinder", "plane")):
         wanted = (0.0, 180.0) if kinds == ("plane", "plane") else (90.0,)
         if angle not in wanted:
@@ -172,11 +172,11 @@ def _check_distance(path: Path, distance: Entry, entries: Entries) -> Iterator[F
 def _check_angle(path: Path, angle: Entry, entries: Entries) -> Iterator[Finding]:
     for place, name in enumerate(angle["between"]):
         if entries.kind_of(name) == "center":
-            what = f"{name} is a {entries.type_of(name)} and has no direction"
-            yield Finding((*path, "between", place), what, "give angles between planes and cylinders")
+            message = f"{name} is a {entries.type_of(name)} and has no direction"
+            yield Finding((*path, "between", place), message, "give angles between planes and cylinders")
     if "cylinder" in _kinds(angle["between"], entries) and angle["value"] > 90:
-        what = f"an angle with the axis of a cylinder is at most 90, this is {angle['value']:g}"
-        yield Finding((*path, "value"), what, f"an axis has no sign: write {180 - angle['value']:g}")
+        message = f"an angle with the axis of a cylinder is at most 90, this is {angle['value']:g}"
+        yield Finding((*path, "value"), message, f"an axis has no sign: write {180 - angle['value']:g}")
 
 
 def _check_triangles(entries: Entries) -> Iterator[Finding]:
@@ -201,8 +201,8 @@ def _check_triangles(entries: Entries) -> Iterator[Finding]:
         if excess > slack:
             path = ("distances", index_of[frozenset(longest["between"])], "value")
             apart = " and ".join(longest["between"])
-            what = f"{apart} are farther apart than their distances from {_third(three, longest)} allow"
-            yield Finding(path, what, "check the three distances between these")
+            message = f"{apart} are farther apart than their distances from {_third(three, longest)} allow"
+            yield Finding(path, message, "check the three distances between these")
 
 
 def _third(three: tuple[str, ...], side: Entry) -> str:

@@ -22,14 +22,14 @@ def check_frame(entries: Entries) -> Iterator[Finding]:
     yield from _check_origin(frame["origin"], entries)
     axes = axes_of(frame)
     if len(axes) != 2:
-        what = f"frame has {len(axes)} of the axes x, y, z"
-        yield Finding(("frame",), what, "give two of them; the third follows", at_key=True)
+        message = f"frame has {len(axes)} of the axes x, y, z"
+        yield Finding(("frame",), message, "give two of them; the third follows", at_key=True)
     for axis, entry in axes:
         yield from _check_axis(("frame", axis), entry, entries)
         yield from _check_length(("frame", axis), entry, entries)
     if len(axes) == 2 and _names(axes[0][1]) == _names(axes[1][1]):
-        what = f"{axes[0][0]} and {axes[1][0]} are defined by the same features"
-        yield Finding(("frame", axes[1][0]), what, "take another feature for one of them")
+        message = f"{axes[0][0]} and {axes[1][0]} are defined by the same features"
+        yield Finding(("frame", axes[1][0]), message, "take another feature for one of them")
 
 
 def _check_absence(entries: Entries) -> Iterator[Finding]:
@@ -54,8 +54,8 @@ def _check_center(name: str, entries: Entries) -> Iterator[Finding]:
     path = ("frame", "origin", "center_of")
     yield from entries.unknown(name, path)
     if entries.kind_of(name) not in (None, "center"):
-        what = f"{name} is a {entries.type_of(name)} and has no centre"
-        yield Finding(path, what, "name a sphere or point, or use foot_of or meet_of")
+        message = f"{name} is a {entries.type_of(name)} and has no centre"
+        yield Finding(path, message, "name a sphere or point, or use foot_of or meet_of")
 
 
 def _check_foot(above: str, below: str, entries: Entries) -> Iterator[Finding]:
@@ -63,12 +63,12 @@ def _check_foot(above: str, below: str, entries: Entries) -> Iterator[Finding]:
     yield from entries.unknown(below, ("frame", "origin", "on"))
     types = (entries.type_of(above), entries.type_of(below))
     if above == below:
-        what = f"{above} has no foot on itself"
-        yield Finding(("frame", "origin", "on"), what, "name the cylinder or plane that the foot is on")
+        message = f"{above} has no foot on itself"
+        yield Finding(("frame", "origin", "on"), message, "name the cylinder or plane that the foot is on")
     elif None not in types and (entries.kind_of(above), entries.kind_of(below)) not in _FEET:
-        what = f"{above}, a {types[0]}, has no foot on {below}, a {types[1]}"
+        message = f"{above}, a {types[0]}, has no foot on {below}, a {types[1]}"
         remedy = "take a sphere or point above a cylinder or plane, or two cylinders"
-        yield Finding(("frame", "origin"), what, remedy)
+        yield Finding(("frame", "origin"), message, remedy)
 
 
 def _check_meeting(names: list[str], entries: Entries) -> Iterator[Finding]:
@@ -78,8 +78,8 @@ def _check_meeting(names: list[str], entries: Entries) -> Iterator[Finding]:
     if len(set(names)) < len(names):
         yield Finding(("frame", "origin", "meet_of"), "a feature is given twice", "name different features")
     elif None not in types and tuple(sorted(str(type_) for type_ in types)) not in _MEETINGS:
-        what = f"a {' and a '.join(map(str, types))} do not meet in one point"
-        yield Finding(("frame", "origin", "meet_of"), what, "name three planes, or a cylinder and a plane")
+        message = f"a {' and a '.join(map(str, types))} do not meet in one point"
+        yield Finding(("frame", "origin", "meet_of"), message, "name three planes, or a cylinder and a plane")
 
 
 def _check_axis(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:
@@ -91,8 +91,8 @@ def _check_axis(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]
         return
     yield from entries.unknown(direction["along"], (*path, "along"))
     if entries.kind_of(direction["along"]) == "center":
-        what = f"{direction['along']} is a {entries.type_of(direction['along'])} and has no direction"
-        yield Finding((*path, "along"), what, "name a cylinder or plane, or use from and to")
+        message = f"{direction['along']} is a {entries.type_of(direction['along'])} and has no direction"
+        yield Finding((*path, "along"), message, "name a cylinder or plane, or use from and to")
 
 
 def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterator[Finding]:
@@ -102,8 +102,10 @@ def _check_from_to(path: Path, start: str, end: str, entries: Entries) -> Iterat
     if start == end:
         yield Finding((*path, "to"), f"from and to are both {end}", "name another feature")
     elif None not in kinds and "plane" in kinds and "center" not in kinds:
-        what = f"the direction from {start} to {end} is not defined"
-        yield Finding(path, what, "use along for the normal of a plane; from and to take spheres, points and cylinders")
+        message = f"the direction from {start} to {end} is not defined"
+        yield Finding(
+            path, message, "use along for the normal of a plane; from and to take spheres, points and cylinders"
+        )
 
 
 def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Finding]:
@@ -113,8 +115,8 @@ def _check_length(path: Path, entry: Entry, entries: Entries) -> Iterator[Findin
         return
     ends = {direction["from"], direction["to"]}
     if any(set(distance["between"]) == ends and distance["value"] == 0 for distance in entries.distances.values()):
-        what = f"there is no direction from {direction['from']} to {direction['to']}: their distance is 0"
-        yield Finding(path, what, "take another feature for this axis")
+        message = f"there is no direction from {direction['from']} to {direction['to']}: their distance is 0"
+        yield Finding(path, message, "take another feature for this axis")
 
 
 def _names(entry: Entry) -> frozenset[str]:

@@ -52,16 +52,16 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
         a, b = (surfaces[name] for name in distance["between"])
         names = " and ".join(distance["between"])
         if not _has_distance(a, b):
-            what = f"{names} have a distance only if parallel, and their places are not"
-            yield Finding(("distances", index, "between"), what, "leave out the distance, or correct the places")
+            message = f"{names} have a distance only if parallel, and their places are not"
+            yield Finding(("distances", index, "between"), message, "leave out the distance, or correct the places")
             continue
         measured = distance_between(a, b)
         if not isinstance(a, Sphere | Point) and not isinstance(b, Sphere | Point):
             measured = abs(measured)  # only a sphere has a side of a plane
         slack = CONTRADICTION_SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
         if all(abs(value - distance["value"]) > slack for value in (measured, *_askew(a, b))):
-            what = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
-            yield Finding(("distances", index, "value"), what, "correct one of them; the distance may be left out")
+            message = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
+            yield Finding(("distances", index, "value"), message, "correct one of them; the distance may be left out")
 
 
 def _askew(a: Surface, b: Surface) -> tuple[float, ...]:
@@ -100,16 +100,16 @@ def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator
         )
         if abs(measured - angle["value"]) > slack:
             names = " and ".join(angle["between"])
-            what = f"the angle of {names} is {angle['value']:.10g}, but their places make it {measured:.9g}"
-            yield Finding(("angles", index, "value"), what, "correct one of them; the angle may be left out")
+            message = f"the angle of {names} is {angle['value']:.10g}, but their places make it {measured:.9g}"
+            yield Finding(("angles", index, "value"), message, "correct one of them; the angle may be left out")
 
 
 def _check_boxes(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[Finding]:
     for name, box in fixture.touch.items():
         if _leaves_nothing(surfaces[name], box, _TYPED * _size(surfaces)):
-            what = f"the touch box of {name} does not meet its surface"
+            message = f"the touch box of {name} does not meet its surface"
             yield Finding(
-                ("touch", name), what, "correct the box or the place; a box is in the fixture frame", at_key=True
+                ("touch", name), message, "correct the box or the place; a box is in the fixture frame", at_key=True
             )
 
 
@@ -126,13 +126,13 @@ def _check_frame(fixture: Fixture, surfaces: Mapping[str, Surface]) -> Iterator[
     # The axes of cylinders have no sign: take the possible frame closest to the identity.
     built = min(choices, key=lambda matrix: float(np.abs(matrix[:3, :3] - np.eye(3)).sum()))
     if np.linalg.norm(built[:3, 3]) > _FRAME_OFF * _size(surfaces):
-        what = f"the places of the features put this origin at {_shown(built[:3, 3])}, not at 0"
-        yield Finding(("frame", "origin"), what, remedy)
+        message = f"the places of the features put this origin at {_shown(built[:3, 3])}, not at 0"
+        yield Finding(("frame", "origin"), message, remedy)
     for axis, _ in (recipe.first, recipe.second):
         k = AXIS_KEYS.index(axis)
         if np.linalg.norm(built[:3, k] - np.eye(3)[k]) > _FRAME_OFF:
-            what = f"the places of the features give {axis} the direction {_shown(built[:3, k])}"
-            yield Finding(("frame", axis), what, remedy)
+            message = f"the places of the features give {axis} the direction {_shown(built[:3, k])}"
+            yield Finding(("frame", axis), message, remedy)
 
 
 def _shown(vector: Floats) -> str:

@@ -37,8 +37,10 @@ def check_placement(entry: Entry) -> Iterator[Finding]:
         remedy = "write {matrix: [[...], ...]} for four rows of four numbers, or the pose as text"
         yield Finding(("placement", "near", name), f"placement.near.{name} is a list", remedy)
     if entry.get("within") is not None and entry.get("sigma") is not None:
-        what = "placement has within and sigma"
-        yield Finding(("placement", "sigma"), what, "keep within for limits, or sigma for a measurement", at_key=True)
+        message = "placement has within and sigma"
+        yield Finding(
+            ("placement", "sigma"), message, "keep within for limits, or sigma for a measurement", at_key=True
+        )
     free = entry.get("free") or []
     for index, component in enumerate(free):
         if component in free[:index]:
@@ -57,8 +59,8 @@ def read_placement(entry: Entry, units: str, pose_files: PoseFiles) -> Placement
     try:
         return Placement(near, limits, sigma, frozenset(entry["free"]) if entry.get("free") else None)
     except UsageError as error:  # a covariance without variance in some direction
-        what, _, remedy = str(error).partition("; ")
-        return [Finding(("placement", "sigma"), what, remedy)]
+        message, _, remedy = str(error).partition("; ")
+        return [Finding(("placement", "sigma"), message, remedy)]
 
 
 def _near(near: Entry, units: str, pose_files: PoseFiles) -> Floats:
@@ -90,8 +92,8 @@ def _sigma(sigma: Entry, units: str, pose_files: PoseFiles) -> tuple[float, floa
     path: Path = ("placement", "sigma", "file")
     pose = _of_file(path, sigma["file"], pose_files)
     if pose.covariance is None:
-        what = f"{sigma['file']} has no covariance"
-        raise _PoseError([Finding(path, what, "name " + LOCATE_JSON + ", or write translation and rotation")])
+        message = f"{sigma['file']} has no covariance"
+        raise _PoseError([Finding(path, message, "name " + LOCATE_JSON + ", or write translation and rotation")])
     covariance = pose.covariance if pose.units is None else pose.in_units(units).covariance
     assert covariance is not None
     return covariance

@@ -77,12 +77,12 @@ def _finding(error: Any) -> Finding:
     if kind == "missing":
         key = error["loc"][-1]
         parent = _plain_path(error["loc"][:-1])
-        what = f"{place_of(parent)} has no {key}" if parent else f"the file has no key {key!r}"
-        return Finding(parent, what, _how_to_add(str(key), parent), at_key=True)
+        message = f"{place_of(parent)} has no {key}" if parent else f"the file has no key {key!r}"
+        return Finding(parent, message, _how_to_add(str(key), parent), at_key=True)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return _untagged(path, input_)
-    what = f"{place_of(path)} is {shown(input_)}"
-    return Finding(path, what, _remedy(kind, path, input_, context))
+    message = f"{place_of(path)} is {shown(input_)}"
+    return Finding(path, message, _remedy(kind, path, input_, context))
 
 
 def _plain_path(location: tuple[str | int, ...]) -> Path:

@@ -26,8 +26,8 @@ def read_fixture(value: Any, name: str, pose_files: "PoseFiles") -> Fixture | li
     """The fixture of the plain values, or findings; name: default name; pose_files: reads the pose files it names."""
     if not isinstance(value, dict):
         remedy = "begin with tactfix: 1, then units: and features:"
-        what = "the file is empty" if value is None else "the file is not a mapping of keys to values"
-        return [Finding((), what, remedy)]
+        message = "the file is empty" if value is None else "the file is not a mapping of keys to values"
+        return [Finding((), message, remedy)]
     entries = entries_of(value)
     findings = [*_malformations(value), *check_entries(entries)]
     if findings:
@@ -86,8 +86,8 @@ def _check_name(name: object) -> Iterator[Finding]:
 def _check_probe(entries: Entries) -> Iterator[Finding]:
     """tip_within needs tip_offset."""
     if entries.probe.get("tip_within") is not None and entries.probe.get("tip_offset") is None:
-        what = "probe.tip_within limits how far the tip is from tip_offset, and there is no tip_offset"
-        yield Finding(("probe", "tip_within"), what, "give tip_offset: [x, y, z] too", at_key=True)
+        message = "probe.tip_within limits how far the tip is from tip_offset, and there is no tip_offset"
+        yield Finding(("probe", "tip_within"), message, "give tip_offset: [x, y, z] too", at_key=True)
 
 
 def _check_touch(entries: Entries) -> Iterator[Finding]:
@@ -95,14 +95,14 @@ def _check_touch(entries: Entries) -> Iterator[Finding]:
     for name, box in entries.touch.items():
         yield from entries.unknown(name, ("touch", name), at_key=True)
         if entries.type_of(name) == "point":
-            what = f"{name} is a point, which is touched at one place only"
-            yield Finding(("touch", name), what, "remove its box", at_key=True)
+            message = f"{name} is a point, which is touched at one place only"
+            yield Finding(("touch", name), message, "remove its box", at_key=True)
         for axis in AXIS_KEYS:
             low, high = box.get(axis) or (None, None)
             if low is not None and high is not None and low >= high:
-                what = f"touch.{name}.{axis} goes from {low:g} to {high:g}"
+                message = f"touch.{name}.{axis} goes from {low:g} to {high:g}"
                 remedy = "write [low, high] with low below high, null for no limit, or leave the axis out"
-                yield Finding(("touch", name, axis), what, remedy)
+                yield Finding(("touch", name, axis), message, remedy)
 
 
 def _check_placement(entries: Entries) -> list[Finding]:

@@ -86,11 +86,11 @@ def _path(tree: UrdfTree, tip_link: str, base_link: str | None) -> list[UrdfJoin
     for joint in tree.joints:
         for role, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in tree.links:
-                what = f"joint {joint.name!r} has the {role} {link!r}, which is no link"
-                raise UrdfError(what, did_you_mean(link, tree.links), joint.line)
+                message = f"joint {joint.name!r} has the {role} {link!r}, which is no link"
+                raise UrdfError(message, did_you_mean(link, tree.links), joint.line)
         if joint.child in above:
-            what = f"link {joint.child!r} is the child of two joints, {above[joint.child].name!r} and {joint.name!r}"
-            raise UrdfError(what, "a chain has one joint above each link: remove one", joint.line)
+            message = f"link {joint.child!r} is the child of two joints, {above[joint.child].name!r} and {joint.name!r}"
+            raise UrdfError(message, "a chain has one joint above each link: remove one", joint.line)
         above[joint.child] = joint
     return list(_up(above, tip_link, base_link))[::-1]
 
@@ -201,7 +201,7 @@ def _corrections(robot: UrdfRobot, values: Floats) -> dict[int, Floats]:
     if not np.array_equal(tip, np.eye(4)):
         last = len(robot.joints) - 1
         if not robot.has_place_for_tip:
-            what = f"{robot.joints[last].child!r} moves with the last joint, so that the tip's offset has no place"
-            raise UrdfError(what, "put a link with a fixed joint at the tip's centre, and name it as tip_link")
+            message = f"{robot.joints[last].child!r} moves with the last joint, so that the tip's offset has no place"
+            raise UrdfError(message, "put a link with a fixed joint at the tip's centre, and name it as tip_link")
         found[last] = tip
     return found

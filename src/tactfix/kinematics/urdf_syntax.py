@@ -21,8 +21,8 @@ JointType: TypeAlias = Literal["revolute", "continuous", "prismatic", "fixed", "
 class UrdfError(TactfixError):
     """An invalid URDF text; the reader of the file makes a FileError of it."""
 
-    def __init__(self, what: str, remedy: str, line: int | None = None, column: int | None = None) -> None:
-        self.problem = Problem(what, remedy, line=line, column=column)
+    def __init__(self, message: str, remedy: str, line: int | None = None, column: int | None = None) -> None:
+        self.problem = Problem(message, remedy, line=line, column=column)
         super().__init__(self.problem.text)
 
 
@@ -68,8 +68,8 @@ def read_urdf(text: str) -> UrdfTree:
     try:
         parser.Parse(reader.content, True)
     except expat.ExpatError as error:
-        what = f"this is not XML: {expat.errors.messages.get(error.code, error)}"
-        raise UrdfError(what, "correct the tag there", error.lineno, error.offset + 1) from None
+        message = f"this is not XML: {expat.errors.messages.get(error.code, error)}"
+        raise UrdfError(message, "correct the tag there", error.lineno, error.offset + 1) from None
     if not reader.is_robot:
         raise UrdfError("this is no URDF: its outermost tag is not <robot>", "name the robot's URDF file", 1)
     return UrdfTree(reader.links, reader.joints, reader.robot_start)
@@ -114,8 +114,8 @@ class _Reader:
 
     def end(self, _: str) -> None:
         if self.path == ["robot", "joint"] and (missing := {"parent", "child"} - self.parts):
-            what = f"joint {self.joints[-1].name!r} has no <{max(missing)}>"
-            raise self.error(what, f'write <{max(missing)} link="..."/>')
+            message = f"joint {self.joints[-1].name!r} has no <{max(missing)}>"
+            raise self.error(message, f'write <{max(missing)} link="..."/>')
         self.path.pop()
 
     def joint(self, attributes: dict[str, str]) -> UrdfJoint:
@@ -147,8 +147,8 @@ class _Reader:
                 joint.lower = self.number(attributes, "lower", 0.0)
                 joint.upper = self.number(attributes, "upper", 0.0)
                 if joint.lower > joint.upper:
-                    what = f"joint {joint.name!r} has the limits {joint.lower:g} to {joint.upper:g}"
-                    raise self.error(what, "write the lower one as lower")
+                    message = f"joint {joint.name!r} has the limits {joint.lower:g} to {joint.upper:g}"
+                    raise self.error(message, "write the lower one as lower")
             case "mimic":
                 joint.mimics = attributes.get("joint", "")
 
@@ -180,5 +180,5 @@ class _Reader:
             raise self.error(f"{key} is {attributes[key]!r}, not three numbers", f'write {key}="0 0 0"')
         return np.array(values, dtype=np.float64)
 
-    def error(self, what: str, remedy: str) -> UrdfError:
-        return UrdfError(what, remedy, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)
+    def error(self, message: str, remedy: str) -> UrdfError:
+        return UrdfError(message, remedy, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)

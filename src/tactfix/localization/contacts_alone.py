@@ -146,8 +146,8 @@ def _contradictions(
     """Messages why the prior cannot be right: constrained directions to release, else the nearest pose (step 4)."""
     ways = list(_ways(fixture, contacts, sigmas))
     if ways:
-        what = ", or ".join(ways)
-        yield f"the contacts contradict the fixed directions: they fit if this too may differ from near: {what}"
+        components = ", or ".join(ways)
+        yield f"the contacts contradict the fixed directions: they fit if this too may differ from near: {components}"
         return
     pairs = zip(outcome.solutions.found, outcome.assessments, strict=True)
     only = [s for s, v in pairs if {reason.code for reason in v.reasons} == {"prior"}]

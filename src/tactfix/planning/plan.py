@@ -99,7 +99,7 @@ def plan(
     """
     if starts is not None and starts < 1:
         raise UsageError(f"{starts} starts cannot be followed; ask for 1 or more")
-    report = progress or (lambda share, what: None)
+    report = progress or (lambda share, activity: None)
     # Step 1.
     task = Task.of(
         fixture, existing, criterion, seed, sigma, tip_radius, report, starts, over, orientations is not None

@@ -36,9 +36,9 @@ class PoseSyntaxError(TactfixError):
         super().__init__(joined("\n", [problem.text for problem in self.problems]))
 
 
-def syntax_error(what: str, remedy: str, line: int | None = None) -> PoseSyntaxError:
+def syntax_error(message: str, remedy: str, line: int | None = None) -> PoseSyntaxError:
     """A PoseSyntaxError of one problem."""
-    return PoseSyntaxError([Problem(what, remedy, line=line)])
+    return PoseSyntaxError([Problem(message, remedy, line=line)])
 
 
 def _frozen_motion(matrix: ArrayLike) -> Floats:

@@ -66,8 +66,8 @@ def touches_of_ball(fixture: Fixture, contacts: Contacts, name: str | None = Non
         raise UsageError(f"{fixture.name} has no sphere {name!r}; {did_you_mean(name, balls)}")
     touched = [one for one in balls if one in contacts.by_feature and name in (None, one)]
     if not touched:
-        what = f"no contact touches {name or f'a sphere of {fixture.name}'}"
-        raise UsageError(f"{what}; touch a ball of known radius from all sides")
+        message = f"no contact touches {name or f'a sphere of {fixture.name}'}"
+        raise UsageError(f"{message}; touch a ball of known radius from all sides")
     if len(touched) > 1:
         raise UsageError(f"the contacts touch {listed(touched)}, and one is the reference ball; " + ONE_FEATURE)
     return fixture.features[touched[0]], contacts.on(touched[0])

@@ -120,5 +120,5 @@ def _left(plan: TouchPlan) -> str:
     limit = f"calibrate writes no robot at {100 * IDENTIFIED:.0f} or more"
     remedy = "; plan other features or places, or reduce the unknown parameters"
     size = f"if they are {100 * EXPECTED_ERRORS:.0f} per cent of the prior"
-    what = f"the touches {', with those '.join(stages)} of the robot's errors undetermined, {size}"
-    return f"{what}; {limit}{remedy if plan.undetermined[1] >= IDENTIFIED else ''}"
+    message = f"the touches {', with those '.join(stages)} of the robot's errors undetermined, {size}"
+    return f"{message}; {limit}{remedy if plan.undetermined[1] >= IDENTIFIED else ''}"

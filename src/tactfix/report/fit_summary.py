@@ -49,11 +49,11 @@ def fit_html(result: FitResult) -> str:
 
 
 def _sentence(result: FitResult) -> str:
-    what, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
+    element, name = {"plane": ("plane", "point"), "sphere": ("centre", "center"), "cylinder": ("axis", "point")}[
         result.kind
     ]
     accuracy = with_unit(f"{SIGMAS_95 * float(result.sigma[name].max()):.2g}", result.units)
-    return f"located; the {what} is known to {accuracy} (95 %, along the worst axis)"
+    return f"located; the {element} is known to {accuracy} (95 %, along the worst axis)"
 
 
 def _details(result: FitResult, surface: Surface, *, ascii_only: bool) -> RenderableType:

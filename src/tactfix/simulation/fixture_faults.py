@@ -117,10 +117,10 @@ def _round(surfaces: Mapping[str, Surface]) -> dict[str, Sphere | Cylinder]:
     return {name: surface for name, surface in surfaces.items() if isinstance(surface, Sphere | Cylinder)}
 
 
-def _one_of(able: Iterable[One], rng: np.random.Generator, what: str) -> One:
+def _one_of(able: Iterable[One], rng: np.random.Generator, condition: str) -> One:
     choice = list(able)
     if not choice:
-        raise UsageError(f"no feature of the fixture {what}; choose another fault")
+        raise UsageError(f"no feature of the fixture {condition}; choose another fault")
     return choice[int(rng.integers(len(choice)))]
 
 

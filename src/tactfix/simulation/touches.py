@@ -52,8 +52,8 @@ def planned_touches(access: Access, plan: Contacts) -> Touches:
     if off.max() > _PLAN_OFF * plan.spread:
         worst = int(off.argmax())
         far = with_unit(borne(float(f"{off[worst]:.3g}"), None), plan.units)
-        what = f"this touch is {far} off {plan.features[worst]} in the fixture frame, so the contacts are not a plan"
-        raise NoPlanError(Problem(what, _PLAN_REMEDY, row=plan.rows[worst]))
+        message = f"this touch is {far} off {plan.features[worst]} in the fixture frame, so the contacts are not a plan"
+        raise NoPlanError(Problem(message, _PLAN_REMEDY, row=plan.rows[worst]))
     normals = np.array([outward_normals(surfaces[f], p) for f, p in zip(plan.features, points, strict=True)])
     approaches = np.where(plan.has_approach[:, None], plan.approaches, -normals)
     return Touches(plan.features, points.reshape(-1, 3), normals.reshape(-1, 3), approaches, access.tip_radius)

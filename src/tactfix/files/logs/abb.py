@@ -80,8 +80,8 @@ class _Reader:
         """Reject targets whose motions name different tools or work objects."""
         for name in dict.fromkeys(contact.id for contact in self.contacts if contact.id):
             for line, tool, work_object in self.motions.get(name.upper(), []):
-                for what, value in (("the tool", tool), ("the work object", work_object)):
-                    try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, what, value))
+                for state, value in (("the tool", tool), ("the work object", work_object)):
+                    try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, state, value))
 
     def _bare(self, lexer: Lexer) -> None:
         """A position: declared with a name, inside a motion, or alone."""

@@ -60,11 +60,11 @@ class _Reader:
             self._unit(lexer, units.group(1).upper())
         else:
             self.frame = lexer.text.strip() if _FRAME_LINE.match(lexer.text) else self.frame
-            for what, statement in _STATES:
+            for state, statement in _STATES:
                 if statement.match(lexer.text):
                     content = re.sub(r"\s+", "", lexer.text)
                     # Every ROTAB statement moves the table, even if its text is the same.
-                    self.states[what] = (
+                    self.states[state] = (
                         f"{content} in line {lexer.line}" if content.upper().startswith("ROT") else content
                     )
             self.other.append(lexer.line)
@@ -92,8 +92,8 @@ class _Reader:
         lexer.end(_DMIS_REMEDY)
         check_normal(lexer, normal, _DMIS_REMEDY)
         self.constant.keep("the part coordinate system", self.frame, lexer)
-        for what, _ in _STATES:
-            self.constant.keep(what, self.states.get(what, "as at the beginning"), lexer)
+        for state, _ in _STATES:
+            self.constant.keep(state, self.states.get(state, "as at the beginning"), lexer)
         self.contacts.append(LogContact(lexer.line, vector(numbers), against(normal)))
 
     def log(self) -> Log:

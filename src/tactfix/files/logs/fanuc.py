@@ -127,9 +127,9 @@ class _Reader:
 
     def _frame(self, lexer: Lexer, group: int) -> None:
         """UF : 0, UT : 1, CONFIG : '...',"""
-        for what, (label, _) in _SELECTIONS.items():
+        for state, (label, _) in _SELECTIONS.items():
             number = _SELECTED_FRAME
-            if lexer.take(what):
+            if lexer.take(state):
                 lexer.mark(":", FANUC_EXAMPLE)
                 number = _SELECTED_FRAME if lexer.take(_SELECTED_FRAME) else str(lexer.integer(FANUC_EXAMPLE))
                 lexer.mark(",", FANUC_EXAMPLE)
@@ -166,8 +166,8 @@ class _Reader:
 
     def _contact(self, lexer: Lexer, pose: tuple[float, ...], name: str | None) -> None:
         begin = Lexer("", lexer.first_line)
-        for what, value in self.now.items():
-            self.columns.constant.keep(what, value, begin)
+        for state, value in self.now.items():
+            self.columns.constant.keep(state, value, begin)
         self.contacts.append(pose_contact(begin, self.columns.numbers, pose, name))
 
     def log(self) -> Log:

@@ -94,11 +94,11 @@ class _Reader:
         if wrapped and radius is None and not any(name in properties for name in _HEAD_ANGLES) and "R" in properties:
             radius = properties.pop("R")
             self.notes.append(f"line {lexer.line}: {_RADIUS}") if not self.contacts else None
-        for name, what in _CONSTANT.items():
+        for name, state in _CONSTANT.items():
             if name in properties:
-                self.constant.keep(what, properties[name], lexer)
-        for what, value in self.now.items():
-            self.constant.keep(what, value, lexer)
+                self.constant.keep(state, properties[name], lexer)
+        for state, value in self.now.items():
+            self.constant.keep(state, value, lexer)
         point = vector([properties[axis][0] for axis in "XYZ"])
         tip_radius = None if radius is None else radius[0]
         normal = properties.get("IJKACT", properties.get("IJK", (0.0, 0.0, 0.0)))

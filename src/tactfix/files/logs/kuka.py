@@ -81,8 +81,8 @@ class _Reader:
         """$TOOL=..., BAS(#BASE,2) and FDAT_ACT=... apply to the positions below."""
         active = _ACTIVE.match(lexer.text)
         if active is not None:
-            what, value = active.group(1) or f"${active.group(3)}", active.group(2) or active.group(4) or ""
-            self.active[what.upper()] = value.strip()
+            name, value = active.group(1) or f"${active.group(3)}", active.group(2) or active.group(4) or ""
+            self.active[name.upper()] = value.strip()
         return active is not None
 
     def _talk_or_names(self, lexer: Lexer) -> None:
@@ -128,8 +128,8 @@ class _Reader:
         self._contact(lexer, numbers, name)
 
     def _contact(self, lexer: Lexer, numbers: dict[str, float], name: str | None) -> None:
-        for what in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
-            self.columns.constant.keep(what, self.active.get(what, "that before the program"), lexer)
+        for state in ("$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE", "FDAT_ACT"):
+            self.columns.constant.keep(state, self.active.get(state, "that before the program"), lexer)
         self.columns.constant.keep("external axes", tuple(numbers.get(axis, 0.0) for axis in KUKA_AXES), lexer)
         self.contacts.append(pose_contact(lexer, self.columns.numbers, [numbers[label] for label in KUKA_LABELS], name))
 
@@ -146,8 +146,8 @@ class _Reader:
         """Reject contacts whose FDAT name different tools or bases."""
         for contact in self.contacts:
             line, numbers = self.taught.get((contact.id or "").upper().removeprefix("X"), (0, []))
-            for what, number in numbers:
-                try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, what.upper(), int(number)))
+            for state, number in numbers:
+                try_reading(Lexer("", line), problems, partial(self.columns.constant.keep, state.upper(), int(number)))
 
     def log(self) -> Log:
         notes = (

@@ -232,8 +232,8 @@ def _tip_radius(contacts: Sequence[LogContact], problems: list[Problem]) -> floa
     for contact in with_radius:
         if contact.tip_radius != with_radius[0].tip_radius:
             first = with_radius[0]
-            what = f"the tip radius is {contact.tip_radius:g}, in line {first.line} it is {first.tip_radius:g}"
-            problems.append(Problem(what, "log the contacts of each tip in a file of their own", line=contact.line))
+            message = f"the tip radius is {contact.tip_radius:g}, in line {first.line} it is {first.tip_radius:g}"
+            problems.append(Problem(message, "log the contacts of each tip in a file of their own", line=contact.line))
         elif contact.tip_radius is not None and contact.tip_radius < 0:
             problems.append(Problem("the tip radius is negative", "write 0 or more", line=contact.line))
     return with_radius[0].tip_radius if with_radius and (with_radius[0].tip_radius or 0) >= 0 else None

@@ -75,12 +75,12 @@ class ConstantStates:
 
     values: dict[str, tuple[object, int]] = field(default_factory=dict)
 
-    def keep(self, what: str, value: object, lexer: Lexer, remedy: str = ONE_STATE_REMEDY) -> None:
+    def keep(self, state: str, value: object, lexer: Lexer, remedy: str = ONE_STATE_REMEDY) -> None:
         """Record the value of a state; a change of the value is an error, reported once per change."""
-        before, line = self.values.setdefault(what, (value, lexer.line))
+        before, line = self.values.setdefault(state, (value, lexer.line))
         if before != value:
-            self.values[what] = (value, lexer.line)
-            lexer.refuse(f"{what} changes: {_shown(value)}, in line {line} {_shown(before)}", remedy)
+            self.values[state] = (value, lexer.line)
+            lexer.refuse(f"{state} changes: {_shown(value)}, in line {line} {_shown(before)}", remedy)
 
     def notes(self, *names: str) -> tuple[str, ...]:
         """A note for each state among names whose value is not zero."""
@@ -134,13 +134,13 @@ def check_normal(lexer: Lexer, normal: Sequence[float], remedy: str) -> None:
         lexer.refuse(f"i, j, k have the length {length:.6g}, not 1", remedy)
 
 
-def skipped(lines: Iterable[int], what: str) -> tuple[str, ...]:
+def skipped(lines: Iterable[int], kind: str) -> tuple[str, ...]:
     """A note on lines without contacts, if there are any."""
     found = tuple(lines)
     if not found:
         return ()
     shown = ", ".join(map(str, found[:5])) + (", ..." if len(found) > 5 else "")
-    return (f"{len(found)} {what} skipped (line {shown})",)
+    return (f"{len(found)} {kind} skipped (line {shown})",)
 
 
 ONE_PLACE_MM: Final = 1.0

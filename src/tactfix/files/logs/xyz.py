@@ -147,8 +147,8 @@ class _Reader:
         cells = cells if name is None else cells[1:]
         numbers = numbers_of(lexer, cells, self.constant)
         if not 3 <= len(numbers) <= 8 or len(numbers) == 4:
-            what = "a circle with its diameter" if len(numbers) == 4 else f"{len(numbers)} numbers"
-            lexer.refuse(f"{what} where a touch has 3 or 6", _XYZ_REMEDY)
+            given = "a circle with its diameter" if len(numbers) == 4 else f"{len(numbers)} numbers"
+            lexer.refuse(f"{given} where a touch has 3 or 6", _XYZ_REMEDY)
         if name is not None and len(numbers) not in (3, 6):
             lexer.refuse(f"a name and {len(numbers)} numbers", _XYZ_REMEDY)
         self.constant.keep("the number of numbers in a line", len(numbers), lexer, _XYZ_REMEDY)
