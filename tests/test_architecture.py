@@ -80,7 +80,7 @@ def is_offered(name: str, module: str, offered: set[tuple[str, ...]]) -> bool:
     return any(name == value and (module == folder or module.startswith(f"{folder}.")) for value, folder in offered)
 
 
-def test_a_cycle_is_seen() -> None:
+def test_an_import_cycle_is_detected() -> None:
     assert cycles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [
         ["a", "b", "c", "a"],
         ["b", "c", "a", "b"],

@@ -57,7 +57,7 @@ def test_every_argument_and_field_is_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if inspect.isfunction(getattr(tactfix, name))])
-def test_every_function_says_what_it_returns_and_raises(name: str) -> None:
+def test_every_function_documents_returns_and_errors(name: str) -> None:
     by_heading = sections(name)
     assert {"Parameters", "Returns", "Raises", "Notes", "Examples"} <= set(by_heading)
     for error in re.findall(r"^\S+$", by_heading["Raises"], flags=re.MULTILINE):

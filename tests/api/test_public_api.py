@@ -47,7 +47,7 @@ HOMES = ", ".join(sorted({getattr(tactfix, name).__module__ for name in FUNCTION
 
 
 @pytest.mark.parametrize("code", [f"import {HOMES}; ask()", f"ask(); import {HOMES}; ask()"])
-def test_functions_stay_functions_whatever_is_imported_first(code: str) -> None:
+def test_functions_are_not_replaced_by_submodules(code: str) -> None:
     """The submodules tactfix.locate, tactfix.plan and so on must not replace the functions of the same name."""
     ask = f"import tactfix\ndef ask():\n    for name in {FUNCTIONS}:\n        print(getattr(tactfix, name))\n"
     output = python(ask + code).splitlines()
@@ -120,7 +120,7 @@ def annotations_of(value: object) -> Iterator[object]:
         yield from typing.get_type_hints(each, localns=at_hand).values()
 
 
-def test_the_types_of_what_public_values_hold_are_public() -> None:
+def test_types_of_public_attributes_are_public() -> None:
     public = {getattr(tactfix, name) for name in tactfix.__all__} | {
         vars(tactfix.parts)[n] for n in tactfix.parts.__all__
     }

@@ -37,7 +37,7 @@ def test_the_pose_of_a_result_is_what_is_written(located: tactfix.LocateResult) 
     assert located.pose.units == "mm"
 
 
-def test_there_is_no_pose_where_none_was_found(free: tactfix.LocateResult) -> None:
+def test_a_result_that_is_not_located_has_no_pose(free: tactfix.LocateResult) -> None:
     with pytest.raises(tactfix.NotLocatedError, match="underdetermined"):
         _ = free.pose
     with pytest.raises(tactfix.NotLocatedError):

@@ -99,7 +99,7 @@ def test_sets_that_are_done_are_not_located_again(task: BatchTask, tmp_path: Pat
     assert rows[1] != done[1]
 
 
-def test_another_fixture_or_option_locates_anew(task: BatchTask, tmp_path: Path) -> None:
+def test_another_fixture_or_option_repeats_all_sets(task: BatchTask, tmp_path: Path) -> None:
     sets = contact_sets(2)
     run(task, sets, here, tmp_path)
     with BatchJournal(tmp_path / "journal") as journal:

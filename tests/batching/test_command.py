@@ -110,7 +110,7 @@ def test_a_table_on_standard_input(cell: tuple[Path, Path]) -> None:
     assert [json.loads(line)["set"] for line in done.stdout.splitlines()] == ["s1", "s0"]
 
 
-def test_options_hold_for_every_set(cell: tuple[Path, Path]) -> None:
+def test_options_apply_to_every_set(cell: tuple[Path, Path]) -> None:
     fixture, sets = cell
     done = batch(
         fixture, sets, "--jobs", 1, "--sigma", "0.5", "--max-rms", "1e-15", "--json", "--output", sets / "r.csv"

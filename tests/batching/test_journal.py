@@ -41,7 +41,7 @@ def test_a_last_line_that_was_cut_off_is_dropped(tmp_path: Path, cut: int) -> No
 
 
 @pytest.mark.parametrize("length", [0, 1, 20])
-def test_a_journal_killed_in_its_first_line_begins_anew(tmp_path: Path, length: int) -> None:
+def test_a_journal_cut_off_in_its_first_line_starts_again(tmp_path: Path, length: int) -> None:
     path = tmp_path / "j"
     with BatchJournal(path):
         pass

@@ -175,7 +175,7 @@ def test_a_directory_is_its_contact_files_by_name(tmp_path: Path, cell_fixture: 
         find_sets([str(folder / "deeper")])
 
 
-def test_sources_keep_their_order_and_what_is_gone_says_so(tmp_path: Path, cell_fixture: Fixture) -> None:
+def test_sources_keep_their_order_and_missing_files_are_reported(tmp_path: Path, cell_fixture: Fixture) -> None:
     (tmp_path / "t.csv").write_text(table())
     sources = [str(tmp_path / "sets" / "002.csv"), "no-such.csv", str(tmp_path / "t.csv"), str(tmp_path / "sets")]
     found = find_sets(sources)

@@ -92,7 +92,7 @@ def test_the_tip_alone_is_calibrated(simulated: tuple[Cell, Touches, dict[str, f
     assert all(left.rms_after < 0.1 < left.rms_before for left in result.left_out)
 
 
-def test_a_place_held_out_takes_no_part(offsets: tuple[Cell, Touches]) -> None:
+def test_a_place_held_out_has_no_influence(offsets: tuple[Cell, Touches]) -> None:
     cell, touches = offsets
     spoilt = replace(touches, joints=touches.joints + np.array([p == "high" for p in touches.places])[:, None] * 0.3)
     whole, other = (calibrate(cell, t, hold_out=("high",)) for t in (touches, spoilt))
@@ -128,7 +128,7 @@ def test_directions_undetermined_by_one_place_are_not_waived(simulated: tuple[Ce
 
 
 @pytest.mark.slow
-def test_noise_alone_calibrates_nothing() -> None:
+def test_noise_alone_is_not_calibrated() -> None:
     rng = np.random.default_rng(5)
     cell = arm_cell(("joint_offsets", "tip"), {name: fixture(dict(SEATS)) for name in ("front", "high")})
     result = calibrate(cell, touched_seats(cell, {}, 3, 0.05, rng))

@@ -43,7 +43,7 @@ def shifted(pose: Floats, by: tuple[float, float, float], turn_z: float = 0.0) -
     return moved
 
 
-def test_directions_that_are_held_stay_and_are_certain(simulated: tuple[Cell, Touches]) -> None:
+def test_constrained_directions_are_fixed_and_certain(simulated: tuple[Cell, Touches]) -> None:
     cell, touches = simulated
     near = shifted(true_pose("front"), (8.0, -5.0, 0.0), 0.1)
     result = calibrate(known(cell, {"front": Placement(near, free=frozenset(("x", "y", "rz")))}), touches)
@@ -58,7 +58,7 @@ def test_directions_that_are_held_stay_and_are_certain(simulated: tuple[Cell, To
     assert np.sqrt(np.diag(front.covariance))[[2, 3, 4]].min() > 1e-5
 
 
-def test_limits_are_held_against_where_the_place_is(simulated: tuple[Cell, Touches]) -> None:
+def test_limits_are_compared_with_the_pose_of_the_place(simulated: tuple[Cell, Touches]) -> None:
     cell, touches = simulated
     near = shifted(true_pose("front"), (30.0, 0.0, 0.0))
     wide, narrow = (

@@ -245,7 +245,7 @@ def test_a_closed_pipe_is_no_error(answers: Callable[[str], None], monkeypatch: 
     assert process.returncode == 141
 
 
-def test_no_color_where_none_is_wanted(
+def test_no_color_if_disabled(
     answers: Callable[[str], None], folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     answers("located")

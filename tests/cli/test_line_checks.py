@@ -196,7 +196,7 @@ def test_the_ending_of_the_output_chooses_json_for_two_poses_too(tmp_path: Path)
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 @pytest.mark.parametrize("swallowed", [False, True])
-def test_both_signals_clean_up_and_are_told_in_one_line(
+def test_both_signals_clean_up_and_print_one_line(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

@@ -77,7 +77,7 @@ def test_a_summary_for_people_and_not_for_pipes(
     assert capsys.readouterr().err == ""
 
 
-def test_candidates_that_differ_in_their_rotation_are_told_apart(capsys: pytest.CaptureFixture[str]) -> None:
+def test_candidates_that_differ_in_rotation_are_distinguished(capsys: pytest.CaptureFixture[str]) -> None:
     # An axis has no sign: the four poses have two different origins, two poses each.
     words = [str(ROOT / "fixtures/cylinder-sphere.yaml"), str(ROOT / "samples/cylinder-sphere/contacts.csv")]
     assert main(["locate", *words, "--verbose"]) == 0

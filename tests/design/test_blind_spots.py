@@ -81,7 +81,7 @@ def test_power_is_that_of_a_simulated_chi_square():
     assert power_of(0.0, 0) == 0.0
 
 
-def test_one_bad_contact_is_seen_by_its_redundancy():
+def test_a_bad_contact_is_detected_by_its_redundancy():
     """One contact off by 10 sigma has the noncentrality 100 (1 - leverage), with the leverage from plain algebra."""
     fixture = load_fixture(ROOT / "fixtures/robot-cell-plate.yaml")
     plan = quiet_plan(fixture, 12)
@@ -107,7 +107,7 @@ def test_one_bad_contact_is_seen_by_its_redundancy():
     assert spot.detectable == (min(powers) >= 0.95)
 
 
-def test_exchanged_labels_of_equal_balls_are_not_seen():
+def test_exchanged_labels_of_equal_balls_are_not_detected():
     fixture = load_fixture(Path(__file__).parent / "bad" / "equal-balls.yaml")
     spot = next(s for s in design_check(fixture, wishes=QUICK).blind_spots if s.error == "labels")
     assert not spot.detectable
@@ -127,7 +127,7 @@ def test_exchanged_labels_of_equal_balls_are_not_seen():
     assert result.base_from_fixture[0, 0] == pytest.approx(-1, abs=1e-3), "half a turn off"
 
 
-def test_a_wrong_unit_fits_planes_without_boxes_and_nothing_else():
+def test_a_wrong_unit_fits_only_planes_without_boxes():
     text = CORNER.read_text()
     import tempfile
 

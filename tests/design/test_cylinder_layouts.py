@@ -135,7 +135,7 @@ def test_design_check_reports_a_regular_layout_until_the_remedy_is_applied():
         assert ("tidy_layout" in {f.code for f in report.findings}) == reported
 
 
-def test_a_bore_is_judged_from_inside():
+def test_a_bore_is_approached_from_inside():
     fixture = load_fixture(ROOT / "fixtures" / "machine-tool-ball-bar.yaml")
     bush = fixture.features["bush"].surface
     assert bush.side == "inner"

@@ -209,7 +209,7 @@ def test_random_layouts_begin_with_as_few_contacts_as_are_needed():
     assert report.study.shares[-1].ambiguous + report.study.shares[-1].underdetermined < 0.3
 
 
-def test_contacts_made_at_another_place_within_the_limits_are_judged():
+def test_contacts_at_another_pose_within_the_limits_are_accepted():
     fixture = replace(plate_with_all(), placement=Placement(UPRIGHT, (20.0, 0.1)))
     report = design_check(fixture, simulate(fixture, seed=5).contacts, QUICK)
     assert report.certainty.source == "contacts"

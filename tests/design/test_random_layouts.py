@@ -56,7 +56,7 @@ def test_layouts_begin_with_the_minimal_sets_in_turn(known):
         assert {name: contacts.features.count(name) for name in SETS[0][1]} == SETS[k % 2][1]
 
 
-def test_shares_are_those_of_locate_and_the_last_one_is_nothing(known):
+def test_shares_agree_with_locate_and_end_at_zero(known):
     study, tried = known
     assert [s.contacts for s in study.shares] == list(range(6, 6 + len(study.shares)))
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
@@ -157,7 +157,7 @@ def test_impossible_layouts_are_reported(monkeypatch):
     assert report.study.shares == ()
 
 
-def test_the_fixture_is_studied_whatever_contacts_are_given():
+def test_the_study_does_not_depend_on_given_contacts():
     """Contacts that leave a motion free are a bad plan; the study of the fixture does not depend on them."""
     fixture = load_fixture(ROOT / "fixtures" / "three-planes.yaml")
     contacts = simulate(fixture, base_from_fixture=np.eye(4), sigma=1e-6, seed=1).contacts

@@ -88,7 +88,7 @@ def test_a_touch_box_without_thickness_is_kept():
 
 
 @pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
-def test_a_box_wholly_inside_a_ball_or_bar_meets_nothing_of_its_surface(direction):
+def test_a_box_inside_a_ball_or_bar_does_not_meet_its_surface(direction):
     small = TouchBox(np.full(3, -0.1), np.full(3, 0.1))
     wide = TouchBox(np.full(3, -0.1), np.full(3, 5.0))
     for surface in (Sphere(np.zeros(3), 1.2), Cylinder(np.zeros(3), np.array(direction), 1.2)):

@@ -104,7 +104,7 @@ def test_a_pose_excluded_by_a_touch_box_is_no_competitor():
     assert found.reach > 500
 
 
-def test_one_contact_of_many_that_holds_a_motion_alone_is_found():
+def test_one_critical_contact_of_many_is_found():
     """Of 27 contacts, more than are deleted one by one, the one on the ball must be among those deleted."""
     fixture = load_fixture(ROOT / "fixtures" / "robot-cell-plate.yaml")
     plate = [[x, y, 3.0] for x in (10.0, 100, 200, 290) for y in (60.0, 100, 150, 190)]

@@ -200,14 +200,14 @@ def test_two_redundant_contacts_ask_for_more():
     assert first.message.endswith("These contacts give only 2 equations more than a pose needs: make more contacts")
 
 
-def test_a_third_contact_is_not_blamed_for_being_the_worst_of_the_good_ones():
+def test_the_worst_good_contact_is_not_blamed_as_a_third():
     """Deleting the worst of eighteen good contacts as well lowers chi-square no more than chance does."""
     case = MISTAKES["two contacts"](FIXTURES["four planes"][0], (5,) * 4, np.random.default_rng(8))
     first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert (frozenset(first.rows), first.one_of) == (case.rows, False)
 
 
-def test_no_second_contact_is_blamed_beside_a_wrong_label():
+def test_no_second_contact_is_blamed_with_a_wrong_label():
     case = case_for("one label wrong", "plate, pin, ball", [4, len("plate, pin, ball"), len("one label wrong")])
     first = locate(placed(case.in_file), case.contacts).diagnosis[0]
     assert (first.code, frozenset(first.rows), first.one_of) == ("relabel", case.rows, False)
@@ -229,7 +229,7 @@ features:
     ("labels", "code", "rows"),
     [("aabbcb", "relabel", (6,)), ("abbacc", "swapped_labels", (2, 4)), ("aabbcc", "outlier", (3,))],
 )
-def test_a_wrong_nest_is_told_from_a_bad_touch(tmp_path, labels, code, rows):
+def test_a_wrong_nest_is_distinguished_from_a_bad_touch(tmp_path, labels, code, rows):
     path = tmp_path / "nests.yaml"
     path.write_text(NESTS, encoding="utf-8")
     fixture = load_fixture(path)

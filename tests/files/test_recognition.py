@@ -52,7 +52,7 @@ def test_numbers_alone_and_the_marks_of_two_are_of_no_format(text):
         "UFRAME[1] X: 300 Y: 200 Z: -50 W: 0 P: 0 R: 0",
     ],
 )
-def test_a_work_offset_is_read_whatever_its_file_is_called(tmp_path, text):
+def test_a_work_offset_is_read_with_any_file_name(tmp_path, text):
     (tmp_path / "offset.txt").write_text(text)
     (tmp_path / "log").write_text("1 2 3 0 0 0 0 0 0\n")
     np.testing.assert_allclose(load_pose(tmp_path / "offset.txt").base_from_fixture, AT)

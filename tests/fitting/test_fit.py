@@ -152,7 +152,7 @@ def test_contradiction_is_inconsistent_and_names_a_contact():
     assert fit("sphere", _contacts([[0, 0, 0], [90, 0, 0], [0, 90, 0]]), 1.0).status == "inconsistent"
 
 
-def test_double_root_is_located_once_with_a_warning_and_an_honest_sigma():
+def test_a_double_root_is_located_once_with_a_warning_and_a_large_sigma():
     angle = np.array([0.0, 2, 4])
     points = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
     for radius in (1.0, 1.0 + 1e-9, 1.0 - 1e-5):

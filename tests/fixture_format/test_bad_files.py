@@ -46,7 +46,7 @@ def test_the_command_prints_the_message_and_exits_with_3(name: str, capsys: pyte
     assert err == "".join(f"tactfix: {line}\n" for line in expected.splitlines())
 
 
-def test_every_message_says_what_to_do() -> None:
+def test_every_message_states_a_remedy() -> None:
     """Each message states the problem and, after a semicolon, the remedy."""
     for path in EXPECTED:
         for line in path.read_text(encoding="utf-8").splitlines():

@@ -63,7 +63,7 @@ def test_a_sigma_for_each_component(tmp_path: Path) -> None:
     np.testing.assert_allclose(known.covariance, np.diag([rotation**2] * 3 + [0.25] * 3))
 
 
-def test_pose_and_covariance_of_a_file_beside_the_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pose_and_covariance_from_a_file_next_to_the_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir("/")
     covariance = np.diag([1e-6, 2e-6, 3e-6, 1e-8, 2e-8, 3e-8])
     covariance[0, 3] = covariance[3, 0] = 5e-8

@@ -58,7 +58,7 @@ def test_places_in_the_fixture_frame(tmp_path: Path) -> None:
     assert fixture.features["top"].radius is None
 
 
-def test_the_name_of_the_file_where_it_gives_none(tmp_path: Path) -> None:
+def test_the_default_name_is_that_of_the_file(tmp_path: Path) -> None:
     assert loaded(tmp_path, PLACED).name == "fixture"
 
 

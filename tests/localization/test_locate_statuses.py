@@ -201,7 +201,7 @@ def test_ten_thousand_contacts_take_well_under_a_second(name):
 # Underdetermined. -------------------------------------------------------------------------------------------------
 
 
-def test_a_feature_that_nothing_touches_leaves_its_motion_free_and_named():
+def test_an_untouched_feature_leaves_a_named_motion_free():
     rng = np.random.default_rng(8)
     truth = touch_all(PLATE, {"plate": 5, "pin": 6}, rng, sigma=0.01)
     result = locate(placed(PLATE), truth.contacts(rng))

@@ -53,7 +53,7 @@ def rank(contacts, patches, pose):
         (CORNER, {"top": 3, "right": 1, "back": 0}),
     ],
 )
-def test_the_fewest_are_named_and_hold_all(patches, counts):
+def test_the_fewest_missing_contacts_constrain_all_motions(patches, counts):
     rng = np.random.default_rng(4)
     truth = touch_all(patches, counts, rng, sigma=0.01, tip=2.0)
     contacts = truth.contacts()

@@ -36,7 +36,7 @@ def test_texts_show_the_digits_that_mean_something(name, tmp_path):
         assert len(number.partition(".")[2]) <= 2 - np.floor(np.log10(sigma)), number
 
 
-def test_the_file_holds_the_next_contacts_and_they_hold_the_pose(tmp_path):
+def test_the_next_contacts_in_the_file_determine_the_pose(tmp_path):
     path = ROOT / "fixtures" / "robot-cell-plate.yaml"
     fixture = load_fixture(path)
     right = simulate(fixture, seed=5)

@@ -158,7 +158,7 @@ NEST = {"a": (10.0, 20.0, 0.0), "b": (200.0, 30.0, 0.0), "c": (40.0, 150.0, 10.0
 
 
 @pytest.mark.parametrize(("true", "stated"), [(2.0, 0.0), (2.0, 4.0), (0.0, 2.0)])
-def test_a_wrong_tip_radius_is_named_beside_a_point_which_it_leaves_alone(true: float, stated: float) -> None:
+def test_a_wrong_tip_radius_is_named_although_points_do_not_depend_on_it(true: float, stated: float) -> None:
     """A point locates the tip's centre: only contacts on other features are off, by the error of the radius."""
     rng = np.random.default_rng(4)
     plate, ball = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), Sphere([60.0, 90.0, 15.0], 10.0)

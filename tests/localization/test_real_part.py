@@ -48,7 +48,7 @@ def drawn(contacts, count, rng):
 
 
 @pytest.mark.parametrize("count", [8, 11])
-def test_limits_leave_the_pose_and_never_none(part, count):
+def test_limits_keep_the_true_pose(part, count):
     fixture, contacts, published = part
     rng = np.random.default_rng(count)
     for _ in range(4):

@@ -75,7 +75,7 @@ def test_unit_does_not_matter(scale):
         assert _nearest(scaled / scale, turned, p, d) < 1e-8
 
 
-def test_none_missed_that_newton_finds_from_many_starts():
+def test_no_line_found_by_newton_from_many_starts_is_missed():
     rng = np.random.default_rng(2)
     met = []
     for _ in range(6):

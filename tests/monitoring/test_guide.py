@@ -75,7 +75,7 @@ def test_guide_continues_until_gates_are_met() -> None:
     assert gated[-1]["exceeded"]
 
 
-def test_a_wrong_touch_is_told_and_guidance_goes_on() -> None:
+def test_a_wrong_touch_is_reported_and_guidance_continues() -> None:
     lines = LINES[:HEADER] + LINES[HEADER:]
     cells = lines[HEADER + 1].split(",")
     cells[3] = str(float(cells[3]) + 25.0)

@@ -47,7 +47,7 @@ def test_no_other_orientation_of_one_contact_is_better(four):
             assert np.sqrt(np.linalg.eigvalsh(covariance)[-1]) >= four.tip_sigma * (1 - 1e-5)
 
 
-def test_simulated_touches_of_the_plan_find_the_tip_that_surely(four):
+def test_simulated_touches_give_the_predicted_sigma_of_the_tip(four):
     off = []
     for seed in range(30):
         simulation = simulate(CELL, four.contacts, seed=seed)

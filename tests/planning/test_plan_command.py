@@ -85,7 +85,7 @@ def test_features_that_leave_a_motion_free_are_refused(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_an_interrupt_leaves_the_old_file_alone_and_a_terminal_sees_progress(tmp_path):
+def test_an_interrupt_keeps_the_old_file_and_a_terminal_shows_progress(tmp_path):
     path = tmp_path / "plan.csv"
     path.write_text("old")
     master, terminal = pty.openpty()

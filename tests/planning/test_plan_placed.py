@@ -119,7 +119,7 @@ def test_limits_resolve_a_symmetry():
     assert plan(limited, 7).unique
 
 
-def test_contacts_in_base_touch_the_fixture_where_it_is_thought_to_stand():
+def test_contacts_in_base_touch_the_fixture_at_near():
     cell = plate_with_all()
     found = plan(replace(cell, placement=Placement(NEAR)), 6)
     assert found.frame == "fixture"

@@ -59,7 +59,7 @@ def paper_contacts():
     return contacts, normals
 
 
-def test_an_approach_is_turned_where_square_ones_leave_two_poses():
+def test_an_approach_is_tilted_if_normal_ones_leave_two_poses():
     fixture = load_fixture(next(path for path in SHIPPED if path.stem == "cylinder-sphere"))
     contacts, normals = paper_contacts()
     square = uniqueness_of(fixture, contacts)

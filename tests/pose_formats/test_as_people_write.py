@@ -85,7 +85,7 @@ FORMS = {
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_says_the_same_pose(form):
+def test_every_form_gives_the_same_pose(form):
     name, text = FORMS[form]
     pose = DIALECTS[name].read(text)
     pose = pose.in_units("mm") if pose.units else pose

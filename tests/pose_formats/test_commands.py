@@ -79,7 +79,7 @@ def test_a_result_without_a_pose_is_a_file_that_cannot_be_used(tmp_path, capsys)
     assert "a.json: status is 'ambiguous'" in capsys.readouterr().err
 
 
-def test_compare_tells_both_frames_and_keeps_the_limits(tmp_path, capsys):
+def test_compare_reports_both_frames_and_applies_the_limits(tmp_path, capsys):
     before = located(tmp_path / "a.json", covariance=SURE)
     after = located(tmp_path / "b.json", moved(0.25), covariance=SURE)
     assert run(["compare", before, after]) == 0

@@ -30,7 +30,7 @@ def test_nothing_moved():
     assert still.angle_sigma == pytest.approx(2)
 
 
-def test_units_of_the_first_pose_hold():
+def test_the_units_are_those_of_the_first_pose():
     moved = compare(pose(BEFORE, (0.01, 0, 0), "m"), pose(BEFORE, (11, 0, 0), "mm", covariance=np.eye(6)))
     assert moved.units == "m"
     assert moved.distance == pytest.approx(0.001)
@@ -55,7 +55,7 @@ def test_covariance_is_that_of_random_poses(degrees):
     np.testing.assert_allclose(np.cov(np.transpose(differences)) / scale, comparison.covariance / scale, atol=0.09)
 
 
-def test_chance_tells_noise_from_movement():
+def test_chance_distinguishes_noise_from_movement():
     rng = np.random.default_rng(5)
     sure = np.diag([1e-4**2] * 3 + [0.01**2] * 3)
     chances = []

@@ -66,7 +66,7 @@ def test_g10_refuses_a_tilt(case):
 
 @pytest.mark.parametrize("case", REFERENCE["cases"], ids=lambda case: case["name"])
 @pytest.mark.parametrize("name", ["matrix", "json", "yaml", "csv", "npy", "ros"])
-def test_structured_texts_hold_the_pose(case, name):
+def test_structured_texts_contain_the_pose(case, name):
     pose = pose_of(case)
     back = DIALECTS[name].read(write_pose(name, pose).text)
     ratio = 1000.0 if name == "ros" else 1.0

@@ -73,7 +73,7 @@ def test_of_two_rotation_vectors_of_a_half_turn_the_first_positive_one_is_writte
 
 
 @pytest.mark.parametrize("degrees", [0.0, 17.5, -90.0, 180.0, -180.0, 179.99999])
-def test_g10_holds_a_turn_about_z(degrees):
+def test_g10_accepts_a_rotation_about_z(degrees):
     assert_survives(DIALECTS["g10"], pose(turn("z", degrees), (1.0, 2.0, 3.0)))
 
 

@@ -64,7 +64,7 @@ def test_the_true_rotation_is_near_one_of_them(patches, counts, most, within):
     [(CYLINDER_SPHERE, {"bar": 6, "ball": 6}), (BALLS, {"a": 5, "b": 2, "c": 2}), (CORNER, {"right": 2, "back": 2})],
     ids=["no direction", "one ball", "planes touched twice"],
 )
-def test_nothing_where_no_feature_gives_a_direction(patches, counts):
+def test_no_rotations_if_no_feature_gives_a_direction(patches, counts):
     assert rotations_for(patches, counts, 1)[0] is None
 
 

@@ -175,7 +175,7 @@ def test_a_turn_that_leaves_the_touched_ball_in_place_is_free():
     assert len(result.free_motions) == 1
 
 
-def test_of_held_directions_no_contact_is_missing():
+def test_constrained_directions_need_no_contact():
     rng = np.random.default_rng(22)
     near = pose_of(np.eye(3), (1200.0, -350.0, 400.0))
     truth = touch_all(PLATE, {"pin": 2}, rng, pose=away(near, FLAT, rng))

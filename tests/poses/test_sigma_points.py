@@ -103,7 +103,7 @@ def test_the_covariance_is_linear_for_well_distributed_contacts():
     assert solution.covariance == pytest.approx(np.linalg.inv(rows.T @ rows), rel=1e-6, abs=1e-12)
 
 
-def test_features_bound_by_exact_relations_are_as_sure_as_a_rigid_body():
+def test_exact_relations_give_the_covariance_of_a_rigid_body():
     """Displacements of three balls with relations, and the motion of one rigid body, give the same covariance."""
     rng = np.random.default_rng(6)
     truth = touch_all(BALLS, dict.fromkeys(BALLS, 3), rng, sigma=0.4, cone=0.0)
@@ -157,7 +157,7 @@ def test_no_search_if_residuals_are_linear():
     assert searched
 
 
-def test_the_second_moment_holds_the_square_of_a_quadratic_drift():
+def test_the_second_moment_includes_a_quadratic_drift():
     _, spread = toy(0.2)
     found = spread(1.0)
     covariance = found.factor @ found.factor.T

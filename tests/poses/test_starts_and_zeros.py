@@ -52,7 +52,7 @@ def test_neighbours_are_at_every_scale():
     assert 0.8 < steps.max() <= 1.2
 
 
-def test_sides_are_none_and_all_six():
+def test_sides_of_no_and_of_all_six_contacts():
     np.testing.assert_allclose(sorted(np.linalg.norm(SIDES, axis=0)), [0.0, *[START_OFFSET] * 6])
     np.testing.assert_allclose(SIDES.sum(axis=1), 0.0)
 

@@ -87,7 +87,7 @@ def test_all_mirror_images_of_many_contacts_are_found_and_each_is_the_optimum():
         assert candidate.chi2 == pytest.approx(squares_of_planes(contacts, candidate.base_from_fixture), rel=1e-9)
 
 
-def test_one_bad_contact_among_thousands_is_seen_wherever_it_is():
+def test_one_bad_contact_among_thousands_is_detected_anywhere():
     """Also if it is not among the thousand contacts that are fitted first."""
     truth, contacts = touched(PLATE, THINNED)
     assert locate(placed(PLATE), contacts).status == "located"

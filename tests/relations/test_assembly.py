@@ -28,7 +28,7 @@ SIX_DOF_UPPER = 38.3
 
 @pytest.mark.parametrize("sigma", [1e-6, 1e-3, 0.1])
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e3])
-def test_exact_distances_hold_and_no_noise_loses_the_truth(sigma, unit):
+def test_exact_distances_hold_and_noise_keeps_the_true_pose(sigma, unit):
     fixture = related(BALLS, [*ball_distances()] if unit == 1 else scaled_distances(unit), BALLS_RECIPE, scale=unit)
     rng = np.random.default_rng(5)
     for _ in range(3):

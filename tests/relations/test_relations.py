@@ -109,7 +109,7 @@ def test_gradients_against_differences(name, size):
 
 
 @pytest.mark.parametrize("degrees", [1.0, 10.0, 90.0, 179.0, 180.0])
-def test_normals_that_should_agree_miss_by_their_angle(degrees):
+def test_residuals_of_unequal_normals_are_their_angle(degrees):
     missing = missing_to(angle("a", "b", 0), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(degrees)))
     assert np.linalg.norm(missing) == pytest.approx(np.radians(degrees))
     missing = missing_to(angle("a", "b", 180), Plane([0, 0, 0], UP), Plane([0, 0, 0], leaning(180 - degrees)))
@@ -126,7 +126,7 @@ def test_spacing_of_pins_that_noise_has_made_not_quite_parallel(degrees):
         assert abs(missing[0]) < 0.01
 
 
-def test_distances_that_do_not_hold_miss_by_the_difference():
+def test_residuals_of_violated_distances_are_the_difference():
     assert missing_to(distance("a", "b", 5.0), ball(0, 0, 0), ball(0, 0, 6)) == pytest.approx([1.0])
     assert missing_to(distance("a", "b", 5.0), Plane([0, 0, 0], UP), ball(0, 0, -5)) == pytest.approx([-10.0])
     assert np.linalg.norm(missing_to(distance("a", "b", 0.0), ball(0, 0, 0), ball(1, 2, 2))) == pytest.approx(3)

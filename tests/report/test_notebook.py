@@ -57,7 +57,7 @@ def test_a_fit_shows_the_rows_that_it_was_fitted_to():
     assert rows == ["11", "12", "13", "14", "15"]
 
 
-def test_a_result_from_json_says_why_it_has_no_scene():
+def test_a_result_from_json_explains_the_missing_scene():
     output = tactfix.LocateResult.from_json(tactfix.locate(PLATE, CONTACTS).to_json())._repr_html_()
     assert "<iframe" not in output
     assert "read from JSON" in output

@@ -233,7 +233,7 @@ def ambiguous():
     return fixture, contacts, locate(fixture, contacts)
 
 
-def test_both_poses_of_an_ambiguous_result_are_drawn_and_told_apart(ambiguous):
+def test_both_poses_of_an_ambiguous_result_are_drawn_distinctly(ambiguous):
     fixture, contacts, result = ambiguous
     page = page_of(fixture, contacts, result)
     shown = [trace for trace in figure_of(page)["data"] if trace.get("visible", True) is True]
@@ -276,12 +276,12 @@ def test_the_accused_contact_is_ringed_in_the_scene(tmp_path):
     assert np.linalg.norm(center - contacts.points[row - 1]) == pytest.approx(contacts.tip_radius)
 
 
-def test_whoever_signs_reads_a_sentence_that_fits(located, ambiguous):
+def test_the_sentence_above_the_signature_fits_the_status(located, ambiguous):
     assert "the pose may be used." in page_of(*located)
     assert "no pose may be used from these contacts." in page_of(*ambiguous)
 
 
-def test_no_option_is_spoken_of_where_none_was_given(located, ambiguous):
+def test_no_option_is_mentioned_without_options(located, ambiguous):
     for page in (page_of(*located), page_of(*ambiguous)):
         assert "--json" not in page.partition("<script>")[0]
 

@@ -110,7 +110,7 @@ def test_faults_are_read(text):
         ("", "use one of"),
     ],
 )
-def test_faults_that_are_none_are_refused(text, pattern):
+def test_invalid_faults_are_rejected(text, pattern):
     with pytest.raises(UsageError, match=pattern):
         parse_fault(text)
 

@@ -57,7 +57,7 @@ def test_constrained_directions_stay_fixed(free, within):
 
 
 @pytest.mark.parametrize("free", [DIRECTIONS, ("x", "z", "ry")])
-def test_a_measurement_scatters_as_its_covariance_says(free):
+def test_poses_scatter_by_the_measurements_covariance(free):
     mixing = np.random.default_rng(3).normal(size=(6, 6)) + 2 * np.eye(6)
     scales = np.array([1e-3] * 3 + [0.5] * 3)
     covariance = np.outer(scales, scales) * (mixing @ mixing.T)

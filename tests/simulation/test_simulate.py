@@ -131,7 +131,7 @@ def test_locate_gives_the_pose_back(fixture):
         assert off @ np.linalg.solve(result.covariance[3:, 3:], off) < 30
 
 
-def test_nothing_is_guessed_of_the_probe():
+def test_missing_probe_settings_are_asked_for():
     silent = placed("silent", {"ball": Sphere([0, 0, 0], 5.0)}, {}, None, 0.01)
     with pytest.raises(UsageError, match="tip radius"):
         simulate(silent)

@@ -42,7 +42,7 @@ def test_with_orientations_the_touches_are_the_same():
     assert plain.flange_rotations is None
 
 
-def test_a_wrong_tip_is_off_in_the_flange_alike():
+def test_a_wrong_tip_is_constant_in_the_flange():
     right = simulate(plate_with_all(), seed=3, orientations=3).contacts
     wrong = simulate(plate_with_all(), seed=3, orientations=3, fault=Fault("wrong-tip", 0.7)).contacts
     moved = np.einsum("nji,nj->ni", wrong.flange_rotations, wrong.points - right.points)

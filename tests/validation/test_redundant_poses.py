@@ -53,7 +53,7 @@ def test_poses_that_were_missed_once_are_found(kind: str, more: int, layout: str
 
 @pytest.mark.parametrize("kind", ["plane3+plane2+plane1", "cylinder3+plane3", "sphere3+sphere2+sphere1"])
 @pytest.mark.parametrize("layout", ["even", "axis-parallel", "far"])
-def test_none_is_missed(kind: str, layout: str) -> None:
+def test_no_pose_is_missed(kind: str, layout: str) -> None:
     tally = Tally()
     for number in range(2):
         examine(f"{number}", touched_number(kind, 3 + 4 * number, layout, 5, number), tally)

@@ -15,7 +15,7 @@ MORE_NOISY = {(0.02, 0.02), (179.99, 0.0)}
 @pytest.mark.parametrize(
     ("nominal", "noisy"), [(NOMINAL, NOISY), pytest.param(set(), MORE_NOISY, marks=pytest.mark.slow)], ids=["", "more"]
 )
-def test_no_right_answer_is_refused_and_none_is_wrong(kind, nominal, noisy, tmp_path):
+def test_no_true_pose_is_rejected_and_no_located_pose_is_wrong(kind, nominal, noisy, tmp_path):
     chosen = [c for c in cells([kind]) if c.noisy == c.turned and (c.angle, c.sigma) in (noisy if c.noisy else nominal)]
     assert chosen
     for cell in chosen:

@@ -76,7 +76,7 @@ def test_a_format_with_an_open_frame_states_the_frame_of_results(name, text, exp
     assert [expected in note for note in notes] == ([True] if expected else [])
 
 
-def test_approaches_by_feature_and_only_where_the_log_has_none():
+def test_approaches_by_feature_apply_only_to_logs_without_approaches():
     text = "G91\nG38.2 X5\n" + PRB.format(1, 2, 3) + "G90\n" + PRB.format(11, 2, 3) + PRB.format(21, 2, 3)
     log = read("grbl", text, features="top:2,front:1", approach="top: 0,0,-2; front:0,1,0")
     np.testing.assert_array_equal(log.approaches, [[1, 0, 0], [0, 0, -1], [0, 1, 0]])

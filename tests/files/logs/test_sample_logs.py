@@ -22,7 +22,7 @@ PLANES = [((0, 0, 1), 40)] * 3 + [((0, -1, 0), -80)] * 2 + [((-1, 0, 0), -120)]
 
 
 @pytest.mark.parametrize("name", LOG_FORMATS)
-def test_a_sample_of_each_format_tells_the_same_touches(name):
+def test_the_samples_of_all_formats_have_the_same_touches(name):
     asks_unit = name in ("linuxcnc", "grbl", "msr", "xyz")
     options, features = ContactOptions("mm" if asks_unit else None), log_options("top:3,front:2,left:1")
     log = read_log(name, FOLDER / FILES[name], None, options, features, complete=False)
