@@ -2,7 +2,7 @@
 
     python -m tests.cli.interrupts [STEP END]        # ms; 1 300 where none are given
 
-quiet: ended by the signal without output; told: one line of output; python: a traceback of the interpreter from before
+quiet: ended by the signal without output; message: one line of output; python: a traceback of the interpreter from before
 the first line of tactfix; tactfix: a traceback with a line of tactfix.
 """
 
@@ -27,7 +27,7 @@ def interrupted(milliseconds: int) -> str:
     if process.returncode >= 0 and process.returncode != 130:
         return "done"
     if "Traceback" not in errors:
-        return "told" if errors else "quiet"
+        return "message" if errors else "quiet"
     return "tactfix" if "/tactfix/" in errors.replace(str(SCRIPT.parent), "") else "python"
 
 

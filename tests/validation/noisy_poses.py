@@ -249,19 +249,19 @@ def replay(kind: str, more: int, layout: str, seed: int, number: int, folder: Pa
     planted = touched.problem.base_from_fixture
     print(touched.fixture_yaml() + touched.contacts_csv())
     print(
-        f"planted:\n{planted}\nleast squares leads from there {judge.distance(planted, judge.settled) ** 0.5:.3g} sigma"
+        f"true pose:\n{planted}\nleast squares leads from there {judge.distance(planted, judge.settled) ** 0.5:.3g} sigma"
     )
     off = judge.residuals(judge.settled)
     print(f"to chi-square {off @ off:.3g}; the package's limit is {result.chi2_limit:.3g}")
     print(f"{result.status}, warnings {result.warnings}")
-    print(f"{'chi2':>10s}{'from planted':>14s}{'settled':>10s}  in sigmas")
+    print(f"{'chi2':>10s}{'from truth':>14s}{'settled':>10s}  in sigmas")
     for c in result.candidates:
         gaps = [judge.distance(c.base_from_fixture, other) ** 0.5 for other in (planted, judge.settled)]
         reasons = "; ".join(reason.message for reason in c.reasons) or "accepted"
         print(f"{c.chi2:10.3g}{gaps[0]:14.3g}{gaps[1]:10.3g}  {reasons}")
     if result.base_from_fixture is not None and result.covariance is not None:
         distance = judge.by_covariance(result.base_from_fixture, result.covariance)
-        print(f"located {distance**0.5:.3g} sigma of its covariance from the planted pose")
+        print(f"located {distance**0.5:.3g} sigma of its covariance from the true pose")
 
 
 def main() -> None:

@@ -178,7 +178,7 @@ def replay(kind: str, layout: str, seed: int, number: int) -> None:
     print(f"{'':10s}{'stiffness':>11s}{'misfit mm':>11s}{'nearest':>11s}")
     for pose, multiple, gap in zip(oracle.poses, oracle.multiple, nearest(oracle.poses, found, problem), strict=True):
         label = "multiple" if multiple else ("MISSED" if gap > SAME else "")
-        is_true = "  planted" if nearest(pose[None], truth[None], problem)[0] < SAME else ""
+        is_true = "  true" if nearest(pose[None], truth[None], problem)[0] < SAME else ""
         print(f"{label:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}{is_true}")
         if label:
             print(
@@ -192,7 +192,7 @@ def replay(kind: str, layout: str, seed: int, number: int) -> None:
                 f"{label:10s}{stiffness(problem, pose):11.1e}{misfit(problem, pose):11.1e}{gap:11.1e}  of the package"
             )
     if nearest(truth[None], found, problem)[0] > SAME:
-        print("LOST: the planted pose is not among the package's")
+        print("LOST: the true pose is not among the package's")
 
 
 def main() -> None:
