@@ -1,9 +1,9 @@
 """Ctrl-C at every millisecond after the start of the script: the output, and whether Python or tactfix prints it.
 
-    python -m tests.cli.interrupts [STEP END]        # ms; 1 300 where none are given
+    python -m tests.cli.interrupts [STEP END]        # ms; default 1 300
 
-quiet: ended by the signal without output; message: one line of output; python: a traceback of the interpreter from before
-the first line of tactfix; tactfix: a traceback with a line of tactfix.
+quiet: ended by the signal without output; message: one line of output; python: a traceback of the interpreter from
+before the first line of tactfix; tactfix: a traceback with a line of tactfix.
 """
 
 import signal

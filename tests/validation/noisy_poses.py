@@ -248,9 +248,7 @@ def replay(kind: str, more: int, layout: str, seed: int, number: int, folder: Pa
         (folder / "contacts.csv").write_text(touched.contacts_csv())
     planted = touched.problem.base_from_fixture
     print(touched.fixture_yaml() + touched.contacts_csv())
-    print(
-        f"true pose:\n{planted}\nleast squares leads from there {judge.distance(planted, judge.settled) ** 0.5:.3g} sigma"
-    )
+    print(f"true:\n{planted}\nleast squares leads from there {judge.distance(planted, judge.settled) ** 0.5:.3g} sigma")
     off = judge.residuals(judge.settled)
     print(f"to chi-square {off @ off:.3g}; the package's limit is {result.chi2_limit:.3g}")
     print(f"{result.status}, warnings {result.warnings}")
