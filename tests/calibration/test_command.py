@@ -103,7 +103,7 @@ def test_report_and_tip_agree_with_the_json(cell: Path, capsys: pytest.CaptureFi
 
 
 def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from tests.api.test_json_schemas import keeps, schema_of
+    from tests.api.test_json_schemas import conforms_to, schema_of
 
     few = cell.parent / "few.csv"
     few.write_text("\n".join((cell.parent / "touches.csv").read_text().splitlines()[:12]))
@@ -122,7 +122,7 @@ def test_touches_to_add_are_a_touch_file(cell: Path, capsys: pytest.CaptureFixtu
     assert 0.5 < left["planned"] == left["with_added"] < 1
     assert f"the touches planned leave {100 * left['planned']:.0f} per cent of the robot's errors undetermined" in err
     assert "reduce the unknown parameters" in err
-    assert keeps(report, schema_of("calibrate-plan"))
+    assert conforms_to(report, schema_of("calibrate-plan"))
     for words, message in (
         ((cell, "--plan", 3), "the pose of front, left and high is not known; give planned touches, or placement"),
         ((cell,), "no TOUCHES are given"),
