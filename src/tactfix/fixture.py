@@ -48,7 +48,7 @@ class AxisRule:
 
 @frozen_value(eq=True)
 class FrameRecipe:
-    """How the fixture frame is built: the first axis holds exactly, the second is made perpendicular to it."""
+    """How the fixture frame is built: the first axis is exact, the second is made perpendicular to it."""
 
     origin: OriginRule
     first: tuple[Axis, AxisRule]

@@ -1,6 +1,6 @@
 """The fixture frame from its features, by the recipe of the fixture file.
 
-The first axis in the file holds exactly, the second is made perpendicular to it, the third completes a right-handed
+The first axis in the file is exact, the second is made perpendicular to it, the third completes a right-handed
 frame. The axis of a cylinder has no sign: each choice gives a frame, and approaches and touch boxes later decide.
 """
 

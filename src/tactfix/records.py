@@ -61,7 +61,7 @@ def batch(
     max_rms : float, optional
         The same for the rms of its residuals (units).
     at : tuple of three floats, optional
-        The point (3,) of the fixture frame at which max_sigma holds.
+        The point (3,) of the fixture frame at which max_sigma applies.
     jobs : int
         Number of processes.
 
@@ -104,7 +104,7 @@ def batch(
 def calibrate(
     cell: CellFile, touches: Touches, *, hold_out: Sequence[str] = (), unchecked: bool = False
 ) -> Calibration:
-    """Calibrate the robot of a cell from touches on fixtures that stand at unknown places.
+    """Calibrate the robot of a cell from touches on fixtures at unknown places.
 
     Parameters
     ----------

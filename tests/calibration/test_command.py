@@ -272,7 +272,7 @@ BAD_CELLS = {
         "'left' is joined to 'frond', which is not among places; did you mean 'front'",
     ),
     "joined by no pose": (
-        ("left: plate", "left: {fixture: plate, place: {of: front, kuka: x}}"), "place: holds no pose of this form"
+        ("left: plate", "left: {fixture: plate, place: {of: front, kuka: x}}"), "place: contains no pose of this form"
     ),
     "a limit below zero": (
         ("left: plate", "left: {fixture: plate, placement: {near: {kuka: x}, within: {translation: -1, rotation: 1}}}"),

@@ -70,7 +70,7 @@ class BatchRow:
 def row_of_result(
     name: str, result: LocateResult, message: str, *, acceptable: bool, notes: tuple[str, ...]
 ) -> BatchRow:
-    """The row of a result; notes from reading its contacts stand before its warnings."""
+    """The row of a result; notes from reading its contacts precede its warnings."""
     pose, covariance = result.base_from_fixture, result.covariance
     return BatchRow(
         name=name,

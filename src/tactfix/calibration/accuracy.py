@@ -49,7 +49,7 @@ def information(parts: tuple[Eliminated, ...], free: Bools) -> Floats:
 
 
 def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float) -> Floats:
-    """C (f, f) for A (r, f), the sigmas of the prior (f,), those believed in the estimate (f,), and a row's variance.
+    """C (f, f) for A (r, f), the sigmas of the prior (f,), those used in the estimate (f,), and a row's variance.
 
     A parameter with b = 0 is held at nominal, and has the variance of its prior.
     """

@@ -144,12 +144,12 @@ def _with_accuracy(
     spots = blind_spots(_case(fixture, touched, tip, accuracy.worst.sigma, locator))
     # If the spread contacts are checked themselves, this is known.
     forgotten = next(spot for spot in spots if spot.error == "tip_radius")
-    sees_tip = (
+    shows_tip = (
         spread is not None and (forgotten if accuracy.source == "spread" else forgotten_tip(spread, tip)).detectable
     )
     is_symmetric = any(symmetry.broken_by is None for symmetry in geometry.symmetries)
     findings += margin_findings(margin, accuracy.source, is_symmetric, fixture.units)
-    findings += blind_spot_findings(spots, sees_tip, accuracy, accuracy.source, fixture.units)
+    findings += blind_spot_findings(spots, shows_tip, accuracy, accuracy.source, fixture.units)
     is_unique = accuracy.source != "spread" and margin.is_unique
     return replace(
         so_far, certainty=accuracy, margins=margin, blind_spots=spots, is_unique=is_unique, findings=tuple(findings)

@@ -182,7 +182,7 @@ _NO_SIGMA = Finding(
     "sigma_missing",
     "warning",
     "the sigma of a contact is not given: accuracy, margins and blind spots are left out",
-    "give sigma, or say it in the fixture's probe block",
+    "give sigma, or add it to the fixture's probe block",
 )
 
 

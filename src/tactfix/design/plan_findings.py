@@ -156,9 +156,9 @@ def _of(rival: Rival, units: str) -> str:
 
 
 def blind_spot_findings(
-    spots: Sequence[BlindSpot], spread_sees_tip: bool, certainty: Certainty, source: Source, units: str
+    spots: Sequence[BlindSpot], spread_shows_tip: bool, certainty: Certainty, source: Source, units: str
 ) -> Iterator[Finding]:
-    """Undetectable mistakes with a large shift. spread_sees_tip: well spread contacts would show a forgotten tip."""
+    """Undetectable mistakes with a large shift. spread_shows_tip: well spread contacts would show a forgotten tip."""
     for spot in spots:
         matters = spot.pose_shift is not None and spot.pose_shift > _HARMLESS * certainty.worst.sigma
         # Contacts other than the spread ones will be made: a bad one among these is of no interest.
@@ -167,9 +167,9 @@ def blind_spot_findings(
                 harm = "is detected" if spot.detectable else "does no harm"
                 yield Finding("blind_tip_radius", "ok", f"a forgotten tip radius {harm}: {spot.message} {units}")
             continue
-        is_error = spot.error == "tip_radius" and not spread_sees_tip
+        is_error = spot.error == "tip_radius" and not spread_shows_tip
         hint = _BLIND_SPOT_REMEDIES[spot.error]
-        if spot.error == "tip_radius" and spread_sees_tip:
+        if spot.error == "tip_radius" and spread_shows_tip:
             hint = "the features would show it, these contacts do not: touch a sphere or cylinder from more sides"
         yield Finding(f"blind_{spot.error}", "error" if is_error else "warning", f"{spot.message} {units}", hint)
 

@@ -8,7 +8,7 @@
 
 Mistakes that concern all of many contacts (`_mistakes_of_all`):
 
-1. A well spread part of the contacts is taken. While it fits the fixture as it is, and all contacts do not, it is
+1. A well spread part of the contacts is taken. While it fits the unchanged fixture, and all contacts do not, it is
    doubled: such a part shows no mistake.
 2. The mistakes that explain the part are searched for (`hypothesis_tests`), but for those in single contacts.
 3. Each is fitted to all contacts, from its poses with the part.

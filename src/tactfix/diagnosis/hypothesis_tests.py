@@ -6,7 +6,7 @@
 3. Reversed approaches, a larger sigma and a displaced tip follow from the residuals at the known poses
    (`residual_mistakes`).
 4. An explanation is kept if its chi-square is within its limit, and approaches, touch boxes and paths allow its pose.
-5. If one feature may stand elsewhere, exchanged coordinates and wrong signs that step 1 did not find are searched for
+5. If one feature may be displaced, exchanged coordinates and wrong signs that step 1 did not find are searched for
    from all rotations: those of points, and those whose pose is far from the known ones.
 6. If none explains the contacts well, permutations of more than two features are searched for, then the deletion of two
    or three contacts together.

@@ -212,7 +212,7 @@ def _coordinates(hypothesis: Hypothesis) -> str:
     if hypothesis.code == "axes":
         one, other = hypothesis.note[0], hypothesis.note[1]
         return f"with {one} and {other} of {subject} exchanged in the fixture file {CONSISTENT}"
-    return f"with {hypothesis.note} of {subject} of the other sign in the fixture file {CONSISTENT}: is it mirrored?"
+    return f"with the sign of {hypothesis.note} of {subject} changed in the fixture file {CONSISTENT}: is it mirrored?"
 
 
 def _coordinates_of(surface: Surface, digits: int) -> str:

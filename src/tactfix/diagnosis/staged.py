@@ -19,7 +19,7 @@ Few of many contacts (`few_of_many`):
 
 The tip radius (`_tip_radii`):
 
-1. The fixture is located with the tip radius as it is.
+1. The fixture is located with the given tip radius.
 2. A change of the tip radius shifts every contact along its outward normal. This column is projected onto the
    complement of the motions of the fixture, and least squares give the change.
 3. Steps 1 and 2 are repeated until the change is below a tenth of sigma.
@@ -277,7 +277,7 @@ def _tip_radii(contacts: Contacts, solve: Solve) -> Stage:
 
 
 def _estimated_tip(contacts: Contacts, solve: Solve) -> float | None:
-    """The tip radius that fits best; None if it is not determined, or if chi-square hardly falls."""
+    """The tip radius that fits best; None if it is not determined, or if chi-square is not clearly reduced."""
     for number in range(TIP_STEPS):
         solution = next(iter(solve(contacts).found), None)
         if solution is None:

@@ -151,7 +151,7 @@ class TrialSearch:
     def _promising_poses(self, hypothesis: Hypothesis) -> Bools:
         """Which of the poses (k,) may be near the pose of the hypothesis.
 
-        For a mistake in a few contacts the others must mostly agree there; for a label it must not fit as it is.
+        For a mistake in a few contacts the others must mostly agree there; a label must not fit as given.
         """
         if not hypothesis.index:
             return np.ones(len(self.rotations), dtype=bool)

@@ -97,7 +97,7 @@ class SettingLines:
     def _pose(self) -> str:
         pose, line = self.values.get("pose", ("tip", 0))
         if pose not in ("tip", "flange"):
-            remedy = "write 'flange' where x, y, z are the origin of the flange, 'tip' where they are the tip's centre"
+            remedy = "write 'flange' if x, y, z are the origin of the flange, 'tip' if they are the tip's centre"
             self.problems.append(Problem(f"pose is {_shown(pose)}", remedy, line=line))
         return pose
 

@@ -117,7 +117,7 @@ def _followed(path: str) -> Iterator[bytes]:
         content = read_bytes(path)
         if len(content) < consumed:
             message = "the file has become shorter while it was followed"
-            raise FileError(path, [Problem(message, "append touches to it, or begin anew")])
+            raise FileError(path, [Problem(message, "append touches to it, or start again")])
         whole = content[consumed : content.rfind(b"\n") + 1]
         consumed += len(whole)
         yield from whole.splitlines(keepends=True)

@@ -25,7 +25,7 @@ class DhModel(Strict):
 
     convention: Literal["standard", "modified"] = Field(description="standard, or modified (Craig).")
     rows: Annotated[list[Numbers], Field(min_length=1)] = Field(
-        description="One row a joint: a, d, alpha, theta in units and degrees; fifth, where axes are parallel, beta."
+        description="One row per joint: a, d, alpha, theta in units and degrees; beta as fifth if axes are parallel."
     )
     types: list[Literal["revolute", "prismatic", "fixed"]] | None = Field(
         default=None, description="The type of each row's joint; by default all are revolute."
@@ -134,7 +134,7 @@ def _finding(error: Any) -> Finding:
 
 _SEVERAL: Final = {
     "unknown": "write all, or a list: [joint_offsets, tip]",
-    "rows": "write one row for each joint: [a, d, alpha, theta], and beta where axes are parallel",
+    "rows": "write one row for each joint: [a, d, alpha, theta], and beta if axes are parallel",
     "types": "write one type for each row: [revolute, prismatic]",
     "joint_ranges": "write [low, high] for each joint",
     "tip_offset": "write three numbers: [0.0, 0.0, 120.0]",

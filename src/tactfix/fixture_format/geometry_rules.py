@@ -60,7 +60,7 @@ def _check_distances(entries: Entries, surfaces: Mapping[str, Surface]) -> Itera
             measured = abs(measured)  # only a sphere has a side of a plane
         slack = CONTRADICTION_SIGMAS * distance.get("sigma", 0.0) + _rounding(distance["value"]) + _TYPED * size
         if all(abs(value - distance["value"]) > slack for value in (measured, *_askew(a, b))):
-            message = f"the distance of {names} is {distance['value']:.10g}, but their places make it {measured:.9g}"
+            message = f"the distance of {names} is {distance['value']:.10g}, but their places give {measured:.9g}"
             yield Finding(("distances", index, "value"), message, "correct one of them; the distance may be left out")
 
 
@@ -100,7 +100,7 @@ def _check_angles(entries: Entries, surfaces: Mapping[str, Surface]) -> Iterator
         )
         if abs(measured - angle["value"]) > slack:
             names = " and ".join(angle["between"])
-            message = f"the angle of {names} is {angle['value']:.10g}, but their places make it {measured:.9g}"
+            message = f"the angle of {names} is {angle['value']:.10g}, but their places give {measured:.9g}"
             yield Finding(("angles", index, "value"), message, "correct one of them; the angle may be left out")
 
 

@@ -105,7 +105,7 @@ def direction_between(one: Surface, other: Surface, angle: float = 1e-6) -> Floa
             return _unit_or_none(foot(other, reference_point(one)) - reference_point(one))
         case _, (Sphere() | Point()):
             return _unit_or_none(reference_point(other) - foot(one, reference_point(other)))
-        case _:  # pragma: no cover - all pairs of the four types stand above
+        case _:  # pragma: no cover - all pairs of the four types are above
             return None
 
 

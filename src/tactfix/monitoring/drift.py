@@ -13,7 +13,7 @@ then chi-square with 6 degrees of freedom, for any number of checks from three o
 
 H. Hotelling, "Multivariate quality control", in Techniques of Statistical Analysis, McGraw-Hill 1947, for T^2, here
 with known covariances; A. F. Bissell, "The performance of control charts and cusums under linear trend", Applied
-Statistics 33 (1984) 145-151, for why the charts of single checks and of means are slow to tell a trend.
+Statistics 33 (1984) 145-151, for why the charts of single checks and of means are slow to detect a trend.
 """
 
 from collections.abc import Sequence

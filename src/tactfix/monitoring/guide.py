@@ -122,7 +122,7 @@ def guide(
     contacts : Contacts
         The touches so far, at least one, in base coordinates and in the fixture's units.
     point_fixture : (3,) array, optional
-        The point of the fixture frame at which max_sigma holds; its origin if None.
+        The point of the fixture frame at which max_sigma applies; its origin if None.
     max_sigma, max_rms : float, optional
         The gates of `tactfix locate`, in units: guidance continues until a located pose is within them.
 

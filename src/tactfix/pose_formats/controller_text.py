@@ -106,11 +106,11 @@ def read_ur(text: str) -> tuple[Floats, None]:
 def read_siemens(text: str) -> tuple[Floats, str | None]:
     """X, Y, Z, RX, RY, RZ (6,) of the one CTRANS(...):CFINE(...):CROT(...), and the unit; omitted axes are zero."""
     if any(_SIEMENS_HIDDEN.match(comment) for comment in _SIEMENS_COMMENT.findall(text)):
-        raise syntax_error("holds a part of the frame in a comment", f"write one, like {_SIEMENS_EXAMPLE}")
+        raise syntax_error("contains a part of the frame in a comment", f"write one, like {_SIEMENS_EXAMPLE}")
     content = without_comments(text, _SIEMENS_COMMENT)
     numbers, parts = the_one(content, _SIEMENS, _siemens_frame, _SIEMENS_EXAMPLE)
     if len(_SIEMENS_PART.findall(content)) != parts:
-        raise syntax_error("holds more than one frame", f"write one, like {_SIEMENS_EXAMPLE}")
+        raise syntax_error("contains more than one frame", f"write one, like {_SIEMENS_EXAMPLE}")
     return numbers, siemens_units(_SIEMENS.split(content, maxsplit=1)[0])
 
 

@@ -101,7 +101,7 @@ def write_pose(name: str, pose: Pose, *, force: bool = False, lever_arm_mm: floa
     Raises
     ------
     PoseRefusedError
-        The format cannot hold the pose (a tilt in G10), or its rounding exceeds a tenth of sigma anywhere within
+        The format cannot represent the pose (a tilt in G10), or its rounding exceeds a tenth of sigma anywhere within
         lever_arm_mm of the fixture's origin, unless forced. Smaller rounding gives a note, above a hundredth of sigma
         or without a covariance.
     UsageError
@@ -154,12 +154,12 @@ def _rounding_notes(dialect: Dialect, pose: Pose, rounding: Rounding, force: boo
             tilt = np.rad2deg(np.linalg.norm(rounding.d_rot[:2]))
             note = f"{dialect.name} leaves out a tilt of {tilt:.2g} deg, which is within its sigma"
             return (note, *_rounding_notes(dialect, pose, level, force))
-        reason = f"cannot hold this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
+        reason = f"cannot represent this pose: it would lose {np.rad2deg(turn):.3g} deg of tilt and move {rounding}"
         if not force:
             raise PoseRefusedError(
                 dialect.name, reason, "take a dialect that can tilt, level the fixture, or give " + Setting.FORCE.word
             )
-        return (f"{dialect.name}: forced, though it {reason}",)
+        return (f"{dialect.name}: forced, although it {reason}",)
     if rounding.at_lever_arm == 0:
         return ()
     description = f"rounds {rounding}"

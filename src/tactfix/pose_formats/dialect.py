@@ -58,7 +58,7 @@ class NumberSyntax:
         pattern = self._pattern()
         content = without_comments(text, self._comments())
         if self._whole_line and sum(bool(_DIGIT.search(line)) for line in content.splitlines()) > 1:
-            raise syntax_error("holds more than one line with numbers", f"write one, like {self._example()}")
+            raise syntax_error("contains more than one line with numbers", f"write one, like {self._example()}")
         return the_one(content, pattern, lambda lexer: self._numbers(lexer, pattern), self._example())
 
     def _numbers(self, lexer: Lexer, pattern: re.Pattern[str]) -> Floats:

@@ -37,7 +37,7 @@ def the_one(text: str, begins: re.Pattern[str], read: Callable[[Lexer], Found], 
 def single(found: Sequence[Found], example: str) -> Found:
     """The only element of found; PoseSyntaxError for none or several."""
     if len(found) != 1:
-        message = f"holds {len(found)} poses of this form" if found else "holds no pose of this form"
+        message = f"contains {len(found)} poses of this form" if found else "contains no pose of this form"
         raise syntax_error(message, f"write one, like {example}")
     return found[0]
 

@@ -94,7 +94,7 @@ def _read_json(text: str | bytes) -> Pose:
     except RecursionError:
         raise syntax_error("is not a pose: its brackets are nested too deep", remedy) from None
     except ValueError as error:  # an integer of thousands of digits
-        raise syntax_error(f"holds a number that cannot be read: {error}", remedy) from error
+        raise syntax_error(f"contains a number that cannot be read: {error}", remedy) from error
     return _from_tree(tree)
 
 
@@ -115,7 +115,7 @@ def _read_yaml(text: str | bytes) -> Pose:
         return Pose(_ROS.pose(read_echo(content)), "m")
     poses = [_read_document(document) for document in _documents(content)]
     if any(not np.array_equal(pose.base_from_fixture, poses[0].base_from_fixture) for pose in poses):
-        raise syntax_error(f"holds {len(poses)} poses, and they differ", "keep one of them")
+        raise syntax_error(f"contains {len(poses)} poses, and they differ", "keep one of them")
     return poses[0]
 
 
@@ -142,12 +142,12 @@ def _read_document(text: str) -> Pose:
 def _from_tree(tree: object) -> Pose:
     """The pose in a parsed JSON or YAML document: locate's, tactfix's own, or a message of ROS."""
     if not isinstance(tree, Mapping):
-        raise syntax_error("holds no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
+        raise syntax_error("contains no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
     parts = _ros_parts(tree)
     if parts is not None:
         return _from_ros(*parts)
     if "transform" not in tree:
-        raise syntax_error("holds no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
+        raise syntax_error("contains no 'transform'", "give " + LOCATE_JSON + ", or a pose that tactfix has written")
     schema, status = tree.get("schema", POSE_SCHEMA), tree.get("status", "located")
     if schema not in (POSE_SCHEMA, LOCATE_SCHEMA):
         raise syntax_error(f"schema is {schema!r}", f"give {LOCATE_SCHEMA} or {POSE_SCHEMA}")
@@ -190,7 +190,7 @@ def _from_ros(position: object, orientation: object) -> Pose:
         raise syntax_error("is not a TransformStamped", remedy)
     numbers = _array(parts, "transform")
     if not np.isfinite(numbers).all():
-        raise syntax_error("transform holds a value that is not a finite number", "write numbers")
+        raise syntax_error("transform contains a value that is not a finite number", "write numbers")
     return Pose(_ROS.pose(numbers), "m")
 
 
@@ -201,7 +201,7 @@ def _array(values: object, name: str) -> Floats:
     except ValueError as error:
         raise syntax_error(f"{name} has rows of different length", "write rows of equal length") from error
     if array.dtype.kind not in "if":
-        raise syntax_error(f"{name} holds something that is not a number", "write numbers")
+        raise syntax_error(f"{name} contains something that is not a number", "write numbers")
     return array.astype(np.float64)
 
 

@@ -141,9 +141,11 @@ def rigid_matrix(values: ArrayLike, place: str = "the matrix") -> Floats:
     if matrix.shape != (4, 4):
         raise syntax_error(f"{place} is {' x '.join(map(str, matrix.shape)) or 'a number'}", "a pose is 4 x 4 numbers")
     if not np.isfinite(matrix).all():
-        raise syntax_error(f"{place} holds a value that is not a finite number", "write numbers")
+        raise syntax_error(f"{place} contains a value that is not a finite number", "write numbers")
     if np.abs(matrix).max() > MOST_LENGTH:
-        raise syntax_error(f"{place} holds a value beyond {MOST_LENGTH:g}", "check the numbers: no length is so large")
+        raise syntax_error(
+            f"{place} contains a value beyond {MOST_LENGTH:g}", "check the numbers: no length is so large"
+        )
     if np.abs(matrix[3] - [0, 0, 0, 1]).max() > LEAST_SKEW:
         raise syntax_error(f"the last row of {place} is not 0 0 0 1", "transpose it if the translation is in that row")
     rotation = matrix[:3, :3]

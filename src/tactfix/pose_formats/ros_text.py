@@ -64,7 +64,7 @@ def read_static(text: str) -> Floats:
     """x, y, z, qx, qy, qz, qw (7,) of the one static_transform_publisher; omitted options are zero."""
     content = without_comments(text, _HASH_COMMENT)
     if len(_PUBLISHER.findall(content)) > 1:
-        raise syntax_error("holds more than one static_transform_publisher", "write one")
+        raise syntax_error("contains more than one static_transform_publisher", "write one")
     publisher = _PUBLISHER.search(content)
     begin = publisher.end() if publisher else 0
     arguments = _ARGUMENTS.search(content, begin) or _ARGUMENTS.search(content)
@@ -103,7 +103,7 @@ def _by_place(words: list[str]) -> Floats:
     count = next((i for i, word in enumerate(words) if word[0] not in "+-.0123456789"), len(words))
     after = words[count:]
     if count not in (6, 7) or len(after) not in (0, 2, 3):
-        raise syntax_error("holds no pose of this form", _STATIC)
+        raise syntax_error("contains no pose of this form", _STATIC)
     if len(after) == 3:
         _number(after[2])
     numbers = [_number(word) for word in words[:count]]

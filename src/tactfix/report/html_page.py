@@ -158,7 +158,7 @@ def render(
 
 
 def templates_and_plotly() -> tuple["Environment", str]:
-    """The templates beside this module, also where the package is a zip file, and plotly's script.
+    """The templates next to this module, also where the package is a zip file, and plotly's script.
 
     Raises MissingExtraError without the extra.
     """

@@ -42,7 +42,7 @@ _COLORS: Final = TerminalTheme(
     ],
 )
 """Black, red, green, yellow, blue, magenta, cyan, grey: of middle brightness, to be read on white and on black."""
-_FROM_JSON: Final = "This result was read from JSON, which holds no contacts: there is no scene."
+_FROM_JSON: Final = "This result was read from JSON, which contains no contacts: there is no scene."
 _WITHOUT_EXTRA: Final = "The scene needs the extra 'report'; in the folder of tactfix: pip install '.[report]'"
 
 

@@ -1,7 +1,7 @@
 """All real zeros of trigonometric polynomials of degree three, for whole stacks, and whether that is certain.
 
 1. On a grid of cells of width h, cubic Hermite interpolation has an error of at most h^4/384 max|g''''|. By Descartes'
-   rule its Bernstein coefficients tell whether a cell has no zero, exactly one, or possibly several.
+   rule its Bernstein coefficients show whether a cell has no zero, exactly one, or possibly several.
 2. Cells of the last kind are divided, twice.
 3. A polynomial with a cell that is still undecided is marked as uncertain: it has, or nearly has, two zeros within
    about a thousandth of a rad.

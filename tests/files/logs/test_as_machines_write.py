@@ -82,7 +82,7 @@ REFUSED = [
     ("grbl", "$13=0\n" + ONE + "$13=1\n" + ONE, "line 3.*unit changes to in below reports in mm"),
     ("grbl", 'G21\n{"prb":{"e":1,"x":1,"y":2,"z":3}}\nG20\n{"prb":{"e":1,"x":1,"y":2,"z":3}}', "G20 or G21, changes: in"),
     ("dmis", "UNITS/MM\nPTMEAS/CART,1,2,3\nUNITS/INCH", "line 3.*unit changes to in below touches in mm"),
-    ("dmis", "PTMEAS/CART,1,2,3\nUNITS/MM", "line 2.*unit that is not said"),
+    ("dmis", "PTMEAS/CART,1,2,3\nUNITS/MM", "line 2.*unit that is not given"),
     ("dmis", "UNITS/MM\nPTMEAS/CART,1,5,2,5,3,5", "i, j, k have the length 7.68"),
     ("msr", "G331 C0\nG801 N1 X1 Y2 Z3\nG331 C90\nG801 N2 X1 Y2 Z3", "the model, X Y Z A B C of G331, changes: 0 0 0 0 0 90"),
     ("kuka", "$ACT_TOOL=1\n" + AT + "$ACT_TOOL=2\n" + AT, "line 4.*ACT_TOOL changes: 2"),

@@ -76,7 +76,7 @@ class _Reader:
         unit = _KNOWN_UNITS[name]
         if self.contacts and unit != self.units:
             lexer.refuse(
-                f"the unit changes to {unit} below touches in {self.units or 'a unit that is not said'}",
+                f"the unit changes to {unit} below touches in {self.units or 'a unit that is not given'}",
                 ONE_STATE_REMEDY,
             )
         self.units = unit
