@@ -57,8 +57,8 @@ def covariance(matrix: Floats, prior: Floats, believed: Floats, variance: float)
     normal = scaled.T @ scaled / variance
     inner = share[:, None] * normal * share
     gain = share[:, None] * np.linalg.solve(inner + np.eye(len(prior)), np.diag(share))
-    held = np.eye(len(prior)) - gain @ normal
-    total = gain @ normal @ gain.T + held @ held.T
+    suppressed = np.eye(len(prior)) - gain @ normal
+    total = gain @ normal @ gain.T + suppressed @ suppressed.T
     return np.asarray((total + total.T) / 2 * np.outer(prior, prior))
 
 

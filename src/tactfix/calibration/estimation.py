@@ -70,8 +70,8 @@ class Eliminated:
 def eliminated(found: Block) -> Eliminated:
     """The block with its place eliminated."""
     basis, values, motions = np.linalg.svd(found.place, full_matrices=False)
-    held = values > _PLACE_FREE_RATIO * max(float(values[:1].max(initial=0.0)), TINY)
-    basis, steps = basis[:, held], motions[held].T / values[held]
+    determined = values > _PLACE_FREE_RATIO * max(float(values[:1].max(initial=0.0)), TINY)
+    basis, steps = basis[:, determined], motions[determined].T / values[determined]
     rows = found.residuals - basis @ (basis.T @ found.residuals)
     robot = found.robot - basis @ (basis.T @ found.robot)
     return Eliminated(found, rows, robot, basis, steps)

@@ -53,7 +53,7 @@ def load_fixture(path: str | Path) -> Fixture:
     text = decode(str(path), read_bytes(path))
     if _is_contacts(text):
         raise FileError(str(path), [Problem("this is a contact file", FIXTURE_FIRST)])
-    return _fixture_of(text, str(path), Path(path).stem, _beside(Path(path)))
+    return _fixture_of(text, str(path), Path(path).stem, _pose_reader(Path(path)))
 
 
 def template_text(name: str) -> str:
@@ -69,7 +69,7 @@ def fixture_from_text(text: str) -> Fixture:
 
     Raises FileError as load_fixture does; the text is called "the fixture".
     """
-    return _fixture_of(text, "the fixture", "fixture", _beside(Path("fixture.yaml")))
+    return _fixture_of(text, "the fixture", "fixture", _pose_reader(Path("fixture.yaml")))
 
 
 def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
@@ -77,7 +77,7 @@ def fixture_from_dict(document: Mapping[str, Any]) -> Fixture:
 
     Raises FileError with every problem, without lines; the mapping is called "the fixture".
     """
-    fixture = read_fixture(_plain(document), "fixture", _beside(Path("fixture.yaml")))
+    fixture = read_fixture(_plain(document), "fixture", _pose_reader(Path("fixture.yaml")))
     if isinstance(fixture, Fixture):
         return fixture
     raise FileError("the fixture", [Problem(finding.message, finding.remedy) for finding in fixture])
@@ -125,7 +125,7 @@ def _is_contacts(text: str) -> bool:
     return {"x", "y", "z"} <= names
 
 
-def _beside(fixture_path: Path) -> Callable[[str], "Pose"]:
+def _pose_reader(fixture_path: Path) -> Callable[[str], "Pose"]:
     """A reader of pose files whose relative paths start from the directory of the fixture file."""
 
     def read(file: str) -> "Pose":

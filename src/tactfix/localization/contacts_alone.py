@@ -69,7 +69,7 @@ def contacts_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats, outcome
     assert placement is not None
     off: Contradicting = []
     if placement.is_in_fit:  # step 1
-        without, left = _found_beside(fixture, contacts, outcome) or _searched_again(fixture, contacts, sigmas)
+        without, left = _from_the_same_search(fixture, contacts, outcome) or _searched_again(fixture, contacts, sigmas)
         off = _contradicting(fixture, left, fitted=False)
     else:
         without = _counted(contacts, outcome)  # step 2
@@ -95,7 +95,7 @@ Left: TypeAlias = tuple[WithoutPrior, Sequence[Solution]]
 """The result without the prior, and those of its poses that may contradict it."""
 
 
-def _found_beside(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Left | None:
+def _from_the_same_search(fixture: Fixture, contacts: Contacts, outcome: Outcome) -> Left | None:
     """The poses of the contacts alone from the search with a measured pose; None if it did not look for them."""
     if outcome.solutions.aside is None:
         return None

@@ -69,7 +69,7 @@ def locate_with_tip(
     result = common_result(fixture, best.contacts, status, fits, solutions.dof, solutions.limit)
     result = replace(result, candidates=candidates)
     if known is not None and known.is_known:  # step 3
-        result = _beside_prior(result, fixture, contacts, unknown)
+        result = _compared_without_prior(result, fixture, contacts, unknown)
     tip = _tip(contacts, left or solutions.found, solutions, unknown, fixture.probe.tip_within)
     result = replace(result, unknowns=_names(unknown), tip=tip)
     # Step 4.
@@ -121,7 +121,7 @@ def _against(fixture: Fixture, solution: TipSolution, limit: float) -> tuple[Rea
     return assess(replace(fixture, placement=None), solution.contacts, pose).reasons
 
 
-def _beside_prior(
+def _compared_without_prior(
     result: LocateResult, fixture: Fixture, contacts: Contacts, unknown: frozenset[Unknown]
 ) -> LocateResult:
     """The result, with the one without the prior, and a warning if the prior alone decides."""

@@ -75,8 +75,8 @@ class GuideStep(JsonResult):
         result = self.result
         match result.status:
             case "located":
-                sure = f"located, worst sigma of the origin {shown_sigma(result)}"
-                return "; ".join([sure, *self.exceeded])
+                located = f"located, worst sigma of the origin {shown_sigma(result)}"
+                return "; ".join([located, *self.exceeded])
             case "underdetermined":
                 free = [motion.message for motion in result.free_motions]
                 if len(free) > MOST_MOTIONS:

@@ -130,12 +130,12 @@ def _rows(access: Access, which: Ints, points: Floats, normals: Floats, sigmas: 
     centre = access.centre
     if not any(isinstance(surface, Point) for surface in access.surfaces.values()):
         return rows_of(points, normals, sigmas, centre, access.radius)
-    held = _on_points(access, which)
+    on_points = _on_points(access, which)
     rows = np.zeros((len(which), 3, 6))
     rows[:, 0] = rows_of(points, normals, sigmas, centre, access.radius)
     for axis, direction in enumerate(np.eye(3)):
-        along = np.tile(direction, (int(held.sum()), 1))
-        rows[held, axis] = rows_of(points[held], along, sigmas[held], centre, access.radius)
+        along = np.tile(direction, (int(on_points.sum()), 1))
+        rows[on_points, axis] = rows_of(points[on_points], along, sigmas[on_points], centre, access.radius)
     return rows
 
 

@@ -85,7 +85,7 @@ def all_poses(
     searched = equations.subset(index)
     unit = (smallest / frame.length) ** 2
     if searched.measured is not None and searched.domain.is_free:
-        both = _beside_measured(surfaces, contacts, sigmas, frame, equations, searched, placement)
+        both = _with_measured_pose(surfaces, contacts, sigmas, frame, equations, searched, placement)
         if both is not None:
             return both
     # Constrained directions and a measured pose break the symmetry of the surfaces.
@@ -111,7 +111,7 @@ def all_poses(
     return Found(tuple(kept), dof, limit, zeros.complete, zeros.continuum)
 
 
-def _beside_measured(
+def _with_measured_pose(
     surfaces: Mapping[str, SidedSurface],
     contacts: Contacts,
     sigmas: Floats,

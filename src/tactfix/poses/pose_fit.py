@@ -195,8 +195,8 @@ def with_known(seen: Sensitivity, placement: Placement | None, base_from_fixture
     if placement is None or not placement.is_in_fit:
         return seen, np.zeros(0)
     basis, more, rows = terms_at(placement, base_from_fixture, seen.centre, seen.scale)
-    held = None if basis.shape[1] == 6 else basis
-    return Sensitivity(np.concatenate([seen.jacobian, rows]), seen.centre, seen.scale, held), more
+    free = None if basis.shape[1] == 6 else basis
+    return Sensitivity(np.concatenate([seen.jacobian, rows]), seen.centre, seen.scale, free), more
 
 
 def _gauss_newton_step(fit: PoseFit, sigmas: Floats) -> Floats:

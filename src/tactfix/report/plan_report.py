@@ -210,8 +210,8 @@ def _flange_in_fixture(plan: Plan, i: int) -> Floats | None:
     rotations = plan.contacts.flange_rotations
     if rotations is None:
         return None
-    stands = plan.base_from_fixture
-    turned = rotations[i] if plan.frame == "fixture" or stands is None else stands[:3, :3].T @ rotations[i]
+    pose = plan.base_from_fixture
+    turned = rotations[i] if plan.frame == "fixture" or pose is None else pose[:3, :3].T @ rotations[i]
     return np.asarray(turned)
 
 
