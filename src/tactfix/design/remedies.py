@@ -129,4 +129,4 @@ def feature_remedy(motion: FreeMotion, surfaces: Mapping[str, Surface]) -> str:
         return f"add a sphere, or a plane that is not parallel to ({axis})"
     if all(isinstance(surface, Plane) for surface in surfaces.values()):
         return "add a sphere or cylinder, or a plane that is not parallel to the others"
-    return "add a sphere or cylinder away from that line, or a plane that is not square to it"
+    return "add a sphere or cylinder away from that line, or a plane that is not perpendicular to it"

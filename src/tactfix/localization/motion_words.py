@@ -106,7 +106,7 @@ def line_in_words(line: Line, surfaces: Surfaces, tolerance: Tolerance) -> str:
     through = f"the centre of {listed(balls)}" if balls else vector(line.point)
     met = [n for n, s in surfaces.items() if isinstance(s, Cylinder) and _meets_square(s, line, tolerance)]
     if met:
-        return f"the line through {through}, square to the axis of {listed(met)} and meeting it"
+        return f"the line through {through}, perpendicular to the axis of {listed(met)} and intersecting it"
     planes = [
         n for n, s in surfaces.items() if isinstance(s, Plane) and abs(s.normal @ line.direction) <= tolerance.angle
     ]
