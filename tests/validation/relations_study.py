@@ -26,8 +26,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import beta
 
 import tactfix
-from tests.validation.relation_geometry import KINDS, Angle
-from tests.validation.relation_touches import Touched, by_geometry, by_relations, touches
+from tests.validation.relation_geometry import KINDS, Angle, Part
+from tests.validation.relation_touches import COUNTS, Touched, by_geometry, by_relations, touches
 
 ANGLES = (0.0, 0.02, 0.3, 45.0, 89.5, 89.9, 89.99, 90.0, 179.99, 180.0)
 SIGMAS = (0.0, 0.005, 0.02, 0.1)
@@ -59,8 +59,8 @@ def cells(kinds: list[str]) -> Iterator[Cell]:
                 yield from (Cell(kind, angle, sigma, turned, noisy) for noisy in (False, True))
 
 
-def problem(cell: Cell, seed: int, folder: Path) -> Counter:
-    """The counts for one part and one set of contacts."""
+def drawn(cell: Cell, seed: int) -> tuple[Part, Touched, np.ndarray | None, Touched]:
+    """A part, its touches and their noise in standard deviations, and the same touches in the other base."""
     place = [int(1e3 * cell.angle), int(1e3 * cell.sigma), cell.turned]
     rng = np.random.default_rng([seed, *cell.kind.encode(), *place])
     part = KINDS[cell.kind].make(Angle.drawn(cell.angle, cell.sigma, rng))
@@ -69,8 +69,12 @@ def problem(cell: Cell, seed: int, folder: Path) -> Counter:
     touched = touches(part, base, rng, nominal=not cell.noisy)
     noise = rng.standard_normal(len(touched.names)) if cell.noisy else None
     away = turned_by(Rotation.random(random_state=rng).as_matrix(), touched)
-    if cell.turned:
-        touched, away = away, touched
+    return (part, away, noise, touched) if cell.turned else (part, touched, noise, away)
+
+
+def problem(cell: Cell, seed: int, folder: Path) -> Counter:
+    """The counts for one part and one set of contacts."""
+    part, touched, noise, away = drawn(cell, seed)
     files = folder / "relations.yaml", folder / "geometry.yaml"
     files[0].write_text(by_relations(part))
     files[1].write_text(by_geometry(part))
@@ -211,8 +215,14 @@ def main() -> None:
     parser.add_argument("--journal", type=Path, default=Path("relations_study.jsonl"), help="what has been done")
     parser.add_argument("--kind", action="append", choices=list(KINDS))
     parser.add_argument("--angle", action="append", type=float, choices=ANGLES)
+    parser.add_argument(
+        "--contacts", metavar="P,C,S", help="on each plane, cylinder and sphere, noisy ones alone; default 5,7,5"
+    )
     given = parser.parse_args()
     chosen = [c for c in cells(given.kind or list(KINDS)) if c.angle in (given.angle or ANGLES)]
+    if given.contacts:
+        COUNTS.update(zip(("plane", "cylinder", "sphere"), map(int, given.contacts.split(",")), strict=True))
+        chosen = [cell for cell in chosen if cell.noisy]  # a few of the nominal ones leave a motion free
     found = study(chosen, range(given.first, given.first + given.problems), given.journal)
     for row in ("kind", "angle", "sigma"):
         print(*table(found, row), sep="\n", end="\n\n")
