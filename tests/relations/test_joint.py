@@ -5,12 +5,15 @@ import pytest
 
 import tactfix
 from tactfix.geometry.surfaces import Cylinder
-from tactfix.relations import joint
+from tactfix.relations import joint, samples
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.joint_problem import JointProblem
 from tests.relations.touched_parts import as_read, few_touches
 from tests.support.problems import angle
+from tests.validation import relation_touches
 from tests.validation.relation_geometry import Part, bar, leaning, plane
+from tests.validation.relation_touches import by_relations
+from tests.validation.relations_study import Cell, drawn, located
 
 
 def leaning_bar(degrees, rng):
@@ -66,3 +69,20 @@ def test_the_size_of_a_fixture_is_not_that_of_axes_that_nearly_cross(tmp_path):
     off = [np.abs(c.base_from_fixture - touched.base_from_fixture).max() for c in result.candidates if c.accepted]
     assert result.status in ("located", "ambiguous")  # bars have no sense, so both signs may remain
     assert min(off) < 0.1
+
+
+def test_a_fit_at_a_fold_ends_when_chi_square_no_longer_falls(tmp_path, monkeypatch):
+    """J is singular there, so that the undamped step always predicts a gain; 14 of 26 fits took all 200 steps."""
+    monkeypatch.setattr(relation_touches, "COUNTS", {"cylinder": 3})
+    part, touched, noise, _ = drawn(Cell("three bars by angles", 0.0, 0.1, turned=False, noisy=True), 250295)
+    (tmp_path / "fixture.yaml").write_text(by_relations(part))
+    counts, improved, fit = [], joint._improved, samples.branch_fit
+    monkeypatch.setattr(samples, "branch_fit", lambda *given: counts.append(0) or fit(*given))
+
+    def counted(*given):
+        counts[-1] += 1
+        return improved(*given)
+
+    monkeypatch.setattr(joint, "_improved", counted)
+    located(tmp_path / "fixture.yaml", touched, noise, tmp_path, explain=False)
+    assert max(counts) < joint.MOST_JOINT_STEPS / 2

@@ -12,7 +12,7 @@ residuals r and Jacobian J; relations with sigma 0 are constraints c = 0 with Ja
    convergence.
 3. The damping is increased until a step lowers the merit function: chi-square plus an exact penalty on the violation of
    the constraints.
-4. A fit that has stalled above its limit is given up.
+4. A fit that has stalled above its limit is given up. One whose chi-square hardly falls has settled at a fold.
 5. Finally the surfaces are moved onto the constraints by the least displacement.
 
 Source: Levenberg-Marquardt; null-space method and exact penalty as in Nocedal and Wright, Numerical Optimization.
@@ -56,6 +56,10 @@ at that rate it would need 460 steps to come within the limit, more than MOST_JO
 JOINT_PATIENCE = 12
 """Steps after which a fit above JOINT_GIVEN_UP times its limit is given up, and one below it whose rate of gain cannot
 reach the limit: starts near a solution have converged quadratically by then."""
+SETTLED_GAIN = 1e-4
+"""Gain of chi-square over JOINT_PATIENCE steps below which a fit whose constraints hold has settled. At a fold J is
+singular: the undamped step always predicts a gain that no step can reach. MOST_JOINT_STEPS at such a rate would lower
+chi-square by less than 0.002, that is 0.04 sigma."""
 NEARLY_KEPT = 1e-5
 """Constraint violation (rad, fixture sizes) above which no fit is given up for its chi-square: that still changes
 while the constraints are restored."""
@@ -90,7 +94,7 @@ def joint_fit(
 ) -> JointFit:
     """The least chi-square next to surfaces (in base) with all constraints kept, each relation on its branch."""
     fit = linearized(problem, surfaces, equations)
-    damping = 0.0
+    damping, costs = 0.0, [fit.chi2]
     for number in range(most_steps):
         step = _step(fit, 0.0)  # step 1
         if fit.missing < KEPT and abs(fit.chi2 - step.predicted) < CONVERGED * (1 + 1e-3 * fit.chi2):
@@ -100,7 +104,19 @@ def joint_fit(
             fit = new or fit
             break  # step 4
         fit = new
+        costs.append(fit.chi2)
+        if fit.missing < NEARLY_KEPT and _has_settled(costs, chi_square_limit(fit.dof)):
+            break
     return _restored(problem, fit)  # step 5
+
+
+def _has_settled(costs: Sequence[float], limit: float) -> bool:
+    """Whether the chi-squares of the last JOINT_PATIENCE steps hardly fall, or too slowly to come within the limit."""
+    if len(costs) <= JOINT_PATIENCE + 1:
+        return False
+    gain = costs[-1 - JOINT_PATIENCE] - costs[-1]
+    is_too_slow = len(costs) > 2 * JOINT_PATIENCE and gain * MOST_JOINT_STEPS / JOINT_PATIENCE < costs[-1] - limit
+    return abs(gain) < SETTLED_GAIN or is_too_slow
 
 
 def _has_stalled(fit: JointFit, new: JointFit, predicted: float, late: bool) -> bool:
