@@ -15,7 +15,10 @@ from tactfix.relations.branch_fits import nearest_start
 from tactfix.relations.joint_problem import JointProblem, linearized
 from tactfix.relations.realization import fixture_scale
 from tests.relations.touched_parts import as_read, few_contacts_on, few_touches
+from tests.validation import relation_touches
 from tests.validation.relation_geometry import Part, ball, bar
+from tests.validation.relation_touches import by_relations
+from tests.validation.relations_study import Cell, drawn, located, pose_error
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -64,6 +67,35 @@ def test_solutions_a_few_sigma_apart_are_both_found(seed, tmp_path):
     off = [np.abs(c.base_from_fixture - truth.base_from_fixture).max() for c in result.candidates if c.accepted]
     assert result.status == "ambiguous"
     assert min(off) < 1.0
+
+
+@pytest.mark.parametrize("seed", [2, 7, 9, 10])
+def test_both_branches_of_an_angle_near_90_deg_are_found(seed, tmp_path):
+    """Two contacts do not determine the tilt of a plane about the line through them: a bar at 89.5 deg may be at 90.5.
+
+    One of these was followed before, and located one degree off.
+    """
+    counts = {"plane": 2, "cylinder": 4, "sphere": 3}
+    fixture, contacts, truth = few_contacts_on("socket and bar", seed, tmp_path, (89.5, 0.1), counts)
+    result = tactfix.locate(fixture, contacts)
+    left = [candidate.base_from_fixture for candidate in result.candidates if candidate.accepted]
+    off = [np.linalg.norm(pose_error(pose, truth.base_from_fixture)[:3]) for pose in left]
+    assert result.status == "ambiguous"
+    assert min(off) < 0.005
+
+
+@pytest.mark.parametrize(
+    ("kind", "cell_angle", "seed"),
+    [("bar beside ball on plate", (89.99, 0.005), 250094), ("socket and bar", (0.02, 0.1), 250080)],
+)
+def test_placements_that_still_descend_are_continued(kind, cell_angle, seed, tmp_path, monkeypatch):
+    """A minimum was listed as many ends, so that the search did not converge in one of two bases."""
+    monkeypatch.setattr(relation_touches, "COUNTS", {"plane": 3, "cylinder": 3, "sphere": 3})
+    part, *in_bases = drawn(Cell(kind, *cell_angle, turned=False, noisy=True), seed)
+    (tmp_path / "fixture.yaml").write_text(by_relations(part))
+    one, noise, other = in_bases
+    for touched in (one, other):
+        assert located(tmp_path / "fixture.yaml", touched, noise, tmp_path).status == "located"
 
 
 @pytest.mark.parametrize("thinned", [False, True])
@@ -131,3 +163,12 @@ def test_a_fit_that_violates_relations_is_not_a_miss(tmp_path):
     assert fit.chi2 > chi_square_limit(fit.dof)
     assert fit.missing > samples.RELATIONS_HOLD
     assert not samples._are_misses([fit])
+
+
+@pytest.mark.parametrize("seed", [260, 295])
+def test_all_cylinders_through_four_nearly_coplanar_contacts_are_kept(seed, tmp_path):
+    """Four contacts leave up to twelve cylinders; of more than four, four were kept, perhaps without the right one."""
+    counts = {"plane": 3, "cylinder": 4, "sphere": 3}
+    fixture, contacts, _ = few_contacts_on("socket and bar", seed, tmp_path, (90.0, 0.1), counts)
+    warnings = tactfix.locate(fixture, contacts).warnings
+    assert not any("did not converge" in warning for warning in warnings)

@@ -85,8 +85,11 @@ def curved_spread(
     # A rotation moves an origin that is far from the contacts along an arc.
     sag = float(np.linalg.norm(arm)) * (SIGMA_POINT_DISTANCE * np.linalg.norm(linear[:3])) ** 2 / 2
     is_straight = sag < NEARLY_LINEAR * np.linalg.svd(linear[3:], compute_uv=False)[-1]
-    if is_straight and bend(both).max(initial=0.0) < NEARLY_LINEAR:  # step 2
+    bends = bend(both)
+    if is_straight and bends.max(initial=0.0) < NEARLY_LINEAR:  # step 2
         return Spread(linear, nothing_free, trusted=True)
+    # The most curved first: where one misses, the solver need not look for the others.
+    both = both[:, np.argsort(-bends, kind="stable")]
     distance, (poses, missing) = SIGMA_POINT_DISTANCE, solve(both)  # step 3
     if missing.max() > MOST_MISSING and nearer < distance:
         distance, (poses, missing) = nearer, solve(nearer / distance * both)

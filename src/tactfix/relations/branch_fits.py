@@ -20,6 +20,7 @@ from tactfix.relations.branches import BRANCH_FITS, branches, least_cost, neares
 from tactfix.relations.equations import Equation, linear_equations
 from tactfix.relations.joint import MOST_JOINT_STEPS, joint_fit
 from tactfix.relations.joint_problem import JointFit, JointProblem, contact_observations
+from tactfix.relations.unresolved import DISTINCT_PLACES, FOLD
 from tactfix.values import frozen_value
 
 MISS_FITS = 2
@@ -73,6 +74,24 @@ def starts_from(
     left_out = min([left_out, *(start.cost for start in found[BRANCH_FITS:])])
     missed = sorted(missed, key=lambda start: start.cost)[:MISS_FITS] if not found else []
     return Starts(tuple(found[:BRANCH_FITS] or missed), left_out)
+
+
+def near_starts(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[Start]:
+    """The starts on the nearest branches, and on those that surfaces indistinct from these may be on, nearest first.
+
+    A change of branch within FOLD sigma of the relation makes no other solution.
+    """
+    nearest = nearest_start(problem, surfaces)
+    starts = [nearest]
+    for cost, equations in branches(problem, _anchored(surfaces, problem.contacts)).found:
+        changed = [new for old, new in zip(nearest.equations, equations, strict=True) if new.sign != old.sign]
+        missing = [float(np.abs(e.linear(surfaces)[0]).max()) for e in changed]
+        if changed and all(
+            FOLD * e.spread < m < 2 * DISTINCT_PLACES * e.unit(problem.scale)
+            for e, m in zip(changed, missing, strict=True)
+        ):
+            starts.append(Start(0, surfaces, equations, cost))
+    return starts
 
 
 def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:

@@ -25,10 +25,11 @@ from tactfix.relations.features_alone import (
 )
 from tactfix.values import frozen_value
 
-FLAT_CANDIDATES = 4
-"""Candidates that are kept of a round feature whose contacts are coplanar within noise. A hundred local minima may then
-explain them, none of them near the truth; from any of them, a joint fit moves the feature to where the other features
-and relations require it. The result is not complete in any case."""
+FLAT_CANDIDATES = 12
+"""Candidates that are kept of a round feature whose contacts are coplanar within noise. Four contacts leave at most
+twelve cylinders of one radius, which are all kept. More contacts may leave a hundred local minima, none of them near
+the truth; from any of them, a joint fit moves the feature to where the other features and relations require it. The
+result is then not complete."""
 
 
 @frozen_value

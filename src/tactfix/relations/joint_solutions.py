@@ -15,7 +15,7 @@ from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions, solution_from
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_sigma_points import JointSpread
-from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
+from tactfix.relations.unresolved import are_one, weight
 from tactfix.values import frozen_value
 
 RELATIONS_HOLD = 1e-9
@@ -73,8 +73,7 @@ def grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[Group]:
 
 def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
     same_branch = [e.sign for e in one.equations] == [e.sign for e in other.equations]
-    seen = seen_difference(one.surfaces, other.surfaces, problem.contacts, problem.sigmas, problem.scale)
-    return seen < (FOLD if same_branch else BRANCHES)
+    return are_one(one.surfaces, other.surfaces, problem.contacts, problem.sigmas, problem.scale, same_branch)
 
 
 def _framed(fixture: Fixture, problem: JointProblem, group: Group, curved: bool) -> list[Solution]:

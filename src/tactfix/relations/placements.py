@@ -19,7 +19,8 @@ Each placement uses the nearest branch of each relation. The placements are the 
 3. Each placement takes a Levenberg-Marquardt step, no displacement longer than LONGEST_DISPLACEMENT.
 4. If chi-square has fallen, the step is kept and the damping lowered; else it is undone and the damping raised.
 
-Steps 2 to 4 are repeated PLACEMENT_STEPS times.
+5. After every PLACEMENT_STEPS of steps 2 to 4 only those placements go on whose chi-square still falls towards its
+   limit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,17 +32,23 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.feature import Feature
 from tactfix.fixture import Fixture, Relation
-from tactfix.geometry.arrays import TINY, Bools, Floats, basis_across, cross, lengths, unit
+from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, basis_across, cross, lengths, unit
 from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
+from tactfix.noise import chi_square_limit
 from tactfix.relations.equations import off
 from tactfix.relations.joint_problem import JointProblem
 from tactfix.relations.parallels import parallel_pairs
 from tactfix.values import frozen_value
 
-PLACEMENT_STEPS = 40
-"""Levenberg-Marquardt steps of each placement: ten accepted ones bring the damping from 1e-2 to
-LEAST_PLACEMENT_DAMPING, and the ends need only be near solutions, where joint fits start."""
+PLACEMENT_STEPS, MOST_PLACEMENT_STEPS = 20, 200
+"""Levenberg-Marquardt steps of the placements, before those that have converged are left where they are, and at most.
+Ten accepted ones bring the damping from 1e-2 to LEAST_PLACEMENT_DAMPING. Where relations are known better than
+contacts, some need 160: with 40, one minimum was listed as up to 51 ends, and the search did not converge."""
+STILL_FALLING = 0.01
+"""Fall of chi-square over PLACEMENT_STEPS, as a share of it or of 1, above which a placement goes on."""
+PLACEMENT_SIGHT = 100.0
+"""Multiple of the limit of chi-square above which a placement does not go on, as `joint.JOINT_GIVEN_UP`."""
 PLACEMENT_DIFFERENCE = 1e-6
 """Step (rad, fixture sizes) of the forward differences: their second-order error is of this size, their rounding 1e-10.
 Both are far below what an iterated step needs."""
@@ -76,22 +83,41 @@ def settled(
 ) -> tuple[list[dict[str, Surface]], Floats]:
     """The end of each start: its surfaces, and chi-square there (S,)."""
     like, terms = starts[0], _terms(fixture, problem)
-    places = {name: _places([start[name] for start in starts]) for name in like}
     columns, sizes = _columns(like, _length(problem))
+    ends = {name: _places([start[name] for start in starts]) for name in like}
+    places, all_chi2, falling = ends, np.full(len(starts), np.inf), np.arange(len(starts))
     residuals = _residuals(terms, places)  # step 1
     chi2, damping = np.einsum("sm,sm->s", residuals, residuals), np.full(len(starts), PLACEMENT_DAMPING)
-    for _ in range(PLACEMENT_STEPS):
-        jacobian = _jacobian(terms, places, residuals, columns, sizes)  # step 2
-        ahead = _moved(places, columns, _step(residuals, jacobian, damping) * sizes)  # step 3
-        new_residuals = _residuals(terms, ahead)
-        new_chi2 = np.einsum("sm,sm->s", new_residuals, new_residuals)
-        better = new_chi2 < chi2  # step 4
-        places = {name: _chosen(better, ahead[name], one) for name, one in places.items()}
-        residuals = np.where(better[:, None], new_residuals, residuals)
-        chi2 = np.where(better, new_chi2, chi2)
-        damping = np.clip(np.where(better, 0.2 * damping, 5 * damping), LEAST_PLACEMENT_DAMPING, MOST_PLACEMENT_DAMPING)
-    ends = [{name: _at(like[name], places[name], number) for name in like} for number in range(len(starts))]
-    return ends, chi2
+    in_sight = PLACEMENT_SIGHT * chi_square_limit(len(problem.contacts))
+    for done in range(0, MOST_PLACEMENT_STEPS, PLACEMENT_STEPS):
+        before = chi2
+        for _ in range(PLACEMENT_STEPS):
+            jacobian = _jacobian(terms, places, residuals, columns, sizes)  # step 2
+            ahead = _moved(places, columns, _step(residuals, jacobian, damping) * sizes)  # step 3
+            new_residuals = _residuals(terms, ahead)
+            new_chi2 = np.einsum("sm,sm->s", new_residuals, new_residuals)
+            better = new_chi2 < chi2  # step 4
+            places = {name: _chosen(better, ahead[name], one) for name, one in places.items()}
+            residuals = np.where(better[:, None], new_residuals, residuals)
+            chi2 = np.where(better, new_chi2, chi2)
+            damping = np.where(better, 0.2 * damping, 5 * damping)
+            damping = np.clip(damping, LEAST_PLACEMENT_DAMPING, MOST_PLACEMENT_DAMPING)
+        all_chi2[falling] = chi2
+        ends = {name: _replaced(ends[name], falling, places[name]) for name in ends}
+        # Step 5: those in sight of a solution that still fall, and all of them after the first steps.
+        goes_on = (chi2 < in_sight) & ((before - chi2 > STILL_FALLING * (1 + chi2)) | (done == 0))
+        if not goes_on.any():
+            break
+        falling, residuals, chi2, damping = falling[goes_on], residuals[goes_on], chi2[goes_on], damping[goes_on]
+        places = {name: (points[goes_on], along[goes_on]) for name, (points, along) in places.items()}
+    return [{name: _at(like[name], ends[name], number) for name in like} for number in range(len(starts))], all_chi2
+
+
+def _replaced(ones: Places, index: Ints, others: Places) -> Places:
+    """The places with those of an index replaced."""
+    points, directions = ones[0].copy(), ones[1].copy()
+    points[index], directions[index] = others
+    return points, directions
 
 
 def _length(problem: JointProblem) -> float:

@@ -30,7 +30,7 @@ from tactfix.poses.search_frame import SearchFrame
 from tactfix.poses.sigma_points import motions_between
 from tactfix.poses.solution import Solution, Solutions
 from tactfix.relations.realization import FEW_BODIES, Body, fixture_scale, realize
-from tactfix.relations.unresolved import BRANCHES, FOLD, seen_difference, weight
+from tactfix.relations.unresolved import are_one, weight
 
 MOST_THOROUGH = 4
 """Bodies that are searched thoroughly at most, of those in which a covering of the rotations has met a pose: a thorough
@@ -143,8 +143,7 @@ def _distinct(
     kept: list[tuple[Solution, int]] = []
     for solution, body in found:
         for number, (other, other_body) in enumerate(kept):
-            seen = seen_difference(other.surfaces, solution.surfaces, contacts, sigmas, scale)
-            if seen < (FOLD if body == other_body else BRANCHES):
+            if are_one(other.surfaces, solution.surfaces, contacts, sigmas, scale, body == other_body):
                 kept[number] = _with(fixture, other, solution), other_body
                 break
         else:

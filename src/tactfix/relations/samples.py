@@ -5,7 +5,8 @@
    Combinations of candidates that violate the relations among themselves are left out.
 2. Damped least squares follow SAMPLE_STARTS placements side by side (`placements`), on a part of the contacts if there
    are many; indistinct ends are merged.
-3. Joint fits start at the ends, those first that the approaches allow.
+3. Joint fits start at the ends, those first that the approaches allow, one on each branch that is near: an end may
+   stand for two solutions on either side of a fold.
 4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most
    SAMPLE_ROUNDS times, and not if contacts and relations leave a motion free.
 5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times; else
@@ -31,14 +32,14 @@ from tactfix.geometry.surfaces import Surface, moved
 from tactfix.noise import chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
-from tactfix.relations.branch_fits import branch_fit, nearest_start
+from tactfix.relations.branch_fits import branch_fit, near_starts
 from tactfix.relations.branches import COSTLY, least_cost
 from tactfix.relations.features_alone import FeatureCandidate
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import RELATIONS_HOLD, grouped, joint_solutions
 from tactfix.relations.placements import settled
 from tactfix.relations.realization import random_surface
-from tactfix.relations.unresolved import FOLD, seen_difference
+from tactfix.relations.unresolved import are_one
 
 SAMPLE_STARTS = 128
 """Placements that are followed side by side. A slab with few contacts on its hole has eight solutions, two of which
@@ -71,12 +72,15 @@ average is missed with probability e^-4, once in 50 times."""
 
 @dataclass(slots=True)
 class End:
-    """A distinct end of placements: its surfaces, chi-square there, the placements that led to it, its joint fit."""
+    """A distinct end of placements: its surfaces, chi-square there, the placements that led to it, its joint fits.
+
+    fits: one for each branch near the surfaces; empty before they are made.
+    """
 
     surfaces: Mapping[str, Surface]
     chi2: float
     count: int = 1
-    fit: JointFit | None = None
+    fits: tuple[JointFit, ...] = ()
 
 
 def sampled_solutions(
@@ -91,10 +95,14 @@ def sampled_solutions(
     for _ in range(SAMPLE_ROUNDS):  # step 4
         ends = _with_ends(few, ends, *settled(fixture, few, list(islice(placements, SAMPLE_STARTS))))  # step 2
         _fit(problem, ends)  # step 3
-        fits = [end.fit for end in ends if end.fit is not None]
+        fits = [fit for end in ends for fit in end.fits]
         isolated = [fit for fit in fits if _is_isolated(fit)]
         is_continuum = not (isolated or _are_misses(fits))
-        if is_continuum or len(fits) >= MOST_FITTED_ENDS or _all_met_often(problem, ends, isolated):
+        if (
+            is_continuum
+            or sum(bool(end.fits) for end in ends) >= MOST_FITTED_ENDS
+            or _all_met_often(problem, ends, isolated)
+        ):
             break
     if isolated:  # step 5
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
@@ -109,24 +117,24 @@ def sampled_solutions(
 
 
 def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
-    """Joint fits from at most FITTED_ENDS of the ends without one; of a continuum only the samples shown are fitted."""
-    fits = [end.fit for end in ends if end.fit is not None]
-    new = [end for end in ends if end.fit is None]
+    """Joint fits from at most FITTED_ENDS of the ends without any; of a continuum only the samples shown are fitted."""
+    fits = [fit for end in ends for fit in end.fits]
+    new = [end for end in ends if not end.fits]
     new.sort(key=lambda end: (_comes_out(problem.contacts, end.surfaces), end.chi2))
     for end in new[:FITTED_ENDS]:
         if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits) and not _are_misses(fits):
             break
-        end.fit = branch_fit(problem, nearest_start(problem, end.surfaces))
-        fits.append(end.fit)
+        end.fits = tuple(branch_fit(problem, start) for start in near_starts(problem, end.surfaces))
+        fits += end.fits
 
 
 def _all_met_often(problem: JointProblem, ends: Sequence[End], isolated: Sequence[JointFit]) -> bool:
     """Whether every end was fitted, and OFTEN_MET placements have led to each solution."""
-    counts = {id(end.fit): end.count for end in ends}
+    counts = {id(fit): end.count for end in ends for fit in end.fits}
     groups = grouped(isolated, problem)
     return (
         bool(groups)
-        and all(end.fit is not None for end in ends)
+        and all(end.fits for end in ends)
         and all(sum(counts[id(fit)] for fit in (group.best, *group.others)) >= OFTEN_MET for group in groups)
     )
 
@@ -212,7 +220,7 @@ def _with_ends(
 def _are_one_end(problem: JointProblem, one: Mapping[str, Surface], other: Mapping[str, Surface]) -> bool:
     # A wider limit would merge two solutions into one. Ends that have not converged may be counted more than once,
     # but their joint fits are merged.
-    return seen_difference(one, other, problem.contacts, problem.sigmas, problem.scale) < FOLD
+    return are_one(one, other, problem.contacts, problem.sigmas, problem.scale)
 
 
 def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:

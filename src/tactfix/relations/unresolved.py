@@ -18,28 +18,43 @@ either may be true."""
 DISTINCT_PLACES = 0.15
 """Displacement of a feature (rad, fixture sizes) beyond which two places are distinct whatever their residuals: the
 comparison by residuals is of first order, and the second-order terms are then 0.15 / 2, 8 per cent."""
+UNSEEN = 100.0
+"""Displacement of a feature, in sigmas at the size of the fixture, beyond which solutions of two branches or shapes are
+not merged even if the contacts do not distinguish them. Contacts all over a feature distinguish a few sigma. Two
+contacts on a plane do not see it turn about the line through them: there a bar at 89.5 deg leaves two poses one degree
+apart, and a covariance that covers both describes neither."""
 
 
-def seen_difference(
-    one: Mapping[str, Surface], other: Mapping[str, Surface], contacts: Contacts, sigmas: Floats, scale: float
-) -> float:
-    """The change of all residuals, in sigma, from one set of surfaces to another; infinite if these are not close.
+def are_one(
+    one: Mapping[str, Surface],
+    other: Mapping[str, Surface],
+    contacts: Contacts,
+    sigmas: Floats,
+    scale: float,
+    same_branch: bool = True,
+) -> bool:
+    """Whether contacts do not distinguish two sets of surfaces.
 
-    sigmas (n,) of the residuals; scale: a length of the fixture.
+    sigmas (n,) of the residuals; scale: a length of the fixture. same_branch: both are of one shape, with every
+    relation on the same branch.
     """
-    seen = 0.0
+    seen, furthest = 0.0, 0.0
     for name, surface in one.items():
         step = displacement_between(surface, other[name])
         if step is None:
-            return np.inf
+            return False
         tilts = 2 if isinstance(surface, Plane | Cylinder) else 0
-        if max(np.abs(step[:tilts]).max(initial=0.0), np.abs(step[tilts:]).max() / scale) > DISTINCT_PLACES:
-            return np.inf
+        tilt, shift = float(np.abs(step[:tilts]).max(initial=0.0)), float(np.abs(step[tilts:]).max())
+        if max(tilt, shift / scale) > DISTINCT_PLACES:
+            return False
+        furthest = max(furthest, tilt * scale, shift)
         if name in contacts.by_feature:
             index = contacts.by_feature[name]
             moves = equations_jacobian(surface, contacts.points[index]) @ step / sigmas[index, None]
             seen += float((moves**2).sum())
-    return float(np.sqrt(seen))
+    if same_branch:
+        return seen < FOLD**2
+    return seen < BRANCHES**2 and furthest <= UNSEEN * float(sigmas.max())
 
 
 def weight(chi2: float, other_chi2: float) -> float:
