@@ -86,3 +86,13 @@ def test_a_fit_at_a_fold_ends_when_chi_square_no_longer_falls(tmp_path, monkeypa
     monkeypatch.setattr(joint, "_improved", counted)
     located(tmp_path / "fixture.yaml", touched, noise, tmp_path, explain=False)
     assert max(counts) < joint.MOST_JOINT_STEPS / 2
+
+
+def test_fits_along_a_curved_valley_reach_its_minimum(tmp_path, monkeypatch):
+    """Steps violate the constraints anew, to second order; fits that were given up for it left nine poses of one."""
+    monkeypatch.setattr(relation_touches, "COUNTS", {"plane": 2, "sphere": 5})
+    part, touched, noise, _ = drawn(Cell("three faces at all angles", 0.3, 0.0, turned=True, noisy=True), 440170)
+    (tmp_path / "fixture.yaml").write_text(by_relations(part))
+    result = located(tmp_path / "fixture.yaml", touched, noise, tmp_path, explain=False)
+    chi2 = [candidate.chi2 for candidate in result.candidates]
+    assert max(chi2) - min(chi2) < 0.01

@@ -11,11 +11,13 @@ residuals r and Jacobian J; relations with sigma 0 are constraints c = 0 with Ja
    test does not depend on units or on how weakly a motion is determined; a small gain of a damped step is not
    convergence.
 3. The damping is increased until a step lowers the merit function: chi-square plus an exact penalty on the violation of
-   the constraints.
+   the constraints. Along a curved valley the penalty rejects good steps (the Maratos effect), so the first one gets a
+   second-order correction: it is moved onto the constraints before it is judged.
 4. A fit that has stalled above its limit is given up. One whose chi-square hardly falls has settled at a fold.
 5. Finally the surfaces are moved onto the constraints by the least displacement.
 
-Source: Levenberg-Marquardt; null-space method and exact penalty as in Nocedal and Wright, Numerical Optimization.
+Source: Levenberg-Marquardt; null-space method, exact penalty and second-order correction as in Nocedal and Wright,
+Numerical Optimization.
 """
 
 from collections.abc import Mapping, Sequence
@@ -66,6 +68,9 @@ while the constraints are restored."""
 SLOWLY_KEPT = 0.99
 """Ratio of successive violations above which a late fit is given up: the constraints of a branch may be inconsistent.
 200 steps at this ratio would lower the violation to 0.13, and Newton's method lowers it quadratically."""
+CONTRADICTED = 0.5
+"""Share of the violation that remains in the linear model, above which constraints contradict each other: all of it
+does if they do, and nothing but rounding if they do not."""
 
 
 @frozen_value
@@ -73,12 +78,14 @@ class Step:
     """A displacement (width,) in scaled units, the chi-square predicted there by the linear model, and a penalty
     weight.
 
-    price: twice the sum of the absolute Lagrange multipliers, the rate of chi-square by the violation.
+    price: twice the sum of the absolute Lagrange multipliers, the rate of chi-square by the violation. violation: the
+    largest one that the linear model predicts; zero unless constraints contradict each other or are redundant.
     """
 
     displacement: Floats
     predicted: float
     price: float
+    violation: float
 
     @property
     def size(self) -> float:
@@ -100,7 +107,7 @@ def joint_fit(
         if fit.missing < KEPT and abs(fit.chi2 - step.predicted) < CONVERGED * (1 + 1e-3 * fit.chi2):
             break  # step 2
         new, damping = _improved(problem, fit, step, damping)  # step 3
-        if new is None or _has_stalled(fit, new, step.predicted, late=number > JOINT_PATIENCE):
+        if new is None or _has_stalled(fit, new, step, late=number > JOINT_PATIENCE):
             fit = new or fit
             break  # step 4
         fit = new
@@ -119,30 +126,34 @@ def _has_settled(costs: Sequence[float], limit: float) -> bool:
     return abs(gain) < SETTLED_GAIN or is_too_slow
 
 
-def _has_stalled(fit: JointFit, new: JointFit, predicted: float, late: bool) -> bool:
+def _has_stalled(fit: JointFit, new: JointFit, step: Step, late: bool) -> bool:
     """Whether a fit has stalled, above its limit or off the constraints.
 
-    Late means after JOINT_PATIENCE steps. Off the constraints: it is late and the violation hardly decreases. Far above
+    Late means after JOINT_PATIENCE steps. Off the constraints: it is late, and neither does the violation decrease nor
+    does the linear model predict it; a long step along a curved valley violates them again, to second order. Far above
     the limit: the last step gained less than 1 per cent, or it is late. Otherwise: it is late, and both the linear
     model and MOST_JOINT_STEPS more steps with the last gain stay above the limit.
     """
     limit, gain = chi_square_limit(new.dof), fit.chi2 - new.chi2
     if new.missing >= NEARLY_KEPT:
-        return late and new.missing > SLOWLY_KEPT * fit.missing
+        return late and new.missing > SLOWLY_KEPT * fit.missing and step.violation > CONTRADICTED * fit.missing
     if new.chi2 > JOINT_GIVEN_UP * limit:
         return late or abs(gain) < 0.01 * new.chi2
-    return late and predicted > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit
+    return late and step.predicted > limit and gain * MOST_JOINT_STEPS < new.chi2 - limit
 
 
 def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: float) -> tuple[JointFit | None, float]:
     """The fit after the first step that improves it, with increasing damping, and the damping of the next step."""
     stiffness = float(np.linalg.norm(fit.jacobian))
     least = JOINT_DAMPING * stiffness**2
-    for _ in range(MOST_DAMPINGS):
+    for number in range(MOST_DAMPINGS):
         step = undamped if damping == 0 else _step(fit, damping)
         displacement = step.displacement * min(1.0, 0.5 / max(step.size, TINY))
         new = linearized(problem, moved_by(fit, displacement), fit.equations)
         gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
+        if gain <= 0 and number == 0 and new.missing > fit.missing:
+            new = _nearer(problem, new)
+            gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
         if gain > 0 or step.size < TRUSTED_STEP:
             ahead = fit.observed + fit.jacobian @ displacement
             is_as_predicted = gain > WELL_PREDICTED * (fit.chi2 - float(ahead @ ahead))
@@ -156,10 +167,15 @@ def _restored(problem: JointProblem, fit: JointFit) -> JointFit:
     for _ in range(3):
         if fit.missing < 0.1 * KEPT:
             break
-        onto = np.linalg.lstsq(fit.constraints, -fit.violation, rcond=fit.resolution)[0]
-        shorter = min(1.0, 0.5 / max(float(np.abs(onto).max()), TINY))
-        fit = linearized(problem, moved_by(fit, np.asarray(onto * shorter)), fit.equations)
+        fit = _nearer(problem, fit)
     return fit
+
+
+def _nearer(problem: JointProblem, fit: JointFit) -> JointFit:
+    """The fit after the least displacement that keeps the linearised constraints."""
+    onto = np.linalg.lstsq(fit.constraints, -fit.violation, rcond=fit.resolution)[0]
+    shorter = min(1.0, 0.5 / max(float(np.abs(onto).max()), TINY))
+    return linearized(problem, moved_by(fit, np.asarray(onto * shorter)), fit.equations)
 
 
 def fit_at(problem: JointProblem, fit: JointFit, step: Floats) -> JointFit:
@@ -190,7 +206,8 @@ def _step(fit: JointFit, damping: float) -> Step:
     ahead = residual + fit.jacobian @ displacement
     predicted = float(ahead @ ahead)
     if not len(missing):
-        return Step(displacement, predicted, 0.0)
+        return Step(displacement, predicted, price=0.0, violation=0.0)
     pull = 2 * fit.jacobian.T @ ahead
     multipliers = np.linalg.lstsq(fit.constraints.T, pull, rcond=fit.resolution)[0]
-    return Step(displacement, predicted, 2 * float(np.abs(multipliers).sum()))
+    violation = float(np.abs(missing + fit.constraints @ displacement).max())
+    return Step(displacement, predicted, 2 * float(np.abs(multipliers).sum()), violation)
