@@ -89,7 +89,7 @@ def settled(
     residuals = _residuals(terms, places)  # step 1
     chi2, damping = np.einsum("sm,sm->s", residuals, residuals), np.full(len(starts), PLACEMENT_DAMPING)
     in_sight = PLACEMENT_SIGHT * chi_square_limit(len(problem.contacts))
-    for done in range(0, MOST_PLACEMENT_STEPS, PLACEMENT_STEPS):
+    for _ in range(0, MOST_PLACEMENT_STEPS, PLACEMENT_STEPS):
         before = chi2
         for _ in range(PLACEMENT_STEPS):
             jacobian = _jacobian(terms, places, residuals, columns, sizes)  # step 2
@@ -104,8 +104,7 @@ def settled(
             damping = np.clip(damping, LEAST_PLACEMENT_DAMPING, MOST_PLACEMENT_DAMPING)
         all_chi2[falling] = chi2
         ends = {name: _replaced(ends[name], falling, places[name]) for name in ends}
-        # Step 5: those in sight of a solution that still fall, and all of them after the first steps.
-        goes_on = (chi2 < in_sight) & ((before - chi2 > STILL_FALLING * (1 + chi2)) | (done == 0))
+        goes_on = (chi2 < in_sight) & (before - chi2 > STILL_FALLING * (1 + chi2))  # step 5
         if not goes_on.any():
             break
         falling, residuals, chi2, damping = falling[goes_on], residuals[goes_on], chi2[goes_on], damping[goes_on]
