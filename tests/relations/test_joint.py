@@ -5,15 +5,16 @@ import pytest
 
 import tactfix
 from tactfix.geometry.surfaces import Cylinder
-from tactfix.relations import joint, samples
+from tactfix.relations import joint, joint_solutions, samples
 from tactfix.relations.branches import nearest_branch
 from tactfix.relations.joint_problem import JointProblem
+from tactfix.relations.joint_sigma_points import JointSpread
 from tests.relations.touched_parts import as_read, few_touches
 from tests.support.problems import angle
 from tests.validation import relation_touches
 from tests.validation.relation_geometry import Part, bar, leaning, plane
 from tests.validation.relation_touches import by_relations
-from tests.validation.relations_study import Cell, drawn, located
+from tests.validation.relations_study import Cell, drawn, loaded, located
 
 
 def leaning_bar(degrees, rng):
@@ -75,7 +76,6 @@ def test_a_fit_at_a_fold_ends_when_chi_square_no_longer_falls(tmp_path, monkeypa
     """J is singular there, so that the undamped step always predicts a gain; 14 of 26 fits took all 200 steps."""
     monkeypatch.setattr(relation_touches, "COUNTS", {"cylinder": 3})
     part, touched, noise, _ = drawn(Cell("three bars by angles", 0.0, 0.1, turned=False, noisy=True), 250295)
-    (tmp_path / "fixture.yaml").write_text(by_relations(part))
     counts, improved, fit = [], joint._improved, samples.branch_fit
     monkeypatch.setattr(samples, "branch_fit", lambda *given: counts.append(0) or fit(*given))
 
@@ -84,7 +84,7 @@ def test_a_fit_at_a_fold_ends_when_chi_square_no_longer_falls(tmp_path, monkeypa
         return improved(*given)
 
     monkeypatch.setattr(joint, "_improved", counted)
-    located(tmp_path / "fixture.yaml", touched, noise, tmp_path, explain=False)
+    located(loaded(by_relations(part), tmp_path), touched, noise, tmp_path, explain=False)
     assert max(counts) < joint.MOST_JOINT_STEPS / 2
 
 
@@ -92,7 +92,22 @@ def test_fits_along_a_curved_valley_reach_its_minimum(tmp_path, monkeypatch):
     """Steps violate the constraints anew, to second order; fits that were given up for it left nine poses of one."""
     monkeypatch.setattr(relation_touches, "COUNTS", {"plane": 2, "sphere": 5})
     part, touched, noise, _ = drawn(Cell("three faces at all angles", 0.3, 0.0, turned=True, noisy=True), 440170)
-    (tmp_path / "fixture.yaml").write_text(by_relations(part))
-    result = located(tmp_path / "fixture.yaml", touched, noise, tmp_path, explain=False)
+    result = located(loaded(by_relations(part), tmp_path), touched, noise, tmp_path, explain=False)
     chi2 = [candidate.chi2 for candidate in result.candidates]
     assert max(chi2) - min(chi2) < 0.01
+
+
+def test_sigma_points_are_computed_only_for_solutions_that_approaches_allow(tmp_path, monkeypatch):
+    """Most solutions are rejected because the probe would have come out of the material; the result is the same."""
+    part, touched, noise, _ = drawn(Cell("socket and bar", 45.0, 0.1, turned=True, noisy=True), 1)
+    fixture, curved, at = loaded(by_relations(part), tmp_path), [], JointSpread.at
+    monkeypatch.setattr(JointSpread, "at", lambda *given: curved.append(1) or at(*given))
+    few = located(fixture, touched, noise, tmp_path)
+    backwards = [reason.code == "approach" for candidate in few.candidates for reason in candidate.reasons]
+    assert any(backwards)
+    assert len(curved) == len(few.candidates) - sum(backwards)
+    monkeypatch.setattr(joint_solutions, "SURE_IF_CURVED", np.inf)
+    every = located(fixture, touched, noise, tmp_path)
+    assert len(curved) > len(few.candidates)
+    np.testing.assert_array_equal(few.covariance, every.covariance)
+    assert [c.reasons for c in few.candidates] == [c.reasons for c in every.candidates]

@@ -18,7 +18,7 @@ from tests.relations.touched_parts import as_read, few_contacts_on, few_touches
 from tests.validation import relation_touches
 from tests.validation.relation_geometry import Part, ball, bar
 from tests.validation.relation_touches import by_relations
-from tests.validation.relations_study import Cell, drawn, located, pose_error
+from tests.validation.relations_study import Cell, drawn, loaded, located, pose_error
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -92,10 +92,10 @@ def test_placements_that_still_descend_are_continued(kind, cell_angle, seed, tmp
     """A minimum was listed as many ends, so that the search did not converge in one of two bases."""
     monkeypatch.setattr(relation_touches, "COUNTS", {"plane": 3, "cylinder": 3, "sphere": 3})
     part, *in_bases = drawn(Cell(kind, *cell_angle, turned=False, noisy=True), seed)
-    (tmp_path / "fixture.yaml").write_text(by_relations(part))
+    fixture = loaded(by_relations(part), tmp_path)
     one, noise, other = in_bases
     for touched in (one, other):
-        assert located(tmp_path / "fixture.yaml", touched, noise, tmp_path).status == "located"
+        assert located(fixture, touched, noise, tmp_path).status == "located"
 
 
 @pytest.mark.parametrize("thinned", [False, True])

@@ -75,13 +75,11 @@ def drawn(cell: Cell, seed: int) -> tuple[Part, Touched, np.ndarray | None, Touc
 def problem(cell: Cell, seed: int, folder: Path) -> Counter:
     """The counts for one part and one set of contacts."""
     part, touched, noise, away = drawn(cell, seed)
-    files = folder / "relations.yaml", folder / "geometry.yaml"
-    files[0].write_text(by_relations(part))
-    files[1].write_text(by_geometry(part))
     begun = time.process_time()
+    fixture = loaded(by_relations(part), folder)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
-        result = located(files[0], touched, noise, folder)
+        result = located(fixture, touched, noise, folder)
     took = time.process_time() - begun
     tally = judged(result, touched, cell.noisy)
     tally["problems"] += 1
@@ -89,11 +87,11 @@ def problem(cell: Cell, seed: int, folder: Path) -> Counter:
     tally[f"{'slow' if took > 2 else 'quick'}"] += 1
     fixed = cell.sigma == 0 and KINDS[cell.kind].fixes_shape(cell.angle)
     if fixed or result.status != "located":
-        reference = located(files[1], touched, noise, folder, explain=False)
+        reference = located(loaded(by_geometry(part), folder), touched, noise, folder, explain=False)
         tally["freed"] += reference.status == "located" and result.status == "underdetermined"
         tally["not as by geometry"] += fixed and reference.status != result.status
     if not cell.turned:
-        tally["turned otherwise"] += located(files[0], away, noise, folder, explain=False).status != result.status
+        tally["turned otherwise"] += located(fixture, away, noise, folder, explain=False).status != result.status
     tally["ms"] = round(1e3 * took)
     return tally
 
@@ -107,11 +105,17 @@ def turned_by(turn: np.ndarray, touched: Touched) -> Touched:
     return replace(touched, **vectors, **frames)
 
 
+def loaded(text: str, folder: Path) -> tactfix.Fixture:
+    """The fixture, from a file as a user has it."""
+    file = folder / "fixture.yaml"
+    file.write_text(text)
+    return tactfix.load_fixture(file)
+
+
 def located(
-    file: Path, touched: Touched, noise: np.ndarray | None, folder: Path, explain: bool = True
+    fixture: tactfix.Fixture, touched: Touched, noise: np.ndarray | None, folder: Path, explain: bool = True
 ) -> tactfix.LocateResult:
-    """The package's result, from files as a user has them."""
-    fixture = tactfix.load_fixture(file)
+    """The package's result, from contacts in a file as a user has them."""
     contacts = folder / "contacts.csv"
     contacts.write_text(touched.csv(SIGMA, noise))
     return tactfix.locate(fixture, tactfix.load_contacts(contacts, fixture), explain=explain)

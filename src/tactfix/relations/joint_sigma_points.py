@@ -11,6 +11,7 @@ that move the frame to first order; the others move it to second order at most.
 """
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -47,13 +48,18 @@ class JointSpread:
     fit: JointFit
     frame_jacobian: Floats
 
-    def at(self, base_from_fixture: Floats, curved: bool = True) -> Spread:
-        """The spread of one of the frames (4, 4); curved False: that of the linear model, marked as trusted."""
+    @cached_property
+    def linear(self) -> Spread:
+        """The spread of the linear model, the same for each of the frames, marked as trusted."""
         factor, free = self.fit.spread()
-        linear, moving = self.frame_jacobian @ factor, self.frame_jacobian @ free.T  # step 1
-        is_free = np.abs(moving).max(initial=0.0) > FRAME_AT_REST * np.abs(self.frame_jacobian).max()
-        if is_free or not curved or self._most_bend(factor, base_from_fixture[:3, 3]) < NEARLY_LINEAR:
-            return Spread(linear, moving, trusted=True)  # step 2
+        return Spread(self.frame_jacobian @ factor, self.frame_jacobian @ free.T, trusted=True)  # step 1
+
+    def at(self, base_from_fixture: Floats) -> Spread:
+        """The spread of one of the frames (4, 4)."""
+        linear, factor = self.linear.factor, self.fit.spread()[0]
+        is_free = np.abs(self.linear.free).max(initial=0.0) > FRAME_AT_REST * np.abs(self.frame_jacobian).max()
+        if is_free or self._most_bend(factor, base_from_fixture[:3, 3]) < NEARLY_LINEAR:
+            return self.linear  # step 2
         centre = self.problem.contacts.centre
         # Only directions that move the frame: a fold of another feature does not concern it.
         along = np.linalg.svd(linear, full_matrices=False)[2].T  # step 3

@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from tactfix.contacts import Contacts
 from tactfix.fixture import Fixture, FrameRecipe
 from tactfix.frame import FrameError, frame, frames, recipe_of, sign_choices
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displaced
-from tactfix.noise import chi_square_limit
+from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
-from tactfix.poses.sigma_points import motions_between
+from tactfix.poses.sigma_points import FOLDED, Spread, motions_between
 from tactfix.poses.solution import Solution, Solutions, solution_from
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_sigma_points import JointSpread
@@ -24,6 +25,11 @@ only fits fail that have not converged onto the relations at all."""
 FRAME_STEP = 1e-7
 """Step (rad, fixture sizes) of the forward differences of the frame: near the root of the rounding of doubles, 1.5e-8,
 where rounding (2e-9) and second order (1e-7) are far below what a covariance needs."""
+
+SURE_IF_CURVED = SURE * FOLDED
+"""Sigmas of the linear model by which an approach that comes out of the material rejects a solution: those of a curved
+spread are FOLDED times as large at most, or it is not trusted. Without sigma points for these solutions
+`tests.validation.relations_study` takes three quarters of the time, and its results are the same."""
 
 
 @frozen_value
@@ -39,7 +45,8 @@ def joint_solutions(
 ) -> Solutions:
     """The frames of each fit within its limit; of the best fit if none is.
 
-    curved False, or a fit above its limit: the covariance is that of the linear model.
+    curved False, a fit above its limit, or one whose normals contradict the approaches: the covariance is that of the
+    linear model.
 
     Raises FrameError if the recipe has no frame for any fit that explains the contacts.
     """
@@ -81,11 +88,23 @@ def _framed(fixture: Fixture, problem: JointProblem, group: Group, curved: bool)
     recipe, fit = recipe_of(fixture), group.best
     pose, *others = frames(recipe, fit.surfaces)
     values, normals = contact_residuals(fit.surfaces, problem.contacts)
-    spread = JointSpread(problem, recipe, fit, _frame_jacobian(recipe, fit)).at(pose, curved)
     aside = [np.sqrt(weight(fit.chi2, other.chi2)) * _motion_to(recipe, pose, other) for other in group.others]
-    spread = replace(spread, factor=np.hstack([spread.factor, *aside]))
-    solution = solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread)
+
+    def of(spread: Spread) -> Solution:
+        spread = replace(spread, factor=np.hstack([spread.factor, *aside]))
+        return solution_from(pose, fit.surfaces, problem.contacts, values, normals, fit.chi2, spread)
+
+    joint = JointSpread(problem, recipe, fit, _frame_jacobian(recipe, fit))
+    solution = of(joint.linear)
+    if curved and not _comes_out(problem.contacts, solution):
+        solution = of(joint.at(pose))
     return [solution, *(replace(solution, base_from_fixture=other) for other in others)]
+
+
+def _comes_out(contacts: Contacts, solution: Solution) -> bool:
+    """Whether the probe came out of the material at some contact, whatever the curved spread."""
+    cosine = np.einsum("ij,ij->i", contacts.approaches, solution.normals)
+    return bool((contacts.has_approach & (cosine > SURE_IF_CURVED * solution.normal_sigmas)).any())
 
 
 def _motion_to(recipe: FrameRecipe, pose: Floats, other: JointFit) -> Floats:
