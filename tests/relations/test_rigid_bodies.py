@@ -57,7 +57,7 @@ def test_chi_square_of_a_miss_uses_the_contacts_own_sigma(tmp_path):
     assert result.status == "inconsistent"
     own = sum(contact.residual**2 for contact in result.contacts) / contacts.sigmas[0] ** 2
     assert result.chi2 == pytest.approx(own, rel=0.5)
-    assert result.chi2 >= own
+    assert result.chi2 >= own * (1 - 1e-9)  # equal, but for rounding, where relations hold
 
 
 def four_bars():
