@@ -89,12 +89,18 @@ def test_a_fit_at_a_fold_ends_when_chi_square_no_longer_falls(tmp_path, monkeypa
 
 
 def test_fits_along_a_curved_valley_reach_its_minimum(tmp_path, monkeypatch):
-    """Steps violate the constraints anew, to second order; fits that were given up for it left nine poses of one."""
+    """Steps violate the constraints anew, to second order; fits that were given up for it left nine poses of one.
+
+    With constraints alone corrected, 24 fits from ends along one valley took 4,139 evaluations; 368 with residuals too.
+    """
+    evaluations, linearized = [], joint.linearized
+    monkeypatch.setattr(joint, "linearized", lambda *given: evaluations.append(1) or linearized(*given))
     monkeypatch.setattr(relation_touches, "COUNTS", {"plane": 2, "sphere": 5})
     part, touched, noise, _ = drawn(Cell("three faces at all angles", 0.3, 0.0, turned=True, noisy=True), 440170)
     result = located(loaded(by_relations(part), tmp_path), touched, noise, tmp_path, explain=False)
     chi2 = [candidate.chi2 for candidate in result.candidates]
     assert max(chi2) - min(chi2) < 0.01
+    assert len(evaluations) < 1000
 
 
 def test_sigma_points_are_computed_only_for_solutions_that_approaches_allow(tmp_path, monkeypatch):

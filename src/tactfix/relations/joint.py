@@ -11,16 +11,18 @@ residuals r and Jacobian J; relations with sigma 0 are constraints c = 0 with Ja
    test does not depend on units or on how weakly a motion is determined; a small gain of a damped step is not
    convergence.
 3. The damping is increased until a step lowers the merit function: chi-square plus an exact penalty on the violation of
-   the constraints. Along a curved valley the penalty rejects good steps (the Maratos effect), so the first one gets a
-   second-order correction: it is moved onto the constraints before it is judged.
+   the constraints. Along a curved valley both rise with the square of a step (the Maratos effect). So the first step,
+   if it fails, gets a second-order correction: from its end a second one leads to the residuals that the linear model
+   predicts, and onto the constraints.
 4. A fit that has stalled above its limit is given up. One whose chi-square hardly falls has settled at a fold.
 5. Finally the surfaces are moved onto the constraints by the least displacement.
 
 Source: Levenberg-Marquardt; null-space method, exact penalty and second-order correction as in Nocedal and Wright,
-Numerical Optimization.
+Numerical Optimization. The correction of the residuals is that of Transtrum and Sethna (2012, geodesic acceleration).
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -92,6 +94,11 @@ class Step:
         """The largest component."""
         return float(np.abs(self.displacement).max(initial=0.0))
 
+    @property
+    def limited(self) -> Floats:
+        """The displacement, shortened to half a fixture size, or rad."""
+        return self.displacement * min(1.0, 0.5 / max(self.size, TINY))
+
 
 def joint_fit(
     problem: JointProblem,
@@ -148,14 +155,16 @@ def _improved(problem: JointProblem, fit: JointFit, undamped: Step, damping: flo
     least = JOINT_DAMPING * stiffness**2
     for number in range(MOST_DAMPINGS):
         step = undamped if damping == 0 else _step(fit, damping)
-        displacement = step.displacement * min(1.0, 0.5 / max(step.size, TINY))
+        displacement = step.limited
         new = linearized(problem, moved_by(fit, displacement), fit.equations)
+        ahead = fit.observed + fit.jacobian @ displacement
         gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
-        if gain <= 0 and number == 0 and new.missing > fit.missing:
-            new = _nearer(problem, new)
+        if gain <= 0 and number == 0:
+            # What remains is what the linear model neglects, so that the correction is of second order.
+            correction = _step(replace(new, observed=new.observed - ahead), damping)
+            new = linearized(problem, moved_by(new, correction.limited), fit.equations)
             gain = _merit(fit, step.price, stiffness) - _merit(new, step.price, stiffness)
         if gain > 0 or step.size < TRUSTED_STEP:
-            ahead = fit.observed + fit.jacobian @ displacement
             is_as_predicted = gain > WELL_PREDICTED * (fit.chi2 - float(ahead @ ahead))
             return new, (damping / 10 if damping > least else 0.0) if is_as_predicted else damping
         damping = max(10 * damping, least)
