@@ -8,14 +8,13 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.nearest import foot
-from tactfix.geometry.surfaces import Cylinder, Plane, Surface
+from tactfix.geometry.nearest import anchored
+from tactfix.geometry.surfaces import Surface
 from tactfix.relations.branches import BRANCH_FITS, branches, least_cost, nearest_branch
 from tactfix.relations.equations import Equation, linear_equations
 from tactfix.relations.joint import MOST_JOINT_STEPS, joint_fit
@@ -135,13 +134,5 @@ def _is_seen(equation: Equation, factor: Floats) -> bool:
 
 def _anchored(surfaces: Mapping[str, Surface], contacts: Contacts) -> dict[str, Surface]:
     """The surfaces with their given points next to their contacts, so that tilts and shifts are independent."""
-    return {
-        name: _anchor(s, contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points)
-        for name, s in surfaces.items()
-    }
-
-
-def _anchor(surface: Surface, points: Floats) -> Surface:
-    if not isinstance(surface, Plane | Cylinder):
-        return surface
-    return replace(surface, point=foot(surface, points.mean(axis=0)))
+    own = {name: contacts.points[index].mean(axis=0) for name, index in contacts.by_feature.items()}
+    return {name: anchored(surface, own.get(name, contacts.centre)) for name, surface in surfaces.items()}

@@ -19,11 +19,11 @@ import numpy as np
 
 from tactfix.fixture import Relation
 from tactfix.geometry.arrays import Floats
-from tactfix.geometry.nearest import ALMOST_PARALLEL, PARALLEL, direction_of, distance_between
+from tactfix.geometry.nearest import ALMOST_PARALLEL, direction_of, distance_between
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 from tactfix.noise import chi_square_limit
 from tactfix.relations import distances
-from tactfix.relations.equations import Equation, chart_lengths, equation, form_of, off, stacked
+from tactfix.relations.equations import Equation, chart_lengths, equation, form_of, has_branches, off, stacked
 from tactfix.relations.joint_problem import JointProblem, contact_observations
 from tactfix.relations.parallels import parallel_pairs
 from tactfix.values import frozen_value
@@ -122,20 +122,37 @@ def _may_widen(relation: Relation, scale: float) -> bool:
 def _signs(relation: Relation, surfaces: Mapping[str, Surface], parallel: bool, widened: bool) -> tuple[float, ...]:
     """The signs of a relation's branches, first that of the branch nearest to the surfaces."""
     one, other = (surfaces[name] for name in relation.between)
-    match form_of(relation, one, other, parallel, widened), one, other:
+    form = form_of(relation, one, other, parallel, widened)
+    match form, one, other:
         case "turn" | "aligned", Plane(), Plane():
             return (1.0,)
-        case "turn", Plane() | Cylinder(), Plane() | Cylinder():
-            nearest, two = _facing(one, other), abs(np.cos(relation.value)) > PARALLEL
-        case "aligned", Plane() | Cylinder(), Plane() | Cylinder():
-            return (_facing(one, other),)
+        case "turn" | "aligned", Plane() | Cylinder(), Plane() | Cylinder():
+            nearest = _facing(one, other)
         case "side", Plane() | Cylinder(), Plane() | Cylinder():
-            nearest, two = _sign(distance_between(one, other)), relation.value > 0
+            nearest = _sign(distance_between(one, other))
         case "askew", Cylinder(), Cylinder():
-            nearest, two = _sign(float(distances.askew(one, other, 0.0, 1.0)[0][0])), relation.value > 0
+            nearest = _sign(float(distances.askew(one, other, 0.0, 1.0)[0][0]))
         case _:
             return (1.0,)
-    return (nearest, -nearest) if two else (1.0,)
+    if has_branches(relation, form):
+        return (nearest, -nearest)
+    return (nearest,) if form == "aligned" else (1.0,)
+
+
+def are_same_branches(
+    ones: Sequence[Equation], others: Sequence[Equation], of_one: Mapping[str, Surface], of_other: Mapping[str, Surface]
+) -> bool:
+    """Whether every relation is on the same branch for two sets of surfaces, though axes may be opposite."""
+    flipped = {name for name, surface in of_one.items() if _are_opposite(surface, of_other[name])}
+    for one, other in zip(ones, others, strict=True):
+        turns = one.form != "side" and len(flipped & set(one.relation.between)) == 1
+        if has_branches(one.relation, one.form) and one.sign != (-other.sign if turns else other.sign):
+            return False
+    return True
+
+
+def _are_opposite(one: Surface, other: Surface) -> bool:
+    return isinstance(one, Cylinder) and isinstance(other, Cylinder) and bool(one.direction @ other.direction < 0)
 
 
 def _facing(one: Plane | Cylinder, other: Plane | Cylinder) -> float:

@@ -146,6 +146,13 @@ def form_of(relation: Relation, one: Surface, other: Surface, parallel: bool, wi
     return "coincident" if widened or relation.value == 0 else "apart"
 
 
+def has_branches(relation: Relation, form: Form) -> bool:
+    """Whether the equation with the opposite sign is another branch; for axes, which have no sense."""
+    if form == "turn":
+        return bool(abs(np.cos(relation.value)) > PARALLEL)
+    return form in ("side", "askew") and relation.value > 0
+
+
 def off(relation: Relation) -> float:
     """The difference (rad) of an angle from 0 or 180 deg, whichever is nearer; 0 below PARALLEL."""
     small = min(relation.value, np.pi - relation.value)

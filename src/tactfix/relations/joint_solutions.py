@@ -14,6 +14,7 @@ from tactfix.noise import SURE, chi_square_limit
 from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.sigma_points import FOLDED, Spread, motions_between
 from tactfix.poses.solution import Solution, Solutions, solution_from
+from tactfix.relations.branches import are_same_branches
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_sigma_points import JointSpread
 from tactfix.relations.unresolved import are_one, weight
@@ -79,7 +80,7 @@ def grouped(fits: Sequence[JointFit], problem: JointProblem) -> list[Group]:
 
 
 def _are_one(one: JointFit, other: JointFit, problem: JointProblem) -> bool:
-    same_branch = [e.sign for e in one.equations] == [e.sign for e in other.equations]
+    same_branch = are_same_branches(one.equations, other.equations, one.surfaces, other.surfaces)
     return are_one(one.surfaces, other.surfaces, problem.contacts, problem.sigmas, problem.scale, same_branch)
 
 

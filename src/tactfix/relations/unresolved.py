@@ -7,6 +7,7 @@ import numpy as np
 from tactfix.contacts import Contacts
 from tactfix.geometry.arrays import Floats
 from tactfix.geometry.charts import displacement_between, equations_jacobian
+from tactfix.geometry.nearest import anchored
 from tactfix.geometry.surfaces import Cylinder, Plane, Surface
 
 FOLD = 0.5
@@ -40,17 +41,20 @@ def are_one(
     """
     seen, furthest = 0.0, 0.0
     for name, surface in one.items():
-        step = displacement_between(surface, other[name])
+        # At the contacts and by norms, so that the result depends neither on reference points nor on the axes of base.
+        own = contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points
+        here = anchored(surface, own.mean(axis=0))
+        step = displacement_between(here, other[name])
         if step is None:
             return False
         tilts = 2 if isinstance(surface, Plane | Cylinder) else 0
-        tilt, shift = float(np.abs(step[:tilts]).max(initial=0.0)), float(np.abs(step[tilts:]).max())
+        tilt, shift = float(np.linalg.norm(step[:tilts])), float(np.linalg.norm(step[tilts:]))
         if max(tilt, shift / scale) > DISTINCT_PLACES:
             return False
         furthest = max(furthest, tilt * scale, shift)
         if name in contacts.by_feature:
             index = contacts.by_feature[name]
-            moves = equations_jacobian(surface, contacts.points[index]) @ step / sigmas[index, None]
+            moves = equations_jacobian(here, contacts.points[index]) @ step / sigmas[index, None]
             seen += float((moves**2).sum())
     if same_branch:
         return seen < FOLD**2
