@@ -9,8 +9,9 @@
    stand for two solutions on either side of a fold.
 4. Steps 1 to 3 are repeated with new placements until OFTEN_MET of them have led to each solution, at most
    SAMPLE_ROUNDS times, and not if contacts and relations leave a motion free.
-5. If they leave none free, the fits are the solutions. They are complete if each was met OFTEN_MET times; else
-   partial, and if all are rejected, the right one may have been missed.
+5. If some fit leaves none free, all that explain the contacts are the solutions: at a fold rounding decides whether a
+   motion is free. They are complete if each was met OFTEN_MET times; else partial, and if all are rejected, the right
+   one may have been missed.
 6. Otherwise they are samples of a continuum; or, if none explains the contacts and no motion is free, the best is the
    nearest miss, complete or partial as in step 5.
 """
@@ -96,19 +97,20 @@ def sampled_solutions(
         ends = _with_ends(few, ends, *settled(fixture, few, list(islice(placements, SAMPLE_STARTS))))  # step 2
         _fit(problem, ends)  # step 3
         fits = [fit for end in ends for fit in end.fits]
-        isolated = [fit for fit in fits if _is_isolated(fit)]
-        is_continuum = not (isolated or _are_misses(fits))
+        explaining = [fit for fit in fits if _explains(fit)]
+        are_isolated = any(_is_isolated(fit) for fit in explaining)
+        is_continuum = not (are_isolated or _are_misses(fits))
         if (
             is_continuum
             or sum(bool(end.fits) for end in ends) >= MOST_FITTED_ENDS
-            or _all_met_often(problem, ends, isolated)
+            or _all_met_often(problem, ends, explaining)
         ):
             break
-    if isolated:  # step 5
+    if are_isolated:  # step 5
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
-        complete = are_started and _all_met_often(problem, ends, isolated)
+        complete = are_started and _all_met_often(problem, ends, explaining)
         # Partial solutions are never reported as located, so that no covariance is needed.
-        solutions = joint_solutions(fixture, problem, isolated, curved=complete)
+        solutions = joint_solutions(fixture, problem, explaining, curved=complete)
         return replace(solutions, complete=complete, partial=not complete)
     best = _kept(fits)[:FREE_SAMPLES]  # step 6
     if _are_misses(fits):
@@ -128,10 +130,10 @@ def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
         fits += end.fits
 
 
-def _all_met_often(problem: JointProblem, ends: Sequence[End], isolated: Sequence[JointFit]) -> bool:
+def _all_met_often(problem: JointProblem, ends: Sequence[End], explaining: Sequence[JointFit]) -> bool:
     """Whether every end was fitted, and OFTEN_MET placements have led to each solution."""
     counts = {id(fit): end.count for end in ends for fit in end.fits}
-    groups = grouped(isolated, problem)
+    groups = grouped(explaining, problem)
     return (
         bool(groups)
         and all(end.fits for end in ends)
@@ -229,11 +231,14 @@ def _comes_out(contacts: Contacts, surfaces: Mapping[str, Surface]) -> bool:
     return bool((np.einsum("ij,ij->i", contacts.approaches, normals) > 0).any())
 
 
+def _explains(fit: JointFit) -> bool:
+    """Whether a fit explains the contacts."""
+    return fit.missing < RELATIONS_HOLD and fit.dof >= 0 and fit.chi2 <= chi_square_limit(fit.dof)
+
+
 def _is_isolated(fit: JointFit) -> bool:
     """Whether a fit explains the contacts and leaves no motion free."""
-    if fit.missing >= RELATIONS_HOLD or fit.dof < 0 or fit.chi2 > chi_square_limit(fit.dof):
-        return False
-    return not len(fit.spread()[1])
+    return _explains(fit) and not len(fit.spread()[1])
 
 
 def _kept(fits: Sequence[JointFit]) -> list[JointFit]:
