@@ -14,8 +14,9 @@ The placements are the first axis of all arrays; the residuals are those of `pla
 5. From its end a second-order correction leads to the residuals that the linear model predicts, as in `joint`. The
    better of the two is taken.
 6. If chi-square has fallen, the step is kept and the damping lowered; else it is undone and the damping raised.
-7. After every PLACEMENT_STEPS of steps 3 to 6 only those placements go on whose chi-square still falls towards its
-   limit; the first time all stop.
+7. After PLACEMENT_STEPS of steps 3 to 6 those placements go on, the second time, whose chi-square still falls towards
+   its limit: they are next to a fold, where J is nearly singular and the curvature of the residuals decides. Their
+   second derivatives along the WEAK_DIRECTIONS are added to the normal matrix (Newton's method, positive part only).
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,7 @@ import numpy as np
 
 from tactfix.fixture import Fixture
 from tactfix.geometry.arrays import TINY, Bools, Floats, Ints, basis_across, unit
+from tactfix.geometry.charts import dimension
 from tactfix.geometry.nearest import direction_of
 from tactfix.geometry.surfaces import Cylinder, Plane, Point, Sphere, Surface, reference_point
 from tactfix.noise import chi_square_limit
@@ -32,12 +34,13 @@ from tactfix.relations.joint_problem import JointProblem
 from tactfix.relations.placement_residuals import Places, Term, terms_of
 from tactfix.values import frozen_value
 
-PLACEMENT_STEPS, MOST_PLACEMENT_STEPS = 20, 200
-"""Levenberg-Marquardt steps of the placements, before those that have converged are left where they are, and at most.
-Ten accepted ones bring the damping from 1e-2 to LEAST_PLACEMENT_DAMPING. Where relations are known better than
-contacts, some need 160: with 40, one minimum was listed as up to 51 ends, and the search did not converge."""
+PLACEMENT_STEPS, CURVED_STEPS, MOST_PLACEMENT_STEPS = 20, 5, 200
+"""Levenberg-Marquardt steps of the placements, before those that have converged are left where they are; steps with
+second derivatives between further checks; and all at most. Ten accepted ones bring the damping from 1e-2 to
+LEAST_PLACEMENT_DAMPING. Without second derivatives some need 160 where relations are known better than contacts: one
+minimum was listed as up to 51 ends, and the search did not converge."""
 STILL_FALLING = 0.01
-"""Fall of chi-square over PLACEMENT_STEPS, as a share of it or of 1, above which a placement goes on."""
+"""Fall of chi-square since the last check, as a share of it or of 1, above which a placement goes on."""
 PLACEMENT_SIGHT = 100.0
 """Multiple of the limit of chi-square above which a placement does not go on, as `joint.JOINT_GIVEN_UP`."""
 PLACEMENT_DIFFERENCE = 1e-6
@@ -54,6 +57,13 @@ the least, as `diagnosis.trial_fits.SINGULAR_DAMPING`; and the most, which makes
 DIAGONAL_FLOOR = 1e-9
 """Added to the diagonal of the normal matrix, as a share of its largest entry: the matrix stays regular, and an unknown
 without any derivative is not moved. It changes no motion that is determined better than 3e-5 of the best one."""
+WEAK_DIRECTIONS = 4
+"""Directions of the smallest singular values of J along which second derivatives are computed: a bar with three
+contacts next to a fold has two or three. With 4, 256 placements of two bars on a plate at 89.99 deg have 24 ends;
+with 3 or fewer 64 to 77, most of them not at a minimum."""
+CURVATURE_DIFFERENCE = 1e-3
+"""Step (rad, fixture sizes) of the second differences: residuals of 1e4 sigma a unit have a rounding of 1e-12, so of
+1e-6 in the second derivative; third-order terms are a thousandth of second-order ones."""
 LONGEST_DISPLACEMENT = 0.5
 """Longest displacement in one step (rad, fixture sizes). A tilt of 0.5 turns a direction by atan 0.5 = 0.464 rad,
 within 7 per cent; longer steps would deviate from the computed rotation."""
@@ -66,21 +76,26 @@ def settled(
     like, length = starts[0], max(problem.scale, problem.contacts.spread)
     columns, sizes = _columns(like, length)
     places = {name: _places([start[name] for start in starts]) for name in like}
+    immobile = len(sizes) - sum(dimension(surface) for surface in like.values())
     in_sight = PLACEMENT_SIGHT * chi_square_limit(len(problem.contacts))
     chi2 = np.zeros(len(starts))
     for slack, most_steps in zip(RELATION_SLACKS, (PLACEMENT_STEPS, MOST_PLACEMENT_STEPS), strict=True):  # step 1
-        descent = Descent(terms_of(fixture, problem, length, slack), columns, sizes, in_sight)
+        descent = Descent(terms_of(fixture, problem, length, slack), columns, sizes, immobile, in_sight)
         places, chi2 = descent.ends(places, chi2 < in_sight, most_steps)
     return [{name: _at(like[name], places[name], number) for name in like} for number in range(len(starts))], chi2
 
 
 @frozen_value
 class Descent:
-    """Least squares of these terms; columns and sizes as in `_columns`; in_sight: chi-square up to which it goes on."""
+    """Least squares of these terms; columns and sizes as in `_columns`.
+
+    immobile: displacements that have no effect. in_sight: chi-square up to which a placement goes on.
+    """
 
     terms: Sequence[Term]
     columns: Mapping[str, slice]
     sizes: Floats
+    immobile: int
     in_sight: float
 
     def ends(self, starts: Mapping[str, Places], followed: Bools, most_steps: int) -> tuple[dict[str, Places], Floats]:
@@ -90,10 +105,10 @@ class Descent:
         falling = np.flatnonzero(followed)
         places, residuals, chi2 = _those(starts, falling), residuals[falling], all_chi2[falling]
         damping = np.full(len(falling), PLACEMENT_DAMPING)
-        for _ in range(0, most_steps, PLACEMENT_STEPS):
-            before = chi2
-            for _ in range(PLACEMENT_STEPS):
-                ahead, new_residuals = self._ahead(places, residuals, damping)
+        for number in range(PLACEMENT_STEPS, most_steps + 1, CURVED_STEPS):
+            before, curved = chi2, number > PLACEMENT_STEPS
+            for _ in range(CURVED_STEPS if curved else PLACEMENT_STEPS):
+                ahead, new_residuals = self._ahead(places, residuals, damping, curved)
                 better = _squares(new_residuals) < chi2  # step 6
                 places, residuals = _chosen(better, ahead, places), _where(better, new_residuals, residuals)
                 chi2 = _squares(residuals)
@@ -109,18 +124,40 @@ class Descent:
         return ends, all_chi2
 
     def _ahead(
-        self, places: Mapping[str, Places], residuals: Floats, damping: Floats
+        self, places: Mapping[str, Places], residuals: Floats, damping: Floats, curved: bool
     ) -> tuple[dict[str, Places], Floats]:
         """The places after a step, corrected or not, and the residuals there."""
         jacobian = self._jacobian(places, residuals)  # step 3
-        step = _step(residuals, jacobian, damping)  # step 4
+        curvature = self._curvature(places, residuals, jacobian) if curved else 0.0
+        step = _step(residuals, jacobian, damping, curvature)  # step 4
         ahead = _moved(places, self.columns, step * self.sizes)
         there = self._residuals(ahead)
         neglected = there - residuals - (jacobian @ step[..., None])[..., 0]  # step 5
-        further = _moved(ahead, self.columns, _step(neglected, jacobian, damping) * self.sizes)
+        further = _moved(ahead, self.columns, _step(neglected, jacobian, damping, curvature) * self.sizes)
         further_there = self._residuals(further)
         nearer = _squares(further_there) < _squares(there)
         return _chosen(nearer, further, ahead), _where(nearer, further_there, there)
+
+    def _curvature(self, places: Mapping[str, Places], residuals: Floats, jacobian: Floats) -> Floats:
+        """The part (S, width, width) of the normal matrix due to the curvature of residuals along weak directions."""
+        _, directions = np.linalg.eigh(np.swapaxes(jacobian, 1, 2) @ jacobian)
+        weak = np.swapaxes(directions[..., self.immobile : self.immobile + WEAK_DIRECTIONS], 1, 2)
+        count = weak.shape[1]
+
+        def moved(step: Floats) -> Floats:
+            return self._residuals(_moved(places, self.columns, CURVATURE_DIFFERENCE * step * self.sizes))
+
+        ahead = [moved(weak[:, i]) for i in range(count)]
+        curvature = np.zeros((len(residuals), count, count))
+        for i in range(count):
+            second = ahead[i] - 2 * residuals + moved(-weak[:, i])
+            curvature[:, i, i] = np.einsum("sm,sm->s", residuals, second)
+            for j in range(i):
+                second = moved(weak[:, i] + weak[:, j]) - ahead[i] - ahead[j] + residuals
+                curvature[:, i, j] = curvature[:, j, i] = np.einsum("sm,sm->s", residuals, second)
+        values, axes = np.linalg.eigh(curvature / CURVATURE_DIFFERENCE**2)
+        along = np.swapaxes(axes, 1, 2) @ weak
+        return np.asarray(np.swapaxes(along, 1, 2) @ (np.maximum(values, 0.0)[..., None] * along))
 
     def _residuals(self, places: Mapping[str, Places]) -> Floats:
         return np.concatenate([term.values(*(places[name] for name in term.names)) for term in self.terms], axis=-1)
@@ -212,10 +249,10 @@ def _chosen(which: Bools, ones: Mapping[str, Places], others: Mapping[str, Place
     }
 
 
-def _step(residuals: Floats, jacobian: Floats, damping: Floats) -> Floats:
+def _step(residuals: Floats, jacobian: Floats, damping: Floats, curvature: Floats | float) -> Floats:
     """Damped steps (S, width); an unknown without any derivative stays."""
     transposed = np.swapaxes(jacobian, 1, 2)
-    normal, gradient = transposed @ jacobian, transposed @ residuals[..., None]
+    normal, gradient = transposed @ jacobian + curvature, transposed @ residuals[..., None]
     diagonal = np.einsum("sii->si", normal)
     floor = DIAGONAL_FLOOR * diagonal.max(axis=1, keepdims=True) + TINY
     diagonal += damping[:, None] * diagonal + floor
