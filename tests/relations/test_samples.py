@@ -15,7 +15,7 @@ from tactfix.relations.branch_fits import nearest_start
 from tactfix.relations.joint_problem import JointProblem, linearized
 from tactfix.relations.realization import fixture_scale
 from tests.relations.touched_parts import as_read, few_contacts_on, few_touches
-from tests.validation import relation_touches
+from tests.validation import relation_touches, relations_study
 from tests.validation.relation_geometry import Part, ball, bar
 from tests.validation.relation_touches import by_relations
 from tests.validation.relations_study import Cell, drawn, loaded, located, pose_error
@@ -47,7 +47,7 @@ def test_the_only_fit_left_of_a_partial_sample_is_not_located(tmp_path):
     assert result.base_from_fixture is None
 
 
-@pytest.mark.parametrize(("fitted", "statuses"), [(12, {"underdetermined"}), (128, {"located", "ambiguous"})])
+@pytest.mark.parametrize(("fitted", "statuses"), [(10, {"underdetermined"}), (128, {"located", "ambiguous"})])
 def test_misses_of_a_part_of_the_ends_deny_no_solution(fitted, statuses, tmp_path, monkeypatch):
     """The worst ends come first, so that more than eight fits fail before one explains the contacts."""
     fixture, contacts, _ = few_contacts_on("bar on plate", 0, tmp_path, most=3)
@@ -130,6 +130,16 @@ def test_correct_contacts_give_one_status_in_both_bases(kind, cell, seed, counts
     fixture = loaded(by_relations(part), tmp_path)
     one, noise, other = in_bases
     assert {located(fixture, touched, noise, tmp_path).status for touched in (one, other)} == statuses
+
+
+def test_a_feature_that_is_located_weakly_may_be_elsewhere(tmp_path, monkeypatch):
+    """Seven contacts of sigma 0.5 mm leave one cylinder alone, 20 deg off; with it the pose was located 0.4 rad off."""
+    monkeypatch.setattr(relations_study, "SIGMA", 0.5)
+    part, touched, noise, _ = drawn(Cell("socket and bar", 89.99, 0.0, turned=False, noisy=True), 57)
+    result = located(loaded(by_relations(part), tmp_path), touched, noise, tmp_path, explain=False)
+    left = [candidate.base_from_fixture for candidate in result.candidates if candidate.accepted]
+    assert result.status == "ambiguous"
+    assert min(np.linalg.norm(pose_error(pose, touched.base_from_fixture)[:3]) for pose in left) < 0.05
 
 
 @pytest.mark.parametrize("thinned", [False, True])

@@ -5,9 +5,9 @@ Distances and angles leave a fixture a few shapes (`realization`): mirror images
 
 1. If they fix the shape exactly and leave few shapes, each shape is a rigid fixture. All of its poses are found as for
    a fixture by geometry (`rigid_bodies`).
-2. Otherwise the features are located alone, as in the paper (`combinations`). If some cannot be located and the shape
-   is free, least squares start from a hundred random placements, side by side (`placements`). If contacts and relations
-   leave a motion free, the result is samples of a continuum.
+2. Otherwise the features are located alone, as in the paper (`combinations`). If some cannot be located, or only
+   weakly, and the shape is free, least squares start from a hundred random placements, side by side (`placements`). If
+   contacts and relations leave a motion free, the result is samples of a continuum.
 3. If the shape is fixed, but features are not located, or weakly, or in too many combinations, the rigid shapes are
    searched. For relations with a sigma, the sigma of the contacts is first widened by that of the shape; one least
    squares over pose and shape follows from each pose (`branch_fits`).

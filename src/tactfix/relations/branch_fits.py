@@ -46,7 +46,10 @@ class Start:
 
 @frozen_value
 class Starts:
-    """The starts that are followed, best first, and the least cost of those left out (infinite if there are none)."""
+    """The starts that are followed, best first, and the least cost of those left out (infinite if there are none).
+
+    Of starts near one place the cost is that of the relations alone.
+    """
 
     followed: tuple[Start, ...]
     left_out: float
@@ -75,14 +78,14 @@ def starts_from(
     return Starts(tuple(found[:BRANCH_FITS] or missed), left_out)
 
 
-def near_starts(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[Start]:
+def near_starts(problem: JointProblem, surfaces: Mapping[str, Surface]) -> Starts:
     """The starts on the nearest branches, and on those that surfaces indistinct from these may be on, nearest first.
 
     A change of branch within FOLD sigma of the relation makes no other solution.
     """
     nearest = nearest_start(problem, surfaces)
-    starts = [nearest]
-    for cost, equations in branches(problem, _anchored(surfaces, problem.contacts)).found:
+    starts, open_ones = [nearest], branches(problem, _anchored(surfaces, problem.contacts))
+    for cost, equations in open_ones.found:
         changed = [new for old, new in zip(nearest.equations, equations, strict=True) if new.sign != old.sign]
         missing = [float(np.abs(e.linear(surfaces)[0]).max()) for e in changed]
         if changed and all(
@@ -90,7 +93,7 @@ def near_starts(problem: JointProblem, surfaces: Mapping[str, Surface]) -> list[
             for e, m in zip(changed, missing, strict=True)
         ):
             starts.append(Start(0, surfaces, equations, cost))
-    return starts
+    return Starts(tuple(starts), open_ones.left_out)
 
 
 def nearest_start(problem: JointProblem, surfaces: Mapping[str, Surface], number: int = 0, cost: float = 0.0) -> Start:

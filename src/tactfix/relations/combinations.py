@@ -70,6 +70,11 @@ def located_alone(fixture: Fixture, contacts: Contacts, sigmas: Floats) -> Locat
     return LocatedAlone(alone, thinned)
 
 
+def without_weak(alone: Mapping[str, Sequence[FeatureCandidate]]) -> dict[str, Sequence[FeatureCandidate]]:
+    """The candidates of those features that all are determined well."""
+    return {name: found for name, found in alone.items() if not any(is_weak(candidate) for candidate in found)}
+
+
 def combinations(fixture: Fixture, contacts: Contacts, alone: LocatedAlone, most: int) -> Combinations | None:
     """Every combination of candidate surfaces, at most so many; None if a feature cannot be located.
 

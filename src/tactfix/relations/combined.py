@@ -19,7 +19,7 @@ from tactfix.poses.pose_fit import contact_residuals
 from tactfix.poses.solution import Solutions
 from tactfix.relations.branch_fits import Start, Starts, branch_fit, starts_from
 from tactfix.relations.branches import BRANCH_FITS, least_cost, nearest_branch
-from tactfix.relations.combinations import Combinations, combinations, located_alone
+from tactfix.relations.combinations import Combinations, combinations, located_alone, without_weak
 from tactfix.relations.equations import Equation
 from tactfix.relations.joint_problem import JointFit, JointProblem
 from tactfix.relations.joint_solutions import joint_solutions
@@ -57,8 +57,8 @@ def combined_solutions(
     problem = JointProblem(contacts, sigmas, fixture.relations, fixture_scale(fixture))
     alone = located_alone(fixture, contacts, sigmas)  # step 2
     located = combinations(fixture, contacts, alone, SHAPE_COMBINATIONS + 1)
-    if located is None and not shapes:
-        sampled = sampled_solutions(fixture, problem, alone.candidates)
+    if not shapes and (located is None or located.weak):
+        sampled = sampled_solutions(fixture, problem, without_weak(alone.candidates))
         return replace(sampled, complete=sampled.complete and not alone.thinned)
     if located is None or (shapes and (located.weak or len(located.surfaces) > FEW_COMBINATIONS)):
         if is_exact:  # step 3

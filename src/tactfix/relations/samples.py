@@ -75,13 +75,14 @@ average is missed with probability e^-4, once in 50 times."""
 class End:
     """A distinct end of placements: its surfaces, chi-square there, the placements that led to it, its joint fits.
 
-    fits: one for each branch near the surfaces; empty before they are made.
+    fits: one for each branch near the surfaces; empty before they are made. left_out: the least cost of other branches.
     """
 
     surfaces: Mapping[str, Surface]
     chi2: float
     count: int = 1
     fits: tuple[JointFit, ...] = ()
+    left_out: float = np.inf
 
 
 def sampled_solutions(
@@ -126,17 +127,18 @@ def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
     for end in new[:FITTED_ENDS]:
         if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits) and not _are_misses(fits):
             break
-        end.fits = tuple(branch_fit(problem, start) for start in near_starts(problem, end.surfaces))
+        starts = near_starts(problem, end.surfaces)
+        end.fits, end.left_out = tuple(branch_fit(problem, start) for start in starts.followed), starts.left_out
         fits += end.fits
 
 
 def _all_met_often(problem: JointProblem, ends: Sequence[End], explaining: Sequence[JointFit]) -> bool:
-    """Whether every end was fitted, and OFTEN_MET placements have led to each solution."""
+    """Whether every end was fitted on every branch, and OFTEN_MET placements have led to each solution."""
     counts = {id(fit): end.count for end in ends for fit in end.fits}
     groups = grouped(explaining, problem)
     return (
         bool(groups)
-        and all(end.fits for end in ends)
+        and all(end.fits and end.left_out > chi_square_limit(len(problem.contacts)) for end in ends)
         and all(sum(counts[id(fit)] for fit in (group.best, *group.others)) >= OFTEN_MET for group in groups)
     )
 
