@@ -20,9 +20,10 @@ def test_the_probability_of_the_other_solution_is_its_share_of_the_likelihood(ch
 
 
 @pytest.mark.parametrize(
-    ("degrees", "same_branch", "merged"), [(0.5, False, True), (1.0, False, False), (1.0, True, True)]
+    ("degrees", "same_branch", "merged"),
+    [(0.5, False, True), (1.0, False, False), (0.5, True, True), (1.0, True, False)],
 )
-def test_an_unseen_tilt_of_100_sigma_is_another_solution_on_another_branch(degrees, same_branch, merged):
+def test_an_unseen_tilt_of_100_sigma_is_another_solution(degrees, same_branch, merged):
     """Two contacts on a line about which a plane is tilted; at 100 mm one degree is 1.7 mm, that is 175 sigma."""
     points = np.array([[-30.0, 0.0, 0.0], [30.0, 0.0, 0.0]])
     contacts = contacts_from_arrays(["plate"] * 2, points, sigma=SIGMA, tip_radius=0.0)

@@ -56,13 +56,12 @@ START_COMBINATIONS = 64
 that each is used at least twice with different random places of the others. With more the result is not complete."""
 FREE_SAMPLES = 8
 """Configurations that are shown of a continuum: a choice of the report, as `localization.locate.SAMPLES_SHOWN`."""
-FITTED_ENDS = 12
-"""Distinct ends of placements that are fitted in each round, those first that the approaches allow, then the best: half
-as many again as the eight solutions of a slab with few contacts on its hole. They bound the time, not the
-number of ends: three contacts on each of three bars at angles leave up to 40 ends. If ends remain, the result is not
-complete."""
-MOST_FITTED_ENDS = 2 * FITTED_ENDS
-"""Number of fitted ends after which there are no more rounds."""
+MOST_FITS = 48
+"""Joint fits in each round at most, of those ends first that the approaches allow, then of the best. They bound the
+time, not the number of ends: one round fits 48 ends of planes, or 12 of three bars near 90 deg, which have four
+branches each. If ends remain, the result is not complete."""
+MOST_FITS_IN_ALL = 2 * MOST_FITS
+"""Number of joint fits after which there are no more rounds."""
 END_LIMIT = 2.0
 """Times the limit of chi-square up to which the end of a placement may explain the contacts. Relations have at least
 the sigma of LEAST_RELATION_SIGMA and the steps are limited, so that an end is near a solution, not at it."""
@@ -101,11 +100,7 @@ def sampled_solutions(
         explaining = [fit for fit in fits if _explains(fit)]
         are_isolated = any(_is_isolated(fit) for fit in explaining)
         is_continuum = not (are_isolated or _are_misses(fits))
-        if (
-            is_continuum
-            or sum(bool(end.fits) for end in ends) >= MOST_FITTED_ENDS
-            or _all_met_often(problem, ends, explaining)
-        ):
+        if is_continuum or len(fits) >= MOST_FITS_IN_ALL or _all_met_often(problem, ends, explaining):
             break
     if are_isolated:  # step 5
         are_started = prod(len(candidates) for candidates in alone.values()) <= START_COMBINATIONS
@@ -120,11 +115,14 @@ def sampled_solutions(
 
 
 def _fit(problem: JointProblem, ends: Sequence[End]) -> None:
-    """Joint fits from at most FITTED_ENDS of the ends without any; of a continuum only the samples shown are fitted."""
+    """At most MOST_FITS more joint fits, of ends without any; of a continuum only the samples shown are fitted."""
     fits = [fit for end in ends for fit in end.fits]
     new = [end for end in ends if not end.fits]
     new.sort(key=lambda end: (_comes_out(problem.contacts, end.surfaces), end.chi2))
-    for end in new[:FITTED_ENDS]:
+    most = len(fits) + MOST_FITS
+    for end in new:
+        if len(fits) >= most:
+            break
         if len(fits) >= FREE_SAMPLES and not any(_is_isolated(fit) for fit in fits) and not _are_misses(fits):
             break
         starts = near_starts(problem, end.surfaces)

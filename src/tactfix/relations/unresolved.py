@@ -20,10 +20,10 @@ DISTINCT_PLACES = 0.15
 """Displacement of a feature (rad, fixture sizes) beyond which two places are distinct whatever their residuals: the
 comparison by residuals is of first order, and the second-order terms are then 0.15 / 2, 8 per cent."""
 UNSEEN = 100.0
-"""Displacement of a feature, in sigmas at the size of the fixture, beyond which solutions of two branches or shapes are
-not merged even if the contacts do not distinguish them. Contacts all over a feature distinguish a few sigma. Two
-contacts on a plane do not see it turn about the line through them: there a bar at 89.5 deg leaves two poses one degree
-apart, and a covariance that covers both describes neither."""
+"""Displacement of a feature, in sigmas at the size of the fixture, beyond which two solutions are not merged even if
+contacts do not distinguish them to first order. Contacts all over a feature distinguish a few sigma. Two contacts on a
+plane do not see it turn about the line through them: there a bar at 89.5 deg leaves two poses one degree apart, and two
+pins at 45 deg two poses 7 deg apart on one branch. A covariance that covers both describes neither."""
 
 
 def are_one(
@@ -39,7 +39,8 @@ def are_one(
     sigmas (n,) of the residuals; scale: a length of the fixture. same_branch: both are of one shape, with every
     relation on the same branch.
     """
-    seen, furthest = 0.0, 0.0
+    # Angles alone give no length, so that the scale of their fixture is 1.
+    seen, furthest, size = 0.0, 0.0, max(scale, contacts.spread)
     for name, surface in one.items():
         # At the contacts and by norms, so that the result depends neither on reference points nor on the axes of base.
         own = contacts.points[contacts.by_feature[name]] if name in contacts.by_feature else contacts.points
@@ -49,16 +50,14 @@ def are_one(
             return False
         tilts = 2 if isinstance(surface, Plane | Cylinder) else 0
         tilt, shift = float(np.linalg.norm(step[:tilts])), float(np.linalg.norm(step[tilts:]))
-        if max(tilt, shift / scale) > DISTINCT_PLACES:
+        if max(tilt, shift / size) > DISTINCT_PLACES:
             return False
-        furthest = max(furthest, tilt * scale, shift)
+        furthest = max(furthest, tilt * size, shift)
         if name in contacts.by_feature:
             index = contacts.by_feature[name]
             moves = equations_jacobian(here, contacts.points[index]) @ step / sigmas[index, None]
             seen += float((moves**2).sum())
-    if same_branch:
-        return seen < FOLD**2
-    return seen < BRANCHES**2 and furthest <= UNSEEN * float(sigmas.max())
+    return seen < (FOLD if same_branch else BRANCHES) ** 2 and furthest <= UNSEEN * float(sigmas.max())
 
 
 def weight(chi2: float, other_chi2: float) -> float:
