@@ -7,7 +7,8 @@ Counted are: located; located with an error beyond 8 sigma of the covariance (wr
 ellipsoid; ambiguous with and without the true pose in the list; inconsistent; underdetermined, and underdetermined
 although the same contacts are located by geometry; another status than by geometry, if exact relations determine the
 shape; another status with the base rotated, for bases along the axes; numpy warnings; more than 2 s of processor time.
-Each problem is written to the journal and not repeated: the full study takes a day, and can be interrupted and resumed.
+Each problem is written to the journal and not repeated: the full study takes four hours of one processor, and can be
+interrupted and resumed.
 """
 
 import argparse
